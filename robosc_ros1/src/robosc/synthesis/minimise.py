@@ -10,16 +10,16 @@ negated boxes); the shorter of the two is taken. Compare Rudell & Sangiovanni-Vi
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from robosc.ir.automaton import Plant, StateVariable, VariableKind
-from robosc.ir.finite.classes import Classes
+from robosc.ir.finite.classes import Classes, intervals
 from robosc.ir.formulas import conjunction, disjunction, negation
-from robosc.model.entities import Variable
 from robosc.model.expr import (
     FALSE,
     TRUE,
@@ -41,6 +41,7 @@ __all__ = ["LARGEST_TABLE", "Table", "condition_of", "condition_of_products", "c
 
 _BOOLEAN = BooleanType()
 _Reference: TypeAlias = VariableRef | TestRef
+_Set = TypeVar("_Set")
 _Box: TypeAlias = list[Bools]
 """Per state variable, which values are in the box."""
 
@@ -79,21 +80,13 @@ def condition_of(plant: Plant, table: Table) -> Expr:
         return FALSE
     if not table.refused.any():
         return TRUE
-    variables = [plant.variables[variable] for variable in table.variables]
-    found: list[Expr] = []
-    for inside, outside, positive in (
-        (table.allowed, table.refused, True),
-        (table.refused, table.allowed, False),
-    ):
-        try:
-            found.append(_joined(plant, variables, _cover(inside, outside), positive))
-        except TooLarge:
-            continue
-    if found:
-        return min(found, key=_cost)
-    diagrams = Diagrams([variable.size for variable in variables])
-    sets = [diagrams.of_rows(np.argwhere(each)) for each in (table.allowed, table.refused)]
-    return condition_of_products(plant, table.variables, diagrams, *sets)
+    sets = table.allowed, table.refused
+    found = _shortest(plant, table.variables, sets, _cover)
+    if found is not None:
+        return found
+    diagrams = Diagrams(table.allowed.shape)
+    allowed, refused = (diagrams.of_rows(np.argwhere(each)) for each in sets)
+    return condition_of_products(plant, table.variables, diagrams, allowed, refused)
 
 
 def condition_on(plant: Plant, variable: int, indexes: Collection[int]) -> Expr:
@@ -110,35 +103,49 @@ def condition_of_products(
     Raises:
         TooLarge: neither set has a sum of products of a reasonable length.
     """
-    found: list[Expr] = []
-    places = [plant.variables[variable] for variable in variables]
-    for inside, outside, positive in ((allowed, refused, True), (refused, allowed, False)):
-        try:
-            products = diagrams.products(inside, diagrams.complement(outside))
-        except TooLarge:
-            continue
-        found.append(_joined(plant, places, products, positive))
-    if not found:
+
+    def products(inside: int, outside: int) -> Sequence[Product]:
+        return diagrams.products(inside, diagrams.complement(outside))
+
+    found = _shortest(plant, variables, (allowed, refused), products)
+    if found is None:
         raise TooLarge("a guard would be too long")
-    return min(found, key=_cost)
+    return found
+
+
+def _shortest(
+    plant: Plant,
+    variables: Sequence[int],
+    sets: tuple[_Set, _Set],
+    cover: Callable[[_Set, _Set], Sequence[Product]],
+) -> Expr | None:
+    """Return the shorter condition: in a cover of the first set, or not in one of the second.
+
+    None if both covers are too large.
+    """
+    found: list[Expr] = []
+    for inside, outside, positive in ((*sets, True), (*sets[::-1], False)):
+        with suppress(TooLarge):
+            found.append(_joined(plant, variables, cover(inside, outside), positive))
+    return min(found, key=_cost, default=None)
 
 
 def _joined(
-    plant: Plant, variables: Sequence[StateVariable], boxes: Iterable[Product], positive: bool
+    plant: Plant, variables: Sequence[int], boxes: Iterable[Product], positive: bool
 ) -> Expr:
     """Return the condition of being in some box, or in none if not ``positive``."""
 
     @cache
-    def literal(place: int, needed: int, free: int) -> Expr:
-        return _literal(plant, variables[place], needed, free)
+    def literal(variable: int, needed: int, free: int) -> Expr:
+        return _literal(plant, plant.variables[variable], needed, free)
 
     def literals(box: Product) -> Iterable[Expr]:
         """Yield the condition on each state variable of the box, or of its negation."""
-        for place, (needed, free) in enumerate(box):
-            full = full_mask(variables[place].size)
+        for variable, (needed, free) in zip(variables, box, strict=True):
+            full = full_mask(plant.variables[variable].size)
             if free != full:
                 low, high = (needed, free) if positive else (full - free, full - needed)
-                yield literal(place, low, high)
+                yield literal(variable, low, high)
 
     if positive:
         return disjunction(conjunction(literals(box)) for box in boxes)
@@ -260,7 +267,7 @@ def _literal(plant: Plant, index: StateVariable, needed: int, free: int) -> Expr
             return _member(
                 index.size, needed, free, lambda v: StateRef(index.name, str(index.values[v]))
             )
-    variable = _reference(plant, index)
+    variable = plant.leaf_of(index)
     type_ = variable.type
     if isinstance(index.values, Classes):
         return index.values.condition(_values(needed), _values(free)).of(variable)
@@ -275,20 +282,6 @@ def _literal(plant: Plant, index: StateVariable, needed: int, free: int) -> Expr
     if isinstance(type_, IntegerType):
         return min(_interval(index, variable, needed, free), members, key=_cost)
     return members
-
-
-def _reference(plant: Plant, variable: StateVariable) -> _Reference:
-    """Return the leaf that reads a data or test variable."""
-    if variable.test is not None:
-        return variable.test
-    component, name = variable.name.split(".")
-    type_ = next(v.type for v in _variables(plant, component) if v.name == name)
-    return VariableRef(component, name, type_)
-
-
-def _variables(plant: Plant, component: str) -> tuple[Variable, ...]:
-    behaviour = plant.robot.component(component).behaviour
-    return () if behaviour is None else behaviour.variables
 
 
 def _member(size: int, needed: int, free: int, is_value: Callable[[int], Expr]) -> Expr:
@@ -309,23 +302,11 @@ def _values(mask: int) -> list[int]:
 
 def _interval(index: StateVariable, variable: _Reference, some: int, most: int) -> Expr:
     """Return a disjunction of intervals, extended over free values where that saves a bound."""
-    needed, free = ([mask >> v & 1 for v in range(index.size)] for mask in (some, most))
+    needed, free = set(_values(some)), set(_values(most))
     runs: list[Expr] = []
-    last = index.size - 1
-    place = 0
-    while place <= last:
-        if not needed[place]:
-            place += 1
-            continue
-        low = place
-        while low > 0 and free[low - 1]:
-            low -= 1
-        end = high = place
-        while high < last and free[high + 1]:
-            high += 1
-            end = high if needed[high] else end
-        runs.append(_between(index, variable, (low, place), (end, high)))
-        place = high + 1
+    for low, high in intervals(needed, free, index.size):
+        inside = needed.intersection(range(low, high + 1))
+        runs.append(_between(index, variable, (low, min(inside)), (max(inside), high)))
     return disjunction(runs)
 
 

@@ -14,8 +14,7 @@ from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.formulas import conjunction, disjunction, junction, negation
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Leaf, Literal, PhaseRef, StateRef, Unary
 from robosc.model.traversal import rewritten
-from robosc.model.types import BooleanType
-from robosc.synthesis.system import location_name
+from robosc.synthesis.system import location_name, stays_in_range, taken_where
 from robosc.synthesis.vectorised import support
 
 __all__ = ["next_precondition", "precondition"]
@@ -76,7 +75,9 @@ def _before_uncontrollable(plant: Plant, event: Event) -> Iterator[Expr]:
     for edges in _choices(event):
         others = list(_others(plant, event, edges, located=True))
         after = [_after(plant, event, edges, condition) for condition in conditions]
-        for condition in (*after, *_ranges(plant, edges)):
+        inside = [condition for edge in edges for condition in stays_in_range(plant, edge)]
+        computed = [one for one in inside if isinstance(one.left, Unary | Binary)]
+        for condition in (*after, *computed):
             yield disjunction([*others, condition])
 
 
@@ -87,31 +88,18 @@ def _choices(event: Event) -> Iterable[tuple[Edge, ...]]:
     return product(*(automaton.edges for automaton in event.automata))
 
 
-def _ranges(plant: Plant, edges: tuple[Edge, ...]) -> Iterator[Expr]:
-    """Yield the conditions that updates leave no range."""
-    for edge in edges:
-        for variable, expr in edge.updates:
-            values = plant.variables[variable].values
-            if isinstance(values, range) and isinstance(expr, Unary | Binary):
-                for operator, value in (("<=", values[-1]), (">=", values[0])):
-                    yield Binary(operator, expr, Literal(value, expr.type), BooleanType())
-
-
 def _others(plant: Plant, event: Event, edges: tuple[Edge, ...], located: bool) -> Iterator[Expr]:
     """Yield when an automaton does not take its edge (``located``: or is not in its source)."""
     for automaton, edge in zip(event.automata, edges, strict=True):
         yield from map(negation, _taken(plant, automaton, edge, located))
 
 
-def _taken(plant: Plant, automaton: LocalAutomaton, edge: Edge, located: bool) -> Iterator[Expr]:
-    """Yield what must hold for an edge to be taken; assuming that one is, unless ``located``."""
-    if located or any(other.source != edge.source for other in automaton.edges):
-        yield StateRef(automaton.component, location_name(plant, automaton.variable, edge.source))
+def _taken(plant: Plant, automaton: LocalAutomaton, edge: Edge, located: bool) -> list[Expr]:
+    """Return what must hold for an edge to be taken; assuming that one is, unless ``located``."""
+    here, *first = taken_where(plant, automaton, edge)
     alike = [other for other in automaton.edges if other.source == edge.source]
-    for before in alike[: alike.index(edge)]:
-        yield FALSE if before.guard is None else negation(before.guard)
-    if edge.guard is not None and (located or len(alike) > 1):
-        yield edge.guard
+    found = [here] if located or len(alike) < len(automaton.edges) else []
+    return [*found, *first] if located or len(alike) > 1 else found
 
 
 def _after(plant: Plant, event: Event, edges: tuple[Edge, ...], condition: Expr) -> Expr:

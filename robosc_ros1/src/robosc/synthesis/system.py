@@ -19,7 +19,7 @@ from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.ir.step import Values
 from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, PhaseRef, StateRef
-from robosc.model.types import BooleanType, IntegerType
+from robosc.model.types import BooleanType
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.stepper import Stepper
 
@@ -33,7 +33,9 @@ __all__ = [
     "location_name",
     "make_step",
     "possible",
+    "stays_in_range",
     "steps_of",
+    "taken_where",
     "tau_values",
 ]
 
@@ -128,30 +130,24 @@ def possible(plant: Plant, event: Event) -> Expr:
     if event.phase is not None:
         parts.append(in_phase(plant, event.phase))
     for automaton in event.automata:
-        cases: list[Expr] = []
-        fails: dict[int, list[Expr]] = {}
-        for edge in automaton.edges:
-            before = fails.setdefault(edge.source, [])
-            here = StateRef(
-                automaton.component, location_name(plant, automaton.variable, edge.source)
-            )
-            guard = [] if edge.guard is None else [edge.guard]
-            cases.append(conjunction([here, *before, *guard, *_inside(plant, edge)]))
-            before.append(FALSE if edge.guard is None else negation(edge.guard))
+        taken = [(edge, taken_where(plant, automaton, edge)) for edge in automaton.edges]
+        cases = [conjunction([*where, *stays_in_range(plant, edge)]) for edge, where in taken]
         if not automaton.blocking:
-            cases.append(_stays(plant, automaton, fails))
+            cases.append(conjunction(negation(conjunction(where)) for _, where in taken))
         parts.append(disjunction(cases))
     return conjunction(parts)
 
 
-def _stays(plant: Plant, automaton: LocalAutomaton, fails: dict[int, list[Expr]]) -> Expr:
-    """Return the condition under which an automaton takes no edge."""
-    stays: list[Expr] = []
-    for place, conditions in fails.items():
-        location = location_name(plant, automaton.variable, place)
-        elsewhere = negation(StateRef(automaton.component, location))
-        stays.append(disjunction([elsewhere, conjunction(conditions)]))
-    return conjunction(stays)
+def taken_where(plant: Plant, automaton: LocalAutomaton, edge: Edge) -> list[Expr]:
+    """Return the conditions under which an edge is taken: its location, no earlier edge, guard."""
+    location = location_name(plant, automaton.variable, edge.source)
+    found: list[Expr] = [StateRef(automaton.component, location)]
+    for other in automaton.edges:
+        if other is edge:
+            break
+        if other.source == edge.source:
+            found.append(FALSE if other.guard is None else negation(other.guard))
+    return found if edge.guard is None else [*found, edge.guard]
 
 
 def location_name(plant: Plant, variable: int, place: int) -> str:
@@ -159,15 +155,13 @@ def location_name(plant: Plant, variable: int, place: int) -> str:
     return str(plant.variables[variable].values[place])
 
 
-def _inside(plant: Plant, edge: Edge) -> Iterator[Expr]:
+def stays_in_range(plant: Plant, edge: Edge) -> Iterator[Binary]:
     """Yield the conditions under which the edge's updates stay in their ranges."""
     for variable, expr in edge.updates:
         values = plant.variables[variable].values
         if isinstance(values, range):
-            low = Literal(values[0], IntegerType())
-            high = Literal(values[-1], IntegerType())
-            yield Binary(">=", expr, low, BooleanType())
-            yield Binary("<=", expr, high, BooleanType())
+            for operator, bound in (("<=", values[-1]), (">=", values[0])):
+                yield Binary(operator, expr, Literal(bound, expr.type), BooleanType())
 
 
 def allowed(plant: Plant, event: Event) -> Expr:

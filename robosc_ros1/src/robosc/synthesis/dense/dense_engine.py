@@ -16,7 +16,7 @@ from robosc.ir.automaton import Event
 from robosc.ir.formulas import junction
 from robosc.model.expr import Expr, Unary
 from robosc.progress import Progress
-from robosc.synthesis.dense.bitset import Bitset, add, count, members
+from robosc.synthesis.dense.bitset import Bitset, count, members
 from robosc.synthesis.dense.care_set import DenseCareSet
 from robosc.synthesis.dense.images import (
     Stages,
@@ -33,7 +33,6 @@ from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.merging import Condition, EventRules
 from robosc.synthesis.dense.operations import Operation, sweep_order
 from robosc.synthesis.dense.transitions import Compiler
-from robosc.synthesis.vectorised import Bools, Indexes
 
 __all__ = ["DenseEngine", "DenseSolution", "EventOperations"]
 
@@ -113,7 +112,7 @@ class DenseEngine:
         states = self.plant_reach()
         self.plant_states = count(states)
         if any(step.event.requirement is not None for step in self.steps):
-            states = self._only(initial)
+            states = self.layout.of(initial)
             self._forward(states, self._required_stages())
         good = states
         bad = self._remove_bad(good)
@@ -134,13 +133,13 @@ class DenseEngine:
                 break
             bad = restricted = True
         if restricted:
-            states = self._only(initial)
+            states = self.layout.of(initial)
             self._forward(states, self._required_stages(), good, self._refused(good))
         return DenseSolution(self, states, good, restricted, False)
 
     def plant_reach(self) -> Bitset:
         """Return the states that the plant without its requirements reaches."""
-        states = self._only(self.layout.starts())
+        states = self.layout.of(self.layout.starts())
         self._forward(states, [step.plant for step in self.steps])
         return states
 
@@ -155,11 +154,6 @@ class DenseEngine:
             for number, step in enumerate(self.steps)
             if step.event.branches
         }
-
-    def _only(self, places: Indexes) -> Bitset:
-        states = self.layout.nothing()
-        add(states, places)
-        return states
 
     def _forward(
         self,
@@ -246,13 +240,13 @@ class DenseEngine:
         return back
 
     def _marked(self) -> Condition:
-        allowed: dict[int, Bools] = {}
-        for number, variable in enumerate(self.plant.variables):
-            if variable.marked is not None:
-                values = np.zeros(variable.size, np.bool_)
-                values[sorted(variable.marked)] = True
-                allowed[number] = values
-        return Condition(allowed)
+        return Condition(
+            {
+                number: self.compiler.values(number, variable.marked)
+                for number, variable in enumerate(self.plant.variables)
+                if variable.marked is not None
+            }
+        )
 
     def _fixpoint(self, what: str, states: Bitset, sweep: Callable[[], None], most: int) -> None:
         """Sweep until nothing changes, or ``most`` states are reached."""
@@ -265,12 +259,6 @@ class DenseEngine:
                 self._progress(what, now, self.layout.size)
 
     # --- counting
-
-    def count(self, states: Bitset, conditions: Iterable[Condition]) -> int:
-        """Return how many of ``states`` satisfy one of the mutually exclusive conditions."""
-        return sum(
-            measure(op, states) for condition in conditions for op in self.layout.regions(condition)
-        )
 
     def meeting(self, states: Bitset, expr: Expr, polarity: bool = True) -> Bitset:
         """Return those of ``states`` in which an expression is ``polarity``, as a new array.
@@ -298,7 +286,7 @@ class DenseEngine:
         """Return in how many of ``states`` a controllable event stays inside ``states``."""
         if step.event.branches:
             return count(self._allowed(step, states))
-        return self._count_steps(step.required, states, states)
+        return self._count_sources(step, step.required, states, states)
 
     def _allowed(self, step: EventOperations, states: Bitset) -> Bitset:
         """Return in which of ``states`` all outcomes of a controllable event are in ``states``."""
@@ -311,19 +299,12 @@ class DenseEngine:
 
     def required(self, step: EventOperations, states: Bitset) -> int:
         """Return in how many of ``states`` the plant under requirements allows an event."""
-        return self._count_sources(step, step.required, states)
+        return self._count_sources(step, step.required, states, None)
 
-    def possible(self, step: EventOperations, states: Bitset) -> int:
-        """Return in how many of ``states`` an event is possible in the plant."""
-        return self._count_sources(step, step.plant, states)
-
-    def _count_sources(self, step: EventOperations, stages: Stages, states: Bitset) -> int:
-        if step.event.branches:  # several operations may apply to one state
-            return count(self._sources_of(stages, states, None))
-        return self._count_steps(stages, states, None)
-
-    def _count_steps(self, stages: Stages, states: Bitset, within: Bitset | None) -> int:
-        if len(stages) > 1:
+    def _count_sources(
+        self, step: EventOperations, stages: Stages, states: Bitset, within: Bitset | None
+    ) -> int:
+        if step.event.branches or len(stages) > 1:  # several operations may apply to one state
             return count(self._sources_of(stages, states, within))
         return sum(measure(op, states, within) for op in stages[0])
 
@@ -352,9 +333,9 @@ class DenseEngine:
         """
         phase = step.event.phase
         if step.event.kind.synchronised:
-            return self.possible(step, states) * step.rules.weight
+            return self._count_sources(step, step.plant, states, None) * step.rules.weight
         if phase is None:
             return count(states) * step.rules.weight
-        values = np.zeros(self.plant.variables[phase.variable].size, np.bool_)
-        values[list(phase.sources)] = True
-        return self.count(states, [Condition({phase.variable: values})]) * step.rules.weight
+        there = Condition({phase.variable: self.compiler.values(phase.variable, phase.sources)})
+        possible = sum(measure(op, states) for op in self.layout.regions(there))
+        return possible * step.rules.weight

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import reduce
+from operator import and_, or_
 from typing import TypeAlias
 
 import numpy as np
@@ -76,9 +78,7 @@ def uncontrolled(op: Operation, good: Bitset) -> None:
     sources = op.changing
     if not sources:
         return
-    safe = op.at(good, op.targets[0])
-    for target in op.targets[1:]:
-        safe = safe & op.at(good, target)
+    safe = reduce(and_, (op.at(good, target) for target in op.targets))
     lost = op.moved_back(np.bitwise_not(safe))
     for source in sources:
         here = op.at(good, source.offset)
@@ -121,15 +121,9 @@ def clear(op: Operation, states: Bitset) -> None:
 
 def _sources(op: Operation, states: Bitset, sources: Sequence[SourceSlice]) -> Bitset:
     """Return the union of some sources of an operation."""
-    found = op.masked(sources[0], op.at(states, sources[0].offset))
-    for source in sources[1:]:
-        found = found | op.masked(source, op.at(states, source.offset))
-    return found
+    return reduce(or_, (op.masked(source, op.at(states, source.offset)) for source in sources))
 
 
 def _targets(op: Operation, states: Bitset) -> Bitset:
     """Return the union of the targets of an operation."""
-    found = op.at(states, op.targets[0])
-    for target in op.targets[1:]:
-        found = found | op.at(states, target)
-    return found
+    return reduce(or_, (op.at(states, target) for target in op.targets))

@@ -19,7 +19,7 @@ from math import prod
 import numpy as np
 
 from robosc.ir.automaton import Plant, PlantState
-from robosc.synthesis.dense.bitset import BITS, WORD, Bitset, pack, unpack
+from robosc.synthesis.dense.bitset import BITS, WORD, Bitset, add, pack, unpack
 from robosc.synthesis.dense.dimensions import Dim
 from robosc.synthesis.dense.merging import Condition, Factor, TransitionRule, Writes
 from robosc.synthesis.dense.operations import (
@@ -77,7 +77,7 @@ class Layout:
         numbers = np.arange(self.bits)
         self._positions = {n: numbers // self.strides[n] % self.dims[n].size for n in self._packed}
         """Per packed dimension, its position at each bit."""
-        self._grids: dict[int, tuple[Factor, _Grid]] = {}
+        self._grids: dict[Factor, _Grid] = {}
 
     @classmethod
     def plain(cls, plant: Plant) -> Layout:
@@ -113,6 +113,12 @@ class Layout:
     def _every_bit(self) -> int:
         return (1 << self.bits) - 1
 
+    def of(self, places: Indexes) -> Bitset:
+        """Return the set of states at some places, which are ascending, as a new array."""
+        states = self.nothing()
+        add(states, places)
+        return states
+
     def index(self, state: PlantState) -> int | None:
         """Return the place of a state; None if the layout leaves it out as unreachable."""
         place = 0
@@ -136,16 +142,21 @@ class Layout:
 
     def state(self, place: int) -> PlantState:
         """Return the state at a place."""
-        values = [0] * len(self.plant.variables)
-        for number, dim in enumerate(self.dims):
-            row = dim.table[self.position(number, place)]
-            for variable, value in zip(dim.variables, row.tolist(), strict=True):
-                values[variable] = value
-        return tuple(values)
+        columns = self.columns(np.array([place]))
+        return tuple(int(columns[variable][0]) for variable in range(len(columns)))
 
-    def position(self, number: int, places: Indexes | int) -> Indexes:
+    def columns(self, places: Indexes) -> dict[int, Indexes]:
+        """Return the values of each state variable in the states at some places."""
+        found: dict[int, Indexes] = {}
+        for number, dim in enumerate(self.dims):
+            rows = dim.table[self.position(number, places)]
+            for column, variable in enumerate(dim.variables):
+                found[variable] = rows[:, column]
+        return found
+
+    def position(self, number: int, places: Indexes) -> Indexes:
         """Return the positions in one dimension of states at some places."""
-        within = np.asarray(places) % BITS if number in self._packed else np.asarray(places)
+        within = places % BITS if number in self._packed else places
         return np.asarray(within // self.strides[number] % self.dims[number].size)
 
     @property
@@ -197,9 +208,9 @@ class Layout:
 
     def _grid(self, factor: Factor) -> _Grid:
         """Return the grid of a factor, evaluated once."""
-        if id(factor) not in self._grids:
-            self._grids[id(factor)] = factor, self._new_grid(factor)
-        return self._grids[id(factor)][1]
+        if factor not in self._grids:
+            self._grids[factor] = self._new_grid(factor)
+        return self._grids[factor]
 
     def _new_grid(self, factor: Factor) -> _Grid:
         """Evaluate a factor in chunks: intermediate results are integer arrays and may be large."""

@@ -46,7 +46,7 @@ class Condition:
             tuple(
                 (variable, self.allowed[variable].tobytes()) for variable in sorted(self.allowed)
             ),
-            tuple(sorted(id(factor) for factor in self.factors)),
+            frozenset(self.factors),
         )
 
     def both(self, other: Condition) -> Condition | None:
@@ -57,8 +57,7 @@ class Condition:
             if not kept.any():
                 return None
             allowed[variable] = kept
-        factors = {id(f): f for f in (*self.factors, *other.factors)}
-        return Condition(allowed, tuple(factors.values()))
+        return Condition(allowed, tuple(dict.fromkeys((*self.factors, *other.factors))))
 
 
 ALWAYS = Condition({})

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from math import prod
+from operator import or_
 
 import numpy as np
 
@@ -70,10 +72,7 @@ class Operation:
     @property
     def held(self) -> np.uint64:
         """The bits that the shifts apply to."""
-        found = np.uint64(0)
-        for shift_mask in self.shift_masks:
-            found |= shift_mask.mask
-        return found
+        return reduce(or_, (bits.mask for bits in self.shift_masks))
 
     def at(self, states: Bitset, offset: int) -> Bitset:
         """Return a view of the slice at an offset."""
@@ -92,17 +91,13 @@ class Operation:
         """Return words after the shifts; the same array if nothing changes."""
         if self.whole:
             return words
-        return _joined(
-            _shifted(words & shift_mask.mask, shift_mask.shift) for shift_mask in self.shift_masks
-        )
+        return reduce(or_, (_shifted(words & bits.mask, bits.shift) for bits in self.shift_masks))
 
     def moved_back(self, words: Bitset) -> Bitset:
         """Return words before the shifts; the same array if nothing changes."""
         if self.whole:
             return words
-        return _joined(
-            _shifted(words, -shift_mask.shift) & shift_mask.mask for shift_mask in self.shift_masks
-        )
+        return reduce(or_, (_shifted(words, -bits.shift) & bits.mask for bits in self.shift_masks))
 
     @property
     def changing(self) -> tuple[SourceSlice, ...]:
@@ -116,13 +111,6 @@ def _shifted(words: Bitset, shift: int) -> Bitset:
     if shift > 0:
         return np.left_shift(words, np.uint64(shift))
     return np.right_shift(words, np.uint64(-shift)) if shift else words
-
-
-def _joined(parts: Iterator[Bitset]) -> Bitset:
-    found = next(parts)
-    for part in parts:
-        found = found | part
-    return found
 
 
 @dataclass(frozen=True, slots=True)

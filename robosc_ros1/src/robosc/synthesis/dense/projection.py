@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from robosc.ir.automaton import Plant
-from robosc.synthesis.dense.bitset import Bitset, add, count, places
+from robosc.synthesis.dense.bitset import Bitset, count, places
 from robosc.synthesis.dense.dimensions import Dim
 from robosc.synthesis.dense.images import Stages, forward, image
 from robosc.synthesis.dense.layout import Layout
@@ -63,7 +63,7 @@ class _Projector:
         }
 
     def dims(self) -> list[Dim]:
-        return list({id(dim): dim for dim in self.dim_of.values()}.values())
+        return list(dict.fromkeys(self.dim_of.values()))
 
     def reduce_variables(self) -> None:
         """Drop the values that a state variable never has."""
@@ -104,27 +104,21 @@ class _Projector:
 
     def _reached(self, dims: Sequence[Dim]) -> Dim:
         """Return the combinations of some dimensions that can occur, as one dimension."""
-        variables = tuple(variable for dim in dims for variable in dim.variables)
+        variables = tuple(sorted(variable for dim in dims for variable in dim.variables))
         layout = Layout(self.plant, dims)
         numbers = sorted(
             {number for variable in variables for number in self.writers.get(variable, ())}
         )
         events = [self._projected(self.rules[number], layout, set(variables)) for number in numbers]
-        states = layout.nothing()
-        add(states, layout.starts())
+        states = layout.of(layout.starts())
         between = layout.nothing()
         before, now = 0, count(states)
         while before != now < layout.size:
             for stages in events:
                 _apply(stages, states, between)
             before, now = now, count(states)
-        reached = places(states | between)
-        columns = [
-            dim.table[layout.position(number, reached)] for number, dim in enumerate(layout.dims)
-        ]
-        table = np.concatenate(columns, axis=1)
-        order = np.argsort(variables)
-        return Dim(tuple(sorted(variables)), table[:, order])
+        columns = layout.columns(places(states | between))
+        return Dim(variables, np.stack([columns[variable] for variable in variables], axis=1))
 
     def _projected(self, event: EventRules, layout: Layout, variables: set[int]) -> Stages:
         return tuple(

@@ -96,9 +96,7 @@ class DenseSystem:
         if layer.nbytes <= self._seen.nbytes:
             self._layers.append(layer)
         else:
-            words = self.layout.nothing()
-            add(words, layer)
-            self._layers.append(words)
+            self._layers.append(self.layout.of(layer))
 
     def _stored(self, number: int) -> Indexes:
         layer = self._layers[number]
@@ -115,7 +113,7 @@ class DenseSystem:
 
         Only states are tried that differ from the target in no variable that the event keeps.
         """
-        columns, state = self._columns(layer), self.layout.state(target)
+        columns, state = self.layout.columns(layer), self.layout.state(target)
         changed = [columns[variable] != state[variable] for variable in range(len(state))]
         nothing = np.zeros(len(layer), np.int32)
         differing = sum(changed, nothing)
@@ -123,7 +121,7 @@ class DenseSystem:
             own = (changed[variable] for variable in step.event.writes)
             near = layer[sum(own, nothing) == differing]
             if len(near):
-                start = _Batch(near, self._columns(near), frozenset())
+                start = _Batch(near, self.layout.columns(near), frozenset())
                 for before, after in self._steps(step, start):
                     hits = np.flatnonzero(after == target)
                     if len(hits):
@@ -134,7 +132,7 @@ class DenseSystem:
 
     def _successors(self, places: Indexes) -> Iterator[tuple[Indexes, Indexes]]:
         """Yield pairs of places before and after each event, under control."""
-        start = _Batch(places, self._columns(places), frozenset())
+        start = _Batch(places, self.layout.columns(places), frozenset())
         for step in self.solution.engine.steps:
             yield from self._steps(step, start)
 
@@ -153,14 +151,6 @@ class DenseSystem:
             if step.event.branches:  # refused if any of its outcomes is outside
                 kept &= ~np.isin(before, np.concatenate(leaving))
             yield before[kept], after[kept]
-
-    def _columns(self, places: Indexes) -> dict[int, Indexes]:
-        found: dict[int, Indexes] = {}
-        for number, dim in enumerate(self.layout.dims):
-            rows = dim.table[self.layout.position(number, places)]
-            for column, variable in enumerate(dim.variables):
-                found[variable] = rows[:, column]
-        return found
 
     def _after(self, batch: _Batch) -> Indexes:
         """Return the places of the states after the steps of a batch."""

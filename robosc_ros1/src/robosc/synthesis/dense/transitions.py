@@ -13,7 +13,7 @@ stage exactly one rule holds in every state in which the event is possible.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
@@ -22,11 +22,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, values_read
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, values_read
 from robosc.ir.finite.classes import Classes
 from robosc.ir.formulas import junction
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
-from robosc.model.expr import Expr, TestRef, Unary, ValueRef, VariableRef
+from robosc.model.expr import Expr, Unary, ValueRef
 from robosc.model.types import BooleanType, EnumType
 from robosc.synthesis.dense.merging import (
     ALWAYS,
@@ -90,7 +90,7 @@ class Compiler:
         writes: dict[int, Writes] = {}
         if event.phase is not None:
             phase = event.phase
-            entry = Condition({phase.variable: self._values(phase.variable, phase.sources)})
+            entry = Condition({phase.variable: self.values(phase.variable, phase.sources)})
             if phase.sources != (phase.target,):
                 writes[phase.variable] = ((phase.sources, (phase.target,)),)
         stages: list[tuple[TransitionRule, ...]] = []
@@ -158,7 +158,8 @@ class Compiler:
     def _size(self, variables: Iterable[int]) -> int:
         return prod(self.plant.variables[variable].size for variable in variables)
 
-    def _values(self, variable: int, chosen: Sequence[int]) -> Bools:
+    def values(self, variable: int, chosen: Collection[int]) -> Bools:
+        """Return for each value of a state variable whether its index is among the chosen."""
         values = np.zeros(self.plant.variables[variable].size, dtype=np.bool_)
         values[list(chosen)] = True
         return values
@@ -179,7 +180,7 @@ class Compiler:
             written = dict(writes)
             for option in options:
                 sources = [source for source, _ in option.targets]
-                here = Condition({option.variable: self._values(option.variable, sources)})
+                here = Condition({option.variable: self.values(option.variable, sources)})
                 condition = condition.both(here) if condition is not None else None
                 if any(source != target for source, target in option.targets):
                     written[option.variable] = as_writes(
@@ -273,7 +274,7 @@ class Compiler:
         for option in options:
             before: dict[int, Expr] = {}
             for variable, expr in option.updates:
-                old = before.get(variable) or _reference(self.plant.variables[variable], expr)
+                old = before.get(variable) or self.plant.leaf_of(self.plant.variables[variable])
                 update = assigned(expr, chosen, old)
                 if update is not None:
                     before[variable] = update
@@ -348,14 +349,6 @@ class Compiler:
             return np.asarray(indexes(columns) == value, dtype=np.bool_)
 
         return self._test((expr, variable, value), support(self.plant, expr), test)
-
-
-def _reference(variable: StateVariable, assigned: Expr) -> VariableRef | TestRef:
-    """Return the leaf that reads a variable, with the type of what is assigned to it."""
-    if variable.test is not None:
-        return variable.test
-    component, _, name = variable.name.partition(".")
-    return VariableRef(component, name, assigned.type)
 
 
 def _conjoin(conditions: Iterable[Condition], cases: tuple[Condition, ...]) -> list[Condition]:
