@@ -6,22 +6,17 @@ decides whether the guards forbid more than necessary.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import PlantState, VariableKind
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import remedy
-from robosc.synthesis.verify.findings import Check, Findings, state_text
+from robosc.synthesis.vectorised import support
+from robosc.synthesis.verify.findings import Check, Findings, event_phrase
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
-from robosc.synthesis.verify.steps import (
-    Coding,
-    EventSteps,
-    Grouped,
-    Successors,
-    condition,
-    variables_of,
-)
+from robosc.synthesis.verify.steps import Coding, EventSteps, Successors, condition, grouped
 
 __all__ = ["ExplicitVerifier"]
 
@@ -44,10 +39,9 @@ class ExplicitVerifier:
         self._plant = plant
         self._limit = limit
         self._coding = Coding(plant)
-        self._moves = [EventSteps(plant, self._coding, event) for event in plant.events]
-        self._required = [event.requirement for event in plant.events]
+        self._events = [EventSteps(plant, self._coding, event) for event in plant.events]
         guards = {guard.event.identity: guard.expr for guard in supervisor.guards}
-        self._guards = [guards.get(event.identity) for event in plant.events]
+        self._conditions = [(e.requirement, guards.get(e.identity)) for e in plant.events]
         self._invariants = [(condition(plant, expr), index) for expr, index in plant.invariants]
         # Uncontrollable events have the first labels, so one comparison identifies them.
         self._order = sorted(range(len(plant.events)), key=lambda i: plant.events[i].controllable)
@@ -56,42 +50,37 @@ class ExplicitVerifier:
         self._outcomes: dict[int, range] = {}
         for event in self._order:
             self._labels[event] = len(self._labelled)
-            self._labelled += [(event, n) for n in range(len(self._moves[event].valuations))]
+            self._labelled += [(event, n) for n in range(len(self._events[event].valuations))]
             labels = range(self._labels[event], len(self._labelled))
             if plant.events[event].controllable and len(labels) > 1:
                 self._outcomes.update(dict.fromkeys(labels, labels))
-        uncontrollable = (e for e, _ in self._labelled if not plant.events[e].controllable)
-        self._controllable_from = sum(1 for _ in uncontrollable)
+        self._controllable_from = sum(not plant.events[e].controllable for e, _ in self._labelled)
         self._work = self._grouped_work()
 
-    def _grouped_work(self) -> Grouped[_Work]:
+    def _grouped_work(self) -> Callable[[PlantState], list[_Work]]:
         conditions = [
-            (
-                None if required is None else condition(self._plant, required),
-                None if guard is None else condition(self._plant, guard),
-            )
-            for required, guard in zip(self._required, self._guards, strict=True)
+            [None if expr is None else condition(self._plant, expr) for expr in pair]
+            for pair in self._conditions
         ]
 
         def work_out(event: int, state: PlantState) -> _Work | None:
             # Range violations last, so only the last one has to be checked.
-            moves = tuple(sorted(self._moves[event](state), key=lambda move: move[1] is None))
-            if not moves:
+            found = sorted(self._events[event].successors(state), key=lambda step: step[1] is None)
+            if not found:
                 return None
             required, guard = conditions[event]
             label = self._labels[event]
             free = label < self._controllable_from or (guard is not None and guard(state))
             permitted = required is None or required(state)
-            return label, moves, free, permitted
+            return label, tuple(found), free, permitted
 
-        return Grouped(self._plant, ((e, self._variables(e)) for e in self._order), work_out)
+        return grouped(self._plant, ((e, self._variables(e)) for e in self._order), work_out)
 
     def _variables(self, event: int) -> set[int]:
-        variables = set(self._moves[event].variables)
-        for expr in (self._required[event], self._guards[event]):
-            if expr is not None:
-                variables |= variables_of(self._plant, expr)
-        return variables
+        """Return the state variables on which the work of an event depends."""
+        exprs = (expr for expr in self._conditions[event] if expr is not None)
+        read = (support(self._plant, expr) for expr in exprs)
+        return self._events[event].variables.union(*read)
 
     def found(self) -> Findings:
         """Return what the searches find.
@@ -105,16 +94,14 @@ class ExplicitVerifier:
         keepable = self._keepable(graph, backward)
         reached = Reached.of(graph)
         return Findings(
-            "explicit",
-            all(keepable[: graph.starts]),
-            self._check_safe(graph, reached),
-            lambda: (
-                self._check_nonblocking(graph, backward, reached),
-                self._check_permissive(graph, reached, keepable),
-            ),
-            len(reached.order),
-            sum(graph.allowed[state] for state in reached.order),
-            self._plant_states,
+            method="explicit",
+            keeps_initial=all(keepable[: graph.starts]),
+            safe=self._check_safe(graph, reached),
+            nonblocking=self._check_nonblocking(graph, backward, reached),
+            permissive=self._check_permissive(graph, reached, keepable),
+            states=len(reached.order),
+            transitions=sum(graph.allowed[state] for state in reached.order),
+            plant_states=self._plant_states(),
         )
 
     def _search(self) -> CodedGraph:
@@ -125,7 +112,7 @@ class ExplicitVerifier:
         here = 0
         while here < len(graph.codes):
             state = self._coding.decode(graph.codes[here])
-            work = list(self._work(state))
+            work = self._work(state)
             failing = self._failing(state, work)
             if failing is None:
                 self._add_steps(graph, here, work)
@@ -140,12 +127,12 @@ class ExplicitVerifier:
     def _add_steps(self, graph: CodedGraph, here: int, work: list[_Work]) -> None:
         code, allowed = graph.codes[here], 0
         codes, number = graph.codes, graph.number
-        for label, moves, free, permitted in work:
+        for label, successors, free, permitted in work:
             if not permitted:
                 if free:
                     graph.violations.setdefault(here, label)
                 continue
-            for values, change in moves:
+            for values, change in successors:
                 assert change is not None  # the state is safe
                 allowed += free
                 if change or not free:
@@ -162,10 +149,10 @@ class ExplicitVerifier:
         for holds, index in self._invariants:
             if not holds(state):
                 return f"'{self._plant.robot.requirements[index].text}' fails"
-        for label, moves, _, _ in work:
-            if moves[-1][1] is None:
+        for label, successors, _, _ in work:
+            if successors[-1][1] is None:
                 event = self._plant.events[self._labelled[label][0]]
-                return f"the {state_text(event)} may take a variable out of its range"
+                return f"the {event_phrase(event)} may take a variable out of its range"
         return None
 
     def _refuse(self) -> None:
@@ -242,7 +229,7 @@ class ExplicitVerifier:
             if state in graph.violations:
                 label = graph.violations[state]
                 event = self._plant.events[self._labelled[label][0]]
-                detail = f"the {state_text(event)} violates a requirement"
+                detail = f"the {event_phrase(event)} violates a requirement"
                 step = self._step(graph.codes[state], label)
                 return Check("safe", False, detail, (*self._trace(graph, reached, state), step))
         return Check("safe", True)
@@ -260,7 +247,7 @@ class ExplicitVerifier:
             for target, label in graph.steps(state):
                 if label < 0 and keepable[target] and graph.staying(state, label, keepable):
                     event = self._plant.events[self._labelled[~label][0]]
-                    detail = f"the {state_text(event)} is forbidden unnecessarily"
+                    detail = f"the {event_phrase(event)} is forbidden unnecessarily"
                     step = self._step(graph.codes[state], ~label)
                     trace = (*self._trace(graph, reached, state), step)
                     return Check("maximally permissive", False, detail, trace)
@@ -270,10 +257,10 @@ class ExplicitVerifier:
         """Return how many states the plant reaches without requirements; None if too many."""
         if self._supervisor.plant_states > self._limit:
             return None
-        changes = Grouped(
+        changes = grouped(
             self._plant,
-            ((event, self._moves[event].variables) for event in range(len(self._moves))),
-            lambda event, state: [c for _, c in self._moves[event](state) if c] or None,
+            ((event, self._events[event].variables) for event in range(len(self._events))),
+            lambda event, state: [c for _, c in self._events[event].successors(state) if c] or None,
         )
         todo = [self._coding.encode(state) for state in self._plant.initial_states]
         seen = set(todo)
@@ -302,10 +289,10 @@ class ExplicitVerifier:
         index, values = self._labelled[label]
         event = self._plant.events[index]
         if not event.kind.of_component:
-            return Step(event, self._moves[index].valuations[values])
+            return Step(event, self._events[index].valuations[values])
         variable = self._plant.variable_index[VariableKind.LOCATION, event.key]
         before = self._coding.decode(code)
-        change = dict(self._moves[index](before))[values] or 0
+        change = dict(self._events[index].successors(before))[values] or 0
         after = self._coding.decode(code + change)
         names = self._plant.variables[variable].values
         return Step(event, (f"{names[before[variable]]}->{names[after[variable]]}",))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,7 +10,7 @@ from robosc.ir.automaton import Event
 from robosc.supervisor import Step
 from robosc.synthesis.formatting import event_text
 
-__all__ = ["Check", "Findings", "VerifyReport", "state_text", "verify_document"]
+__all__ = ["Check", "Findings", "VerifyReport", "event_phrase", "verify_document"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,18 +48,20 @@ class VerifyReport:
 class Findings:
     """What a search found under the guards of a supervisor.
 
-    ``others`` computes the further checks if it is safe. ``keeps_initial`` says whether the initial
-    states are in the supremal safe, controllable and nonblocking set. ``plant_states`` computes how
-    many states the plant reaches; None if that is unknown.
+    ``keeps_initial`` says whether the initial states are in the supremal safe, controllable and
+    nonblocking set. ``nonblocking``, ``permissive``, ``states`` and ``transitions`` count only if
+    ``safe`` holds: no step is followed from an unsafe state. ``plant_states`` is how many states
+    the plant reaches; None if that is unknown.
     """
 
     method: Literal["explicit", "symbolic"]
     keeps_initial: bool
     safe: Check
-    others: Callable[[], Iterable[Check]]
+    nonblocking: Check
+    permissive: Check
     states: int
     transitions: int
-    plant_states: Callable[[], int | None]
+    plant_states: int | None
 
 
 def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> dict[str, object]:
@@ -84,6 +86,6 @@ def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> di
     }
 
 
-def state_text(event: Event) -> str:
+def event_phrase(event: Event) -> str:
     """Return ``request of grab``; for a tau ``transition 2 of Motor``."""
     return event_text(event) if event.kind.of_component else f"{event.kind.value} of {event.name}"

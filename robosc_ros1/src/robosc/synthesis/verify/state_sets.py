@@ -1,39 +1,35 @@
 """Sets of states and transition relations of the symbolic verifier, as decision diagrams.
 
 Variables are in model order. The transition relation of an event is the conjunction of one table
-per automaton that takes part, computed by :class:`EventSteps` state by state. Conditions are
+per automaton that takes part, computed state by state. Conditions are
 decomposed at their operators, and the operands evaluated value by value.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
 from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Event, Plant, PlantState
+from robosc.ir.automaton import Event, Plant, PlantState, values_read
+from robosc.ir.step import Values, Verdict, lookup, outcome, valuations
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import Binary, Expr, Unary
 from robosc.model.types import Value
 from robosc.synthesis.bdd.manager import Bdd, Manager, Renaming
-from robosc.synthesis.verify.steps import (
-    Coding,
-    EventSteps,
-    value_in,
-    values_read,
-    variables_of,
-    variables_read,
-)
+from robosc.synthesis.vectorised import support
+from robosc.synthesis.verify.findings import event_phrase
+from robosc.synthesis.verify.steps import read_by
 
 __all__ = ["Relation", "StateSets"]
 
 _MOST_ROWS: Final = 1 << 18  # some seconds each
 _FEW_ROWS: Final = 1 << 10  # above, operands are combined by value: sums have few values
 
-_Values: TypeAlias = tuple[Value | None, ...]
 _Row: TypeAlias = tuple[int, ...]
 """Values of some state variables."""
 _Effect: TypeAlias = tuple[int | None, ...]
@@ -81,9 +77,9 @@ class _Local:
 
     written: list[int]
     reads: list[int]
-    tables: dict[_Values, _Table]
+    tables: dict[Values, _Table]
 
-    def read(self, values: _Values) -> _Values:
+    def read(self, values: Values) -> Values:
         """Return those of the event's values that the automaton reads."""
         return tuple(values[place] for place in self.reads)
 
@@ -96,11 +92,10 @@ def _parts(event: Event) -> Iterator[Event]:
 
 
 class StateSets:
-    """Sets of states of a plant; ``describe`` names an event in a sentence."""
+    """Sets of states of a plant, and the transition relations of its events."""
 
-    def __init__(self, plant: Plant, describe: Callable[[Event], str]) -> None:
+    def __init__(self, plant: Plant) -> None:
         self.plant = plant
-        self.describe = describe
         self._bits: list[tuple[int, ...]] = []
         first = 0
         for variable in plant.variables:
@@ -109,14 +104,21 @@ class StateSets:
             first += 2 * bits
         self.manager = Manager(first)
         self.false = self.manager.false
-        coding = Coding(plant)
-        self.relations = [self._relation(coding, n) for n in range(len(plant.events))]
+        self.relations = [self._relation(event) for event in plant.events]
 
     @property
     def initial(self) -> Bdd:
         found = self.manager.true
         for index, variable in enumerate(self.plant.variables):
             found = found & self._rows([index], [(index,) for index in variable.start_indexes])
+        return found
+
+    @property
+    def marked(self) -> Bdd:
+        found = self.manager.true
+        for index, variable in enumerate(self.plant.variables):
+            if variable.marked is not None:
+                found = found & self._rows([index], [(value,) for value in variable.marked])
         return found
 
     def holds(self, expr: Expr) -> Bdd:
@@ -131,19 +133,21 @@ class StateSets:
                 return (first if operator == "or" else ~first) | second
         return self._valued(expr).get(True, self.false)
 
+    def count(self, states: Bdd) -> int:
+        return self.manager.count(states, self.manager.variables // 2)
+
     def _valued(self, expr: Expr) -> dict[Value, Bdd]:
         """Return the values of an expression, each with the states in which it has it.
 
         It is evaluated for all combinations of what it reads; if these are too many, its operands
         are, and their values combined.
         """
-        variables = sorted(variables_of(self.plant, expr))
+        variables = support(self.plant, expr)
         if self._size(variables) <= _FEW_ROWS or not isinstance(expr, Binary):
             rows: dict[Value, list[_Row]] = {}
             for row in self._combinations(variables):
-                rows.setdefault(value_in(self.plant, expr, self._at(variables, row)), []).append(
-                    row
-                )
+                look = lookup(self.plant, None, (), self._at(variables, row))
+                rows.setdefault(evaluate(expr, look), []).append(row)
             return {value: self._rows(variables, having) for value, having in rows.items()}
         left, right = self._valued(expr.left), self._valued(expr.right)
         if len(left) * len(right) > _MOST_ROWS:
@@ -153,15 +157,13 @@ class StateSets:
             found.setdefault(expr.operation.scalar(first, second), []).append(some & others)
         return {value: self.manager.union(sets) for value, sets in found.items()}
 
-    def _relation(self, coding: Coding, number: int) -> Relation:
-        event = self.plant.events[number]
+    def _relation(self, event: Event) -> Relation:
         if prod(len(parameter.values) for parameter in event.parameters) > _MOST_ROWS:
             raise StateSpaceError(
-                f"verification stops at {_MOST_ROWS} values; the {self.describe(event)} has more"
+                f"verification stops at {_MOST_ROWS} values; the {event_phrase(event)} has more"
             )
-        parts = [self._local(coding, part) for part in _parts(event)]
-        valuations = EventSteps(self.plant, coding, event).valuations
-        alike = Counter(tuple(part.read(values) for part in parts) for values in valuations)
+        parts = [self._local(part) for part in _parts(event)]
+        alike = Counter(tuple(part.read(values) for part in parts) for values in valuations(event))
         steps: list[Bdd] = []
         escapes: list[Bdd] = []
         weights: Counter[Bdd] = Counter()
@@ -188,22 +190,21 @@ class StateSets:
             weights=tuple((weight, states) for states, weight in weights.items()),
         )
 
-    def _local(self, coding: Coding, event: Event) -> _Local:
+    def _local(self, event: Event) -> _Local:
         """Return the part of one automaton, given as an event of its own."""
-        steps = EventSteps(self.plant, coding, event)
-        variables = sorted(variables_read(self.plant, event))
-        paths = values_read(event)
+        variables = sorted(read_by(self.plant, event))
+        paths = values_read(e for automaton in event.automata for e in automaton.expressions)
         reads = [n for n, parameter in enumerate(event.parameters) if parameter.path in paths]
         found = _Local(sorted(event.writes), reads, {})
-        for values in steps.valuations:
+        for values in valuations(event):
             if (read := found.read(values)) not in found.tables:
                 if self._size(variables) * (len(found.tables) + 1) > _MOST_ROWS:
                     raise self._too_many(variables)
-                found.tables[read] = self._table(steps, variables, found.written, values)
+                found.tables[read] = self._table(event, variables, found.written, values)
         return found
 
     def _table(
-        self, steps: EventSteps, variables: Sequence[int], written: Sequence[int], values: _Values
+        self, event: Event, variables: Sequence[int], written: Sequence[int], values: Values
     ) -> _Table:
         """Return the effect of an event for some values, as a table over what it reads.
 
@@ -214,9 +215,10 @@ class StateSets:
         effects: dict[_Effect, list[_Row]] = {}
         for row in self._combinations(variables):
             state, other = self._at(variables, row, 0), self._at(variables, row, 1)
-            after = steps.after(state, values)
-            if isinstance(after, list):
-                again = steps.after(other, values)
+            after = outcome(self.plant, event, values, state)
+            if not isinstance(after, Verdict):
+                again = outcome(self.plant, event, values, other)
+                assert not isinstance(again, Verdict)  # it depends on what is read
                 effect = tuple(
                     None
                     if state[variable] != other[variable] and after[variable] != again[variable]
@@ -224,7 +226,7 @@ class StateSets:
                     for variable in written
                 )  # fmt: skip
                 effects.setdefault(effect, []).append(row)
-            elif after == "escapes" and not steps.event.controllable:
+            elif after is Verdict.OUT_OF_RANGE and not event.controllable:
                 escapes.append(row)
         return _Table(
             inside=self._rows(variables, (row for rows in effects.values() for row in rows)),
@@ -287,14 +289,3 @@ class StateSets:
                 now, after = (self.manager.literal(b, True) for b in (bit, bit + 1))
                 found = ~(now ^ after) & found
         return found
-
-    @property
-    def marked(self) -> Bdd:
-        found = self.manager.true
-        for index, variable in enumerate(self.plant.variables):
-            if variable.marked is not None:
-                found = found & self._rows([index], [(value,) for value in variable.marked])
-        return found
-
-    def count(self, states: Bdd) -> int:
-        return self.manager.count(states, self.manager.variables // 2)

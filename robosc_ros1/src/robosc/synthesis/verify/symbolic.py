@@ -1,58 +1,41 @@
 """Symbolic verification of systems with too many states for explicit search.
 
-It proves the same as :mod:`robosc.synthesis.verify.explicit`, by sets of states. It shares only the
-BDD library with the symbolic engine: the transition relations are independent
+It proves the same as :mod:`robosc.synthesis.verify.explicit`, by sets of states. With the symbolic
+engine it shares the BDD manager: the transition relations are independent
 (:mod:`robosc.synthesis.verify.state_sets`), and the fixpoints are plain rounds over all events.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Event, Plant
+from robosc.ir.automaton import Plant
 from robosc.model.expr import FALSE, TRUE
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import Bdd
+from robosc.synthesis.verify.findings import Check, Findings, event_phrase
 from robosc.synthesis.verify.state_sets import Relation, StateSets
 
-__all__ = ["Answers", "answers"]
+__all__ = ["search_by_sets"]
 
 
-@dataclass(frozen=True, slots=True)
-class Answers:
-    """The results for the guards of a supervisor.
-
-    ``unsafe``, ``blocking`` and ``needless`` say what fails; None: the property holds.
-    """
-
-    unsafe: str | None
-    blocking: str | None
-    needless: str | None
-    states: int
-    transitions: int
-    plant_states: int
-    keeps_initial: bool
-
-
-def answers(supervisor: Supervisor, describe: Callable[[Event], str]) -> Answers:
-    """Return the results for a supervisor; ``describe`` names an event in a sentence.
+def search_by_sets(supervisor: Supervisor) -> Findings:
+    """Return what the search finds, without traces.
 
     Raises:
         StateSpaceError: an event or a condition reads too much, or the diagrams grow too large.
     """
     try:
-        return _Proof(supervisor, describe).answers()
+        return _Proof(supervisor).found()
     except MemoryError:
         raise StateSpaceError("verification ran out of the memory that it may use") from None
 
 
 class _Proof:
-    def __init__(self, supervisor: Supervisor, describe: Callable[[Event], str]) -> None:
+    def __init__(self, supervisor: Supervisor) -> None:
         self.plant: Plant = supervisor.plant
-        self.describe = describe
-        self.sets = StateSets(self.plant, describe)
+        self.sets = StateSets(self.plant)
         self.manager, self.relations = self.sets.manager, self.sets.relations
         self.false = self.manager.false
         guards = {g.event.identity: g.expr for g in supervisor.guards}
@@ -64,7 +47,7 @@ class _Proof:
             self.guards[number] = self.sets.holds(guard)
             self.required[number] = self.sets.holds(event.requirement or TRUE)
 
-    def answers(self) -> Answers:
+    def found(self) -> Findings:
         manager = self.manager
         initial = self.sets.initial
         failing = [~self.sets.holds(expr) for expr, _ in self.plant.invariants]
@@ -75,14 +58,15 @@ class _Proof:
         permitted = self._forward(initial, list(self.required.values()), ~unsafe)
         keepable = self._keepable(permitted & ~unsafe)
         reached = self._forward(initial, list(self.guards.values()), ~unsafe)
-        return Answers(
-            unsafe=self._unsafe(reached, unsafe),
-            blocking=self._blocking(reached),
-            needless=self._needless(reached, keepable),
+        return Findings(
+            method="symbolic",
+            keeps_initial=initial & ~keepable == self.false,
+            safe=_check("safe", self._unsafe(reached, unsafe)),
+            nonblocking=_check("nonblocking", self._blocking(reached)),
+            permissive=_check("maximally permissive", self._needless(reached, keepable)),
             states=self.sets.count(reached),
             transitions=self._transitions(reached),
             plant_states=self.sets.count(plant),
-            keeps_initial=initial & ~keepable == self.false,
         )
 
     # --- properties
@@ -93,11 +77,11 @@ class _Proof:
                 if reached & ~self.sets.holds(expr) != self.false:
                     return f"'{self.plant.robot.requirements[index].text}' fails"
             leaving = next(r for r in self.relations if reached & r.escapes != self.false)
-            return f"the {self.describe(leaving.event)} may take a variable out of its range"
+            return f"the {event_phrase(leaving.event)} may take a variable out of its range"
         for number, relation in enumerate(self.relations):
             taken = reached & relation.possible & self.guards[number]
             if taken & ~self.required[number] != self.false:
-                return f"the {self.describe(relation.event)} violates a requirement"
+                return f"the {event_phrase(relation.event)} violates a requirement"
         return None
 
     def _blocking(self, reached: Bdd) -> str | None:
@@ -108,7 +92,7 @@ class _Proof:
         for number, relation in enumerate(self.relations):
             forbidden = reached & relation.possible & self.required[number] & ~self.guards[number]
             if forbidden & self._staying(relation, keepable) != self.false:
-                return f"the {self.describe(relation.event)} is forbidden unnecessarily"
+                return f"the {event_phrase(relation.event)} is forbidden unnecessarily"
         return None
 
     def _transitions(self, reached: Bdd) -> int:
@@ -171,3 +155,7 @@ class _Proof:
             kept = self._coreachable(kept, where)
             if kept == before:
                 return kept
+
+
+def _check(name: str, failure: str | None) -> Check:
+    return Check(name, failure is None, failure)

@@ -2,10 +2,19 @@
 
 The engines compute with arrays or decision diagrams over the whole product; here the states are
 searched one by one, in plain Python (:mod:`robosc.synthesis.verify.explicit`), or by sets where
-they are too many (:mod:`robosc.synthesis.verify.symbolic`). Both share the plant with the engines,
-and the semantics of operators (:func:`robosc.model.evaluation.evaluate`), but no search, no data
-structure and no compiled event. They prove that under the guards of a
-:class:`~robosc.supervisor.Supervisor` the system is
+they are too many (:mod:`robosc.synthesis.verify.symbolic`). What an event does in a state is taken
+from its definition, :func:`robosc.ir.step.outcome`, which the engines do not call: they compile
+events into faster forms.
+
+What verification and the engines share, so that a fault there may be found by neither: the plant
+(:mod:`robosc.ir.automaton`) and how it is made from the model; of that definition, which values of
+an event occur together (:func:`robosc.ir.step.missing_together`); the values of operators and enum
+conversions (:mod:`robosc.model.evaluation`); which state variables an expression reads
+(:func:`robosc.synthesis.vectorised.support`); and, of the symbolic engine, the BDD library with its
+manager (:mod:`robosc.synthesis.bdd.manager`). They share no search, no fixpoint, no representation
+of states and no transition relation.
+
+Verification proves that under the guards of a :class:`~robosc.supervisor.Supervisor` the system is
 
 - *safe*: no requirement is violated, no state requirement fails, no range is left;
 - *controllable*: no uncontrollable event is forbidden, or leads to an unsafe state;
@@ -27,7 +36,7 @@ from typing import Final
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import usable
 from robosc.synthesis.verify.explicit import ExplicitVerifier
-from robosc.synthesis.verify.findings import Check, Findings, VerifyReport, state_text
+from robosc.synthesis.verify.findings import Check, VerifyReport, event_phrase
 
 __all__ = ["DEFAULT_LIMIT", "verify"]
 
@@ -45,41 +54,23 @@ def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
         StateSpaceError: the system is too large for that, too.
     """
     large = supervisor.plant_states > limit or supervisor.controlled_transitions > _MANY_STEPS
-    found = (
-        _by_sets(supervisor) if large and usable() else ExplicitVerifier(supervisor, limit).found()
-    )
+    if large and usable():
+        from robosc.synthesis.verify.symbolic import search_by_sets  # imported on demand
+
+        found = search_by_sets(supervisor)
+    else:
+        found = ExplicitVerifier(supervisor, limit).found()
     name, controllable = supervisor.plant.robot.name, _check_controllable(supervisor)
     if supervisor.empty:
-        empty = _check_empty(found.keeps_initial)
-        checks = [controllable, empty, *_check_counts(supervisor, 0, 0, found.plant_states())]
-        return VerifyReport(name, tuple(checks), 0, 0, method=found.method)
-    checks = [found.safe, controllable]
-    if found.safe.holds:
-        figures = found.states, found.transitions, found.plant_states()
-        checks += [*found.others(), *_check_counts(supervisor, *figures)]
-    properties = supervisor.properties if found.safe.holds else ()
-    return VerifyReport(
-        name, tuple(checks), found.states, found.transitions, properties, found.method
-    )
-
-
-def _by_sets(supervisor: Supervisor) -> Findings:
-    from robosc.synthesis.verify.symbolic import answers  # imported on demand
-
-    found = answers(supervisor, state_text)
-    others = [
-        Check("nonblocking", found.blocking is None, found.blocking),
-        Check("maximally permissive", found.needless is None, found.needless),
-    ]
-    return Findings(
-        "symbolic",
-        found.keeps_initial,
-        Check("safe", found.unsafe is None, found.unsafe),
-        lambda: others,
-        found.states,
-        found.transitions,
-        lambda: found.plant_states,
-    )
+        counts = _check_counts(supervisor, 0, 0, found.plant_states)
+        checks = (controllable, _check_empty(found.keeps_initial), *counts)
+        return VerifyReport(name, checks, 0, 0, method=found.method)
+    figures = found.states, found.transitions
+    if not found.safe.holds:
+        return VerifyReport(name, (found.safe, controllable), *figures, method=found.method)
+    counts = _check_counts(supervisor, *figures, found.plant_states)
+    checks = (found.safe, controllable, found.nonblocking, found.permissive, *counts)
+    return VerifyReport(name, checks, *figures, supervisor.properties, found.method)
 
 
 def _check_controllable(supervisor: Supervisor) -> Check:
@@ -90,9 +81,9 @@ def _check_controllable(supervisor: Supervisor) -> Check:
     guards = {guard.event.identity for guard in supervisor.guards}
     for event in supervisor.plant.events:
         if event.controllable and event.identity not in guards:
-            return Check("controllable", False, f"the {state_text(event)} has no guard")
+            return Check("controllable", False, f"the {event_phrase(event)} has no guard")
         if not event.controllable and event.identity in guards:
-            return Check("controllable", False, f"the {state_text(event)} cannot be forbidden")
+            return Check("controllable", False, f"the {event_phrase(event)} cannot be forbidden")
     return Check("controllable", True)
 
 

@@ -1,0 +1,31 @@
+"""What verification shares with the engines is what its documentation says, and no more."""
+
+from __future__ import annotations
+
+from repository.test_imports import MODULES, loaded, module_name
+
+NEEDS = {module_name(file): loaded(file) for file in MODULES}
+VERIFY = "synthesis.verify."
+SHARED = {
+    "synthesis.vectorised",  # which state variables an expression reads
+    "synthesis.bdd.manager",  # the BDD library
+    "synthesis.bdd.memory",  # the manager's limit
+    "synthesis.formatting",  # texts of events
+}
+
+
+def test_verification_uses_only_what_it_says_of_synthesis() -> None:
+    """Also by way of other modules; what verify imports when it is called is counted, too."""
+    found: set[str] = set()
+    left = {name for name in NEEDS if name.startswith(VERIFY)}
+    while left:
+        found |= left
+        left = {m for n in left for m in NEEDS[n] & NEEDS.keys() if m.startswith("synthesis.")}
+        left -= found
+    assert {name for name in found if not name.startswith(VERIFY)} == SHARED
+
+
+def test_engines_do_not_take_the_effect_of_an_event_from_its_definition() -> None:
+    for name, needs in NEEDS.items():
+        if name.startswith(("synthesis.dense.", "synthesis.bdd.")):
+            assert not needs & {"ir.step.outcome", "ir.step.taken_edge", "ir.step.lookup"}, name
