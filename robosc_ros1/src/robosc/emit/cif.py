@@ -12,24 +12,22 @@ Written after the CIF language reference and the manual of data-based controller
 
 Synthesis in CIF knows booleans, enumerations and ranges of integers from 0 upwards, comparisons of
 their sums, and no reals. See :mod:`robosc.emit.cif_expr` for what that does to expressions, and
-:mod:`robosc.emit.cif_data` for numbers without bounds and strings.
+:mod:`robosc.emit.cif_names` for numbers without bounds and strings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
-from robosc.emit.cif_data import discrete_plant
 from robosc.emit.cif_expr import condition, in_range, update
-from robosc.emit.cif_names import CifNames, CifScope, initial, offset
+from robosc.emit.cif_names import CifScope, CifVariable
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
+from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, VariableKind
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind, Requirement
 from robosc.model.expr import FALSE, TRUE, Expr, StateRef, VariableRef
-from robosc.model.types import Type, Value
 from robosc.names import without_index
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.event_parameters import weight
@@ -41,16 +39,18 @@ _MOST_VALUES = 2**14
 
 
 def cif_plant(plant: Plant) -> str:
-    """Plant and requirements: the input of CIF's data-based synthesis."""
-    discrete = discrete_plant(plant)
-    return _Writer(discrete.plant, discrete.notes).specification()
+    """Plant and requirements: the input of CIF's data-based synthesis.
+
+    Raises:
+        StateSpaceError: an event has too many values to be written down.
+        UsageError: a test reads data of several components.
+    """
+    return _Writer(plant).specification()
 
 
 def cif_supervised(supervisor: Supervisor) -> str:
     """The same with robosc's supervisor as an automaton of guards, to simulate and to compare."""
-    discrete = discrete_plant(supervisor.plant)
-    guards = tuple(replace(g, expr=discrete.expression(g.expr)) for g in supervisor.guards)
-    return _Writer(discrete.plant, discrete.notes).specification(guards)
+    return _Writer(supervisor.plant).specification(supervisor.guards)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +65,10 @@ class _Occurrence:
 @dataclass
 class _Writer:
     plant: Plant
-    notes: Mapping[str, str]
     lines: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.names = CifNames()
-        self.context = CifScope(self.plant, self.names)
+        self.scope = CifScope(self.plant)
         self.occurrences = list(self._occurrences())
 
     def specification(self, guards: Sequence[Guard] | None = None) -> str:
@@ -79,11 +77,12 @@ class _Writer:
         self._enums()
         self._events()
         for component in robot.components:
-            if (VariableKind.LOCATION, component.name) in self.plant.variable_index:
+            if component.behaviour is not None:
                 self._component(component.name)
             for communication in component.communications:
                 if communication.phases is not None:
                     self._phase(communication.key)
+        self._parameters()
         self._messages()
         self._requirements()
         if guards is not None:
@@ -93,19 +92,17 @@ class _Writer:
     # --- declarations ------------------------------------------------------------------------
 
     def _enums(self) -> None:
-        """One declaration per enum; literals carry its name, since enums may share values."""
-        enums = self.context.enums()
-        if enums:
+        if self.scope.enums:
             self.lines.append("")
-        for enum, literals in enums:
-            if enum in self.notes:
-                self.lines.append(f"// {self.notes[enum]}")
+        for enum, literals in self.scope.enums.items():
+            if enum in self.scope.notes:
+                self.lines.append(f"// {self.scope.notes[enum]}")
             self.lines.append(f"enum {enum} = {', '.join(literals)};")
 
     def _events(self) -> None:
-        declared = {name for name, _ in self.context.enums()}
-        told = [f"// {name}: {note}" for name, note in self.notes.items() if name not in declared]
-        self.lines += ["", *told] if told else []
+        notes = {n: note for n, note in self.scope.notes.items() if n not in self.scope.enums}
+        if notes:
+            self.lines += ["", *(f"// {name}: {note}" for name, note in notes.items())]
         for word, controllable in (("controllable", True), ("uncontrollable", False)):
             names = [o.name for o in self.occurrences if o.event.controllable == controllable]
             if names:
@@ -125,46 +122,56 @@ class _Writer:
                     f"CIF needs an event for each value, and {name} has more than"
                     f" {_MOST_VALUES:,}: convert the received value by an enum, or export as JSON"
                 )
+            event_name = _event_name(event)
+            words = [self.scope.value_names(event_name, p) for p in event.parameters]
             for values in valuations(event):
-                words = [_event_name(event), *(_value_name(value) for value in values)]
-                name = self.names.fresh("_".join(words))
-                paths = [p.path for p in event.parameters]
-                yield _Occurrence(event, dict(zip(paths, values, strict=True)), name)
+                known = list(zip(event.parameters, values, words, strict=True))
+                parts = [event_name, *(own[p.values.index(value)] for p, value, own in known)]
+                name = self.scope.fresh("_".join(parts))
+                yield _Occurrence(event, {p.path: value for p, value, _ in known}, name)
 
     # --- automata ----------------------------------------------------------------------------
 
-    def _component(self, name: str) -> None:
-        state = self.plant.variables[self.plant.variable_index[VariableKind.LOCATION, name]]
-        self.lines += ["", f"plant automaton {self.context.automaton(name)}:"]
-        self.lines += [f"  {line}" for line in self._variables(name)]
-        for index, location in enumerate(state.values):
-            marked = state.marked is None or index in state.marked
-            self.lines.append(f"  location {self.context.location(name, str(location))}:")
-            flags = ["initial;"] * (index == state.initial) + ["marked;"] * marked
-            body = flags + [
-                line
-                for occurrence in self.occurrences
-                for automaton in occurrence.event.automata
-                if automaton.component == name
-                for line in self._edges(occurrence, automaton, index)
-            ]
+    def _automaton(
+        self,
+        head: str,
+        locations: Mapping[str, Iterable[str]],
+        variables: Iterable[str] = (),
+    ) -> None:
+        """An automaton with the lines of its locations, by name; one alone needs none."""
+        self.lines += ["", f"{head}:", *(f"  {line}" for line in variables)]
+        for name, body in locations.items():
+            self.lines.append(f"  location {name}".rstrip() + ":")
             self.lines += [f"    {line}" for line in body]
         self.lines.append("end")
 
-    def _variables(self, component: str) -> Iterator[str]:
-        for state in self.plant.variables:
-            if state.kind is VariableKind.DATA and state.name.split(".")[0] == component:
-                variable = self.context.variables[state.name]
-                shift = offset(variable.type)
-                note = f" // minus {shift}" if shift else ""
-                starts = [
-                    initial(self.context, variable.type, state.values[number])
-                    for number in state.start_indexes
-                ]
+    def _component(self, name: str) -> None:
+        index = self.plant.variable_index[VariableKind.LOCATION, name]
+        state = self.plant.variables[index]
+        locations = {
+            self.scope.location(name, location): [
+                *_flags(state, number),
+                *(
+                    line
+                    for occurrence in self.occurrences
+                    for automaton in occurrence.event.automata
+                    if automaton.component == name
+                    for line in self._edges(occurrence, automaton, number)
+                ),
+            ]
+            for number, location in enumerate(state.values)
+        }
+        head = f"plant automaton {self.scope.automaton(name)}"
+        self._automaton(head, locations, self._declarations(name))
+
+    def _declarations(self, component: str) -> Iterator[str]:
+        for variable in self.scope.variables.values():
+            if variable.component == component:
+                state = variable.state
+                note = f" // minus {variable.offset}" if variable.offset else ""
+                starts = [variable.text(state.values[number]) for number in state.start_indexes]
                 start = f"= {starts[0]}" if len(starts) == 1 else f"in {{{', '.join(starts)}}}"
-                type_ = self.context.type(variable.type)
-                name = self.context.own_variable(state.name)
-                yield f"disc {type_} {name} {start};{note}"
+                yield f"disc {variable.type} {variable.name} {start};{note}"
 
     def _edges(
         self, occurrence: _Occurrence, automaton: LocalAutomaton, location: int
@@ -174,10 +181,10 @@ class _Writer:
         for edge, guard, before in self._ways(occurrence, automaton, location):
             conditions = self._alone(guard, before)
             updates = []
-            for index, expr in self._updates(edge, occurrence):
-                conditions += in_range(self.context, self._type(index), expr)
-                updates.append(self._update(index, expr))
-            yield self._edge(occurrence, automaton, location, edge, conditions, updates)
+            for target, expr in self._updates(edge, occurrence):
+                conditions += in_range(self.scope, target, expr)
+                updates.append(f"{target.name} := {update(self.scope, target, expr)}")
+            yield self._edge(occurrence, automaton, edge, conditions, updates)
             guards.append(guard)
         if not automaton.blocking and TRUE not in guards:
             conditions = self._alone(TRUE, guards)
@@ -205,14 +212,13 @@ class _Writer:
 
     def _alone(self, guard: Expr, before: list[Expr]) -> list[str]:
         """A guard, and that none of the guards before it holds, as conditions of CIF."""
-        own = [] if guard == TRUE else [condition(self.context, guard)]
-        return own + [f"not {condition(self.context, other, 9)}" for other in before]
+        own = [] if guard == TRUE else [condition(self.scope, guard)]
+        return own + [f"not {condition(self.scope, other, 9)}" for other in before]
 
     def _edge(
         self,
         occurrence: _Occurrence,
         automaton: LocalAutomaton,
-        location: int,
         edge: Edge,
         conditions: list[str],
         updates: list[str],
@@ -222,59 +228,51 @@ class _Writer:
             text += f" when {', '.join(conditions)}"
         if updates:
             text += f" do {', '.join(updates)}"
-        if edge.target != location:
-            names = self.plant.variables[automaton.variable].values
-            target = self.context.location(automaton.component, str(names[edge.target]))
-            text += f" goto {target}"
+        if edge.target != edge.source:
+            target = self.plant.variables[automaton.variable].values[edge.target]
+            text += f" goto {self.scope.location(automaton.component, target)}"
         return f"{text};"
 
-    def _type(self, index: int) -> Type:
-        return self.context.variables[self.plant.variables[index].name].type
-
-    def _update(self, index: int, expr: Expr) -> str:
-        name = self.plant.variables[index].name
-        return (
-            f"{self.context.own_variable(name)} := {update(self.context, self._type(index), expr)}"
-        )
-
-    def _updates(self, edge: Edge, occurrence: _Occurrence) -> Iterator[tuple[int, Expr]]:
+    def _updates(self, edge: Edge, occurrence: _Occurrence) -> Iterator[tuple[CifVariable, Expr]]:
         """Assignments with the value put in; those that read a missing element drop out."""
         for index, expr in edge.updates:
-            component, _, variable = self.plant.variables[index].name.partition(".")
-            kept = VariableRef(component, variable, self._type(index))
-            value = assigned(expr, occurrence.values, kept)
+            variable = self.plant.variables[index]
+            component, _, name = variable.name.partition(".")
+            value = assigned(
+                expr, occurrence.values, variable.test or VariableRef(component, name, expr.type)
+            )
             if value is not None:
-                yield index, value
+                yield self.scope.variables[index], value
 
     def _phase(self, key: str) -> None:
         """The automaton of a communication itself."""
         index = self.plant.variable_index[VariableKind.PHASE, key]
         variable = self.plant.variables[index]
-        steps = [o for o in self.occurrences if o.event.phase and o.event.phase.variable == index]
-        self.lines += ["", f"plant automaton {self.context.phase(key)}:"]
-        for number, location in enumerate(variable.values):
-            self.lines.append(f"  location {location}:")
-            marked = variable.marked is None or number in variable.marked
-            self.lines += ["    initial;"] * (number == variable.initial)
-            self.lines += ["    marked;"] * marked
-            for occurrence in steps:
-                phase = occurrence.event.phase
-                assert phase is not None
-                if number in phase.sources:
-                    goto = f" goto {variable.values[phase.target]}"
-                    there = "" if phase.target == number else goto
-                    self.lines.append(f"    edge {occurrence.name}{there};")
-        self.lines.append("end")
+        locations = {str(phase): _flags(variable, n) for n, phase in enumerate(variable.values)}
+        for occurrence in self.occurrences:
+            step = occurrence.event.phase
+            if step is not None and step.variable == index:
+                target = str(variable.values[step.target])
+                for source in (str(variable.values[n]) for n in step.sources):
+                    goto = "" if source == target else f" goto {target}"
+                    locations[source].append(f"edge {occurrence.name}{goto};")
+        self._automaton(f"plant automaton {self.scope.phase(key)}", locations)
+
+    def _parameters(self) -> None:
+        """The variables that parameters of the node decide, which nothing changes."""
+        name = self.scope.parameters
+        if name:
+            locations = {"known": _ALWAYS}
+            self._automaton(f"plant automaton {name}", locations, self._declarations(name))
 
     def _messages(self) -> None:
         """Messages that no component reacts to: always possible, changing nothing."""
         free = [o.name for o in self.occurrences if o.event.phase is None and not o.event.automata]
         if free:
-            name = self.names.fresh("Messages")
-            self.lines += ["", f"plant automaton {name}:", "  location:"]
-            self.lines += ["    initial;", "    marked;"]
-            self.lines += [f"    edge {event};" for event in free]
-            self.lines.append("end")
+            edges = [f"edge {event};" for event in free]
+            self._automaton(
+                f"plant automaton {self.scope.fresh('Messages')}", {"": [*_ALWAYS, *edges]}
+            )
 
     # --- requirements ------------------------------------------------------------------------
 
@@ -286,7 +284,7 @@ class _Writer:
         self._ranges()
 
     def _requirement(self, requirement: Requirement) -> Iterator[str]:
-        text = condition(self.context, requirement.condition)
+        text = condition(self.scope, self.plant.view.expression(requirement.condition))
         if requirement.kind == "always":
             yield f"requirement invariant {text};"
         elif requirement.kind == "never":
@@ -308,7 +306,7 @@ class _Writer:
             ]
         for occurrence in cancels:
             requirement = occurrence.event.requirement
-            text = condition(self.context, FALSE if requirement is None else requirement)
+            text = condition(self.scope, FALSE if requirement is None else requirement)
             self.lines.append(f"requirement invariant {occurrence.name} needs {text};")
 
     def _ranges(self) -> None:
@@ -333,15 +331,15 @@ class _Writer:
         phase = occurrence.event.phase
         if phase is not None and len(phase.sources) == 1:
             name = self.plant.variables[phase.variable].values[phase.sources[0]]
-            here = [f"{self.context.phase(occurrence.event.key)}.{name}"]
+            here = [f"{self.scope.phase(occurrence.event.key)}.{name}"]
         for location, place in enumerate(places):
             for edge, guard, before in self._ways(occurrence, automaton, location):
-                parts = [condition(self.context, StateRef(automaton.component, str(place))), *here]
-                parts += [] if guard == TRUE else [condition(self.context, guard, 3)]
+                parts = [condition(self.scope, StateRef(automaton.component, str(place))), *here]
+                parts += [] if guard == TRUE else [condition(self.scope, guard, 3)]
                 parts += self._alone(TRUE, before)
                 where = " and ".join(parts)
-                for index, expr in self._updates(edge, occurrence):
-                    inside = in_range(self.context, self._type(index), expr)
+                for target, expr in self._updates(edge, occurrence):
+                    inside = in_range(self.scope, target, expr)
                     if inside:
                         yield f"requirement invariant {where} => {' and '.join(inside)};"
 
@@ -349,31 +347,27 @@ class _Writer:
 
     def _supervisor(self, found: Sequence[Guard]) -> None:
         guards = {g.event.identity: g.expr for g in found}
-        name = self.names.fresh("Supervisor")
-        self.lines += ["", f"supervisor automaton {name}:", "  location:"]
-        self.lines += ["    initial;", "    marked;"]
-        for occurrence in self.occurrences:
-            event = occurrence.event
-            if event.controllable:
-                guard = condition(self.context, guards[event.identity])
-                self.lines.append(f"    edge {occurrence.name} when {guard};")
-        self.lines.append("end")
+        edges = [
+            f"edge {o.name} when {condition(self.scope, guards[o.event.identity])};"
+            for o in self.occurrences
+            if o.event.controllable
+        ]
+        name = self.scope.fresh("Supervisor")
+        self._automaton(f"supervisor automaton {name}", {"": [*_ALWAYS, *edges]})
+
+
+_ALWAYS = ("initial;", "marked;")
+"""Of a location that an automaton never leaves."""
+
+
+def _flags(variable: StateVariable, index: int) -> list[str]:
+    """Whether the location of a value is initial, and whether it is marked."""
+    marked = variable.marked is None or index in variable.marked
+    return ["initial;"] * (index == variable.initial) + ["marked;"] * marked
 
 
 def _event_name(event: Event) -> str:
     prefix = "c" if event.controllable else "u"
     name = without_index(event.name).replace(".", "_")
-    if event.kind.of_component:
-        return f"{prefix}_{name}_{event.kind.value}{event.index}"
-    return f"{prefix}_{name}_{event.kind.value}"
-
-
-def _value_name(value: Value | None) -> str:
-    match value:
-        case None:
-            return "missing"
-        case bool():
-            return str(value).lower()
-        case int():
-            return f"m{-value}" if value < 0 else str(value)
-    return str(value)
+    number = event.index if event.kind.of_component else ""
+    return f"{prefix}_{name}_{event.kind.value}{number}"

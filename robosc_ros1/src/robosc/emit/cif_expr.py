@@ -1,85 +1,78 @@
-"""Expressions and names in CIF, within what its data-based synthesis computes with.
+"""Expressions in CIF, within what its data-based synthesis computes with.
 
 Integers there start at 0, and sums are safest where nothing in between is negative. So a variable
-whose range starts below 0 is kept as its distance from that bound (:func:`offset`), and a
-comparison is written with every term on the side where it is added: ``x - y < 2`` becomes
-``x < y + 2``. What is no such sum (products, divisions, fractions) is written out value by value;
-all is finite here.
+whose range starts below 0 is kept as its distance from that bound, and a comparison is written with
+every term on the side where it is added: ``x - y < 2`` becomes ``x < y + 2``. What is no such sum
+(products, divisions, fractions, numbers without bounds, strings) is written out value by value; all
+is finite here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
+from typing import TypeAlias
 
-from robosc.emit.cif_names import CifScope, initial, offset
-from robosc.language.operators import Spelled, Text
+from robosc.emit.cif_names import CifScope, CifVariable
+from robosc.language.operators import Spelled
 from robosc.model.evaluation import evaluate
-from robosc.model.expr import Binary, Call, Convert, Expr, Leaf, Literal, Operation, VariableRef
+from robosc.model.expr import Binary, Expr, Holds, Leaf, Literal, Operation, TestRef, VariableRef
 from robosc.model.traversal import fold, walk
-from robosc.model.types import BooleanType, EnumType, IntegerType, Type, Value, domain, is_number
+from robosc.model.types import BooleanType, EnumType, IntegerType, Value, domain, is_number
 
 __all__ = ["condition", "in_range", "update"]
 
 _MOST_REPEATED = 4  # `x + x + x + x`; larger factors are written out value by value
 
+_Variable: TypeAlias = VariableRef | TestRef
+_Valuation: TypeAlias = Mapping[Leaf, Value]
 
-# --- booleans ------------------------------------------------------------------------------------
+
+# --- conditions ----------------------------------------------------------------------------------
 
 _ATOM = 9
 
 
-def condition(context: CifScope, expr: Expr, least: int = 0) -> str:
+def condition(scope: CifScope, expr: Expr, least: int = 0) -> str:
     """A boolean expression; in parentheses if it binds weaker than ``least``."""
-    return f"{_boolean(context, expr):{least}}"
-
-
-def _boolean(context: CifScope, expr: Expr) -> Spelled:
 
     def whole(node: Expr) -> Spelled | None:
-        """A comparison of anything but booleans, and the result of a function."""
-        if isinstance(node, Call) or any(isinstance(part, Convert) for part in _sides(node)):
-            return _written_out(context, node)
-        if not isinstance(node, Binary) or isinstance(node.left.type, BooleanType):
+        """A condition on anything but booleans."""
+        if not isinstance(node, Operation) or isinstance(node.operands[0].type, BooleanType):
             return None
-        if is_number(node.left.type):
-            return _comparison(context, node)
-        if isinstance(node.left.type, EnumType):
-            sides = (Spelled(_enum(context, side), _ATOM) for side in node.operands)
-            return _text(node).of(sides)
-        return _constant(evaluate(node, _no_leaf))
+        compared = _comparison(scope, node) if isinstance(node, Binary) else None
+        return compared or _written_out(scope, node)
 
     def leaf(node: Literal | Leaf) -> Spelled:
-        if isinstance(node, Literal):
-            return _constant(node.value)
-        return Spelled(context.reference(node), _ATOM)
+        text = _constant(node.value) if isinstance(node, Literal) else scope.reference(node)
+        return Spelled(text, _ATOM)
 
     def operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
-        text = _text(node)
-        return text.of(
-            Spelled(inner.text, _ATOM) if _same(part, node) else inner
-            for part, inner in zip(node.operands, operands, strict=True)
+        if isinstance(node, Holds):
+            return operands[0]  # nothing is undefined here
+        return _spelled(
+            node,
+            (
+                Spelled(text.text, _ATOM) if _is_same_chain(part, node) else text
+                for part, text in zip(node.operands, operands, strict=True)
+            ),
         )
 
-    return fold(expr, leaf, operation, known=whole)
+    return f"{fold(expr, leaf, operation, known=whole):{least}}"
 
 
-def _text(node: Operation) -> Text:
-    text = node.operation.cif
-    assert text is not None
-    return text
+def _spelled(node: Operation, operands: Iterable[Spelled]) -> Spelled:
+    template = node.operation.cif
+    assert template is not None
+    return template.of(operands)
 
 
-def _constant(value: Value) -> Spelled:
-    return Spelled("true" if value else "false", _ATOM)
+def _constant(value: Value) -> str:
+    return "true" if value else "false"
 
 
-def _sides(node: Expr) -> tuple[Expr, ...]:
-    return node.operands if isinstance(node, Binary) else ()
-
-
-def _same(part: Expr, node: Operation) -> bool:
+def _is_same_chain(part: Expr, node: Operation) -> bool:
     """Whether parentheses can be left out: ``a and (b and c)`` is ``a and b and c``."""
     return (
         isinstance(part, Binary)
@@ -89,25 +82,67 @@ def _same(part: Expr, node: Operation) -> bool:
     )
 
 
-def _enum(context: CifScope, expr: Expr) -> str:
-    if isinstance(expr, Literal):
-        return context.literal(expr.value, expr.type)
-    assert isinstance(expr, VariableRef)
-    return context.reference(expr)
+def _comparison(scope: CifScope, node: Binary) -> Spelled | None:
+    """A comparison of sums, or of values of an enum; None for any other."""
+    if isinstance(node.left.type, EnumType):
+        texts = [_enum_text(scope, side) for side in node.operands]
+        return (
+            _spelled(node, (Spelled(text or "", _ATOM) for text in texts)) if all(texts) else None
+        )
+    left, right = (_sum(side) if is_number(side.type) else None for side in node.operands)
+    if left is None or right is None:
+        return None
+    difference = left.plus(right, -1).shifted(scope)
+    if not difference.terms:  # any values will do
+        return Spelled(_constant(evaluate(node, lambda leaf: 0)), _ATOM)
+    sides = (" + ".join(_added(scope, difference, sign)) or "0" for sign in (1, -1))
+    return _spelled(node, (Spelled(side, _ATOM) for side in sides))
 
 
-def _no_leaf(leaf: Leaf) -> Value | None:
-    raise TypeError(leaf)
+def _enum_text(scope: CifScope, node: Expr) -> str | None:
+    """A constant or a variable of an enum; None for what is computed."""
+    match node:
+        case Literal(value=value, type=EnumType() as enum):
+            return scope.literal(value, enum)
+        case VariableRef() | TestRef():
+            return scope.reference(node)
+    return None
 
 
-# --- integers ------------------------------------------------------------------------------------
+def _written_out(scope: CifScope, expr: Expr) -> Spelled:
+    """A condition as the values of its variables for which it holds."""
+    points = list(_valuations(scope, expr))
+    held = [_point(scope, values) for values in points if evaluate(expr, values.__getitem__)]
+    if len(held) in (0, len(points)):
+        return Spelled(_constant(bool(held)), _ATOM)
+    several = len(points[0]) > 1
+    if len(held) == 1:
+        return Spelled(held[0], 3 if several else 4)
+    return Spelled(" or ".join(f"({point})" if several else point for point in held), 2)
+
+
+def _valuations(scope: CifScope, expr: Expr) -> Iterator[_Valuation]:
+    """All values of the variables that an expression reads."""
+    read = dict.fromkeys(part for part in walk(expr) if isinstance(part, _Variable))
+    for values in product(*(scope.variable(leaf).state.values for leaf in read)):
+        yield dict(zip(read, values, strict=True))
+
+
+def _point(scope: CifScope, values: _Valuation) -> str:
+    return " and ".join(
+        f"{scope.reference(leaf)} = {scope.variable(leaf).text(value)}"
+        for leaf, value in values.items()
+    )
+
+
+# --- sums of integers ----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class _Sum:
     """``terms`` (variable to factor, never 0) and a constant, over the variables' own values."""
 
-    terms: Mapping[VariableRef, int]
+    terms: Mapping[_Variable, int]
     constant: int
 
     def plus(self, other: _Sum, factor: int = 1) -> _Sum:
@@ -117,9 +152,9 @@ class _Sum:
         kept = {variable: count for variable, count in terms.items() if count}
         return _Sum(kept, self.constant + factor * other.constant)
 
-    def shifted(self) -> _Sum:
+    def shifted(self, scope: CifScope) -> _Sum:
         """The same number in terms of the variables as CIF keeps them."""
-        moved = sum(count * offset(variable.type) for variable, count in self.terms.items())
+        moved = sum(count * scope.variable(leaf).offset for leaf, count in self.terms.items())
         return _Sum(self.terms, self.constant - moved)
 
     def span(self) -> tuple[int, int]:
@@ -134,21 +169,23 @@ class _Sum:
 
 def _sum(expr: Expr) -> _Sum | None:
     """The expression as a sum of variables, None if it is none (or one with large factors)."""
-    found = _any_sum(expr)
+    found = fold(expr, _summand, _linear)
     if found is None or any(abs(count) > _MOST_REPEATED for count in found.terms.values()):
         return None
     return found
 
 
-def _any_sum(expr: Expr) -> _Sum | None:
-    def leaf(node: Literal | Leaf) -> _Sum | None:
-        if isinstance(node, VariableRef):
+def _summand(node: Literal | Leaf) -> _Sum | None:
+    match node:
+        case (
+            VariableRef(type=IntegerType(bounds=(_, _))) | TestRef(type=IntegerType(bounds=(_, _)))
+        ):
             return _Sum({node: 1}, 0)
-        assert isinstance(node, Literal)
-        value = float(node.value)
-        return _Sum({}, int(node.value)) if value.is_integer() else None
-
-    return fold(expr, leaf, _linear)
+        case Literal(value=float(value)) if value.is_integer():
+            return _Sum({}, int(value))
+        case Literal(value=int(value)):
+            return _Sum({}, value)
+    return None
 
 
 def _linear(node: Operation, operands: tuple[_Sum | None, ...]) -> _Sum | None:
@@ -164,10 +201,10 @@ def _linear(node: Operation, operands: tuple[_Sum | None, ...]) -> _Sum | None:
     return None
 
 
-def _added(context: CifScope, sum_: _Sum, sign: int) -> list[str]:
+def _added(scope: CifScope, sum_: _Sum, sign: int) -> list[str]:
     """The terms that are added (``sign`` 1) or taken away (-1), the constant last."""
     parts = [
-        context.reference(variable)
+        scope.reference(variable)
         for variable, count in sum_.terms.items()
         for _ in range(sign * count)
     ]
@@ -176,105 +213,52 @@ def _added(context: CifScope, sum_: _Sum, sign: int) -> list[str]:
     return parts
 
 
-def _comparison(context: CifScope, expr: Binary) -> Spelled:
-    left, right = _sum(expr.left), _sum(expr.right)
-    difference = None if left is None or right is None else left.plus(right, -1).shifted()
-    if difference is None:
-        return _written_out(context, expr)
-    if not difference.terms:
-        return _constant(evaluate(expr, _zero))
-    sides = (" + ".join(_added(context, difference, sign)) or "0" for sign in (1, -1))
-    return _text(expr).of(Spelled(side, _ATOM) for side in sides)
-
-
-def _zero(leaf: Leaf) -> Value:
-    """Any value will do where the terms cancel out."""
-    return 0
-
-
-def _valuations(expr: Expr) -> Iterator[dict[Expr, Value]]:
-    """All values of the variables that an expression reads."""
-    variables = list(dict.fromkeys(part for part in walk(expr) if isinstance(part, VariableRef)))
-    for values in product(*(domain(variable.type) or () for variable in variables)):
-        yield dict(zip(variables, values, strict=True))
-
-
-def _point(context: CifScope, values: Mapping[Expr, Value]) -> str:
-    parts = [
-        f"{context.reference(variable)} = {initial(context, variable.type, value)}"
-        for variable, value in values.items()
-        if isinstance(variable, VariableRef)
-    ]
-    return " and ".join(parts)
-
-
-def _written_out(context: CifScope, expr: Expr) -> Spelled:
-    """A condition as the values of its variables for which it holds."""
-    found = [(evaluate(expr, values.__getitem__), values) for values in _valuations(expr)]
-    points = [_point(context, values) for holds, values in found if holds]
-    if len(points) in (0, len(found)):
-        return _constant(bool(points))
-    several = len(found[0][1]) > 1
-    texts = [f"({point})" if several and len(points) > 1 else point for point in points]
-    return Spelled(" or ".join(texts), 2 if len(points) > 1 else (3 if several else 4))
-
-
 # --- assignments ---------------------------------------------------------------------------------
 
 
-def in_range(context: CifScope, type_: Type, expr: Expr) -> list[str]:
-    """What must hold so that the assigned value is one of the type; empty if it always is."""
-    match type_:
-        case IntegerType(bounds=(low, high)):
-            least, greatest = _span(expr)
-            texts = []
-            if least < low:
-                texts.append(_against(context, expr, ">=", low))
-            if greatest > high:
-                texts.append(_against(context, expr, "<=", high))
-            return texts
-    return []
-
-
-def _against(context: CifScope, expr: Expr, operator: str, bound: int) -> str:
-    comparison = Binary(operator, expr, Literal(bound, IntegerType()), BooleanType())
-    return condition(context, comparison, 3)
-
-
-def _span(expr: Expr) -> tuple[int, int]:
+def in_range(scope: CifScope, target: CifVariable, expr: Expr) -> list[str]:
+    """What must hold so that the variable can have the value; empty if it always can."""
+    values = target.state.values
+    if not isinstance(values, range):
+        return []
     sum_ = _sum(expr)
     if sum_ is not None:
-        return sum_.span()
-    values = [int(evaluate(expr, point.__getitem__)) for point in _valuations(expr)]
-    return min(values), max(values)
+        least, greatest = sum_.span()
+    else:
+        found = [evaluate(expr, point.__getitem__) for point in _valuations(scope, expr)]
+        least, greatest = int(min(found)), int(max(found))
+    texts = []
+    if least < values[0]:
+        texts.append(_bounded(scope, expr, ">=", values[0]))
+    if greatest > values[-1]:
+        texts.append(_bounded(scope, expr, "<=", values[-1]))
+    return texts
 
 
-def update(context: CifScope, type_: Type, expr: Expr) -> str:
-    """The right-hand side of an assignment to a variable of that type."""
-    match type_:
-        case EnumType() if isinstance(expr, Convert):
-            points = list(_valuations(expr))
-            values = [(evaluate(expr, p.__getitem__), _point(context, p)) for p in points]
-            texts = [f"{point}: {context.literal(value, type_)}" for value, point in values[:-1]]
-            last = context.literal(values[-1][0], type_)
-            return f"if {' elif '.join(texts)} else {last} end" if texts else last
-        case EnumType():
-            return _enum(context, expr)
-        case IntegerType(bounds=(low, high)):
-            sum_ = _sum(expr)
-            if sum_ is None:
-                return _by_cases(context, type_, expr, low, high)
-            kept = _Sum(sum_.terms, sum_.constant + offset(type_)).shifted()
-            added = " + ".join(_added(context, kept, 1)) or "0"
-            return " - ".join([added, *_added(context, kept, -1)])
-    return condition(context, expr)
+def _bounded(scope: CifScope, expr: Expr, operator: str, bound: int) -> str:
+    comparison = Binary(operator, expr, Literal(bound, IntegerType()), BooleanType())
+    return condition(scope, comparison, 3)
 
 
-def _by_cases(context: CifScope, type_: Type, expr: Expr, low: int, high: int) -> str:
+def update(scope: CifScope, target: CifVariable, expr: Expr) -> str:
+    """The right-hand side of an assignment to a variable."""
+    if isinstance(expr.type, BooleanType):
+        return condition(scope, expr)
+    if isinstance(target.state.values, range) and (sum_ := _sum(expr)) is not None:
+        kept = _Sum(sum_.terms, sum_.constant + target.offset).shifted(scope)
+        added = " + ".join(_added(scope, kept, 1)) or "0"
+        return " - ".join([added, *_added(scope, kept, -1)])
+    if isinstance(expr, _Variable) and scope.variable(expr).type == target.type:
+        return scope.reference(expr)
+    return _by_cases(scope, target, expr)
+
+
+def _by_cases(scope: CifScope, target: CifVariable, expr: Expr) -> str:
     """``if x = 0: 1 elif …``; values outside the range are ruled out by the edge's guard."""
-    cases = [(int(evaluate(expr, p.__getitem__)), _point(context, p)) for p in _valuations(expr)]
-    kept = [(value, point) for value, point in cases if low <= value <= high]
-    if len(kept) < 2:
-        return initial(context, type_, kept[0][0] if kept else low)
-    texts = [f"{point}: {initial(context, type_, value)}" for value, point in kept[:-1]]
-    return f"if {' elif '.join(texts)} else {initial(context, type_, kept[-1][0])} end"
+    found = ((evaluate(expr, p.__getitem__), p) for p in _valuations(scope, expr))
+    values = target.state.values
+    cases = [(target.text(value), point) for value, point in found if value in values]
+    if len(cases) < 2:
+        return cases[0][0] if cases else target.text(values[0])
+    texts = [f"{_point(scope, point)}: {text}" for text, point in cases[:-1]]
+    return f"if {' elif '.join(texts)} else {cases[-1][0]} end"

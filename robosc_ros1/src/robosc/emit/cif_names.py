@@ -1,18 +1,25 @@
-"""Names in CIF, and how the plant's values stand in it."""
+"""Names and values in CIF: what everything in a plant is called there.
+
+A number or a string that decides becomes a variable of an enumeration, with one value for each
+class that the model's comparisons distinguish. A test of data becomes a variable of the component
+whose data it reads, and a parameter of the node one of a component of its own, which nothing
+changes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
-from functools import cached_property
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
-from robosc.ir.automaton import Plant, VariableKind
-from robosc.model.entities import Variable
-from robosc.model.expr import Leaf, PhaseRef, StateRef, VariableRef
-from robosc.model.types import EnumType, IntegerType, Type, Value
+from robosc.errors import UsageError
+from robosc.ir.automaton import EventParameter, Plant, StateVariable, VariableKind
+from robosc.model.expr import Leaf, PhaseRef, StateRef, TestRef, VariableRef
+from robosc.model.traversal import walk
+from robosc.model.types import EnumType, IntegerType, Value
 from robosc.names import without_index
 
-__all__ = ["CifNames", "CifScope", "initial", "offset"]
+__all__ = ["CifScope", "CifVariable"]
 
 _RESERVED = (
     "alg alphabet and any attr automaton bool break case const cont continue controllable def der "
@@ -27,69 +34,81 @@ _RESERVED = (
     "uniform weibull "
 )
 _KEYWORDS = frozenset(_RESERVED.split())
+_WORDS = {
+    '""': "empty", ">=": "from", "<=": "up_to", "!=": "is_not", ">": "above", "<": "below",
+    "=": "is", "!": "not", "-": "minus",
+}  # fmt: skip
+_LONGEST = 24
+"""Characters of a class's name; others have a number, and what they stand for in a comment."""
 
 
-@dataclass
-class CifNames:
-    """Identifiers already in use, of the specification and of each automaton."""
+@dataclass(frozen=True)
+class CifVariable:
+    """A variable of a component's automaton: data of the plant's state, or a test of data.
 
-    taken: set[str] = field(default_factory=set)
-    inner: dict[str, set[str]] = field(default_factory=dict)
+    ``type`` is that in CIF. ``literals`` are the values of its enumeration, in the order of the
+    plant's (empty: it is an integer or a boolean). An integer is kept from 0 upwards: CIF has it
+    plus ``offset``.
+    """
 
-    def fresh(self, wanted: str) -> str:
-        """A name for something of the specification itself."""
-        return _unused(wanted, self.taken, frozenset())
+    component: str
+    name: str
+    state: StateVariable
+    type: str
+    literals: tuple[str, ...] = ()
+    offset: int = 0
 
-    def local(self, automaton: str, wanted: str) -> str:
-        """A name inside an automaton, which must not hide one outside."""
-        return _unused(wanted, self.inner.setdefault(automaton, set()), self.taken)
-
-
-def _unused(wanted: str, taken: set[str], others: Iterable[str]) -> str:
-    name = without_index(wanted)
-    while name in taken or name in others:
-        name += "_"
-    taken.add(name)
-    return f"${name}" if name in _KEYWORDS else name
+    def text(self, value: Value) -> str:
+        """A value of the plant as CIF keeps it."""
+        if self.literals:
+            return self.literals[self.state.values.index(value)]
+        return str(value).lower() if isinstance(value, bool) else str(int(value) + self.offset)
 
 
 class CifScope:
-    """What everything of a plant is called in CIF."""
+    """The names of everything in a plant; ``notes`` say what the values of enumerations mean.
 
-    def __init__(self, plant: Plant, names: CifNames) -> None:
+    Raises:
+        UsageError: a test reads data of several components.
+    """
+
+    def __init__(self, plant: Plant) -> None:
         self.plant = plant
-        self._names = names
+        self.notes: dict[str, str] = {}
+        self.enums: dict[str, tuple[str, ...]] = {}
+        self.parameters = ""
+        """The component of the node's parameters; empty if nothing reads them."""
+        self._taken: set[str] = set()
+        self._inner: dict[str, set[str]] = {}
+        self._enums_of_model: dict[EnumType, str] = {}
         robot = plant.robot
-        self._automata = {c.name: names.fresh(c.name) for c in robot.components}
+        self._automata = {c.name: self.fresh(c.name) for c in robot.components}
         self._phases = {
-            key: names.fresh(f"{c.name}_phase")
+            key: self.fresh(f"{c.name}_phase")
             for key, c in robot.communications.items()
             if c.phases is not None
         }
-        self._enums: dict[EnumType, tuple[str, dict[str, str]]] = {}
-        for variable in self.variables.values():
-            self._declare_enum(variable.type)
-        self._locals: dict[tuple[str, str, str], str] = {}
-
-    def _declare_enum(self, type_: Type) -> None:
-        if isinstance(type_, EnumType) and type_ not in self._enums:
-            name = self._names.fresh(type_.name)
-            literals = {v: self._names.fresh(f"{type_.name}_{v}") for v in type_.values}
-            self._enums[type_] = (name, literals)
-
-    @cached_property
-    def variables(self) -> dict[str, Variable]:
-        """The synthesis variables by key."""
-        return {
-            variable.key: variable
-            for component in self.plant.robot.components
-            if component.behaviour is not None
-            for variable in component.behaviour.variables
-            if (VariableKind.DATA, variable.key) in self.plant.variable_index
+        self.variables = {
+            index: self._variable(variable)
+            for index, variable in enumerate(plant.variables)
+            if variable.kind in (VariableKind.DATA, VariableKind.TEST)
+        }
+        self._locations = {
+            (variable.name, state): self._local(variable.name, str(state))
+            for variable in plant.variables
+            if variable.kind is VariableKind.LOCATION
+            for state in variable.values
         }
 
-    def enums(self) -> list[tuple[str, list[str]]]:
-        return [(name, list(literals.values())) for name, literals in self._enums.values()]
+    # --- names
+
+    def fresh(self, wanted: str) -> str:
+        """A name for something of the specification itself."""
+        return _unused(wanted, self._taken, frozenset())
+
+    def _local(self, component: str, wanted: str) -> str:
+        """A name inside an automaton, which must not hide one outside."""
+        return _unused(wanted, self._inner.setdefault(component, set()), self._taken)
 
     def automaton(self, component: str) -> str:
         return self._automata[component]
@@ -97,54 +116,132 @@ class CifScope:
     def phase(self, communication: str) -> str:
         return self._phases[communication]
 
-    def location(self, component: str, state: str) -> str:
-        return self._local(component, "location", state)
+    def location(self, component: str, state: Value) -> str:
+        return self._locations[component, state]
 
-    def own_variable(self, key: str) -> str:
-        component, _, name = key.partition(".")
-        return self._local(component, "variable", name)
-
-    def _local(self, component: str, what: str, wanted: str) -> str:
-        key = component, what, wanted
-        if key not in self._locals:
-            self._locals[key] = self._names.local(component, wanted)
-        return self._locals[key]
+    def variable(self, leaf: Leaf) -> CifVariable:
+        match leaf:
+            case TestRef(name=name):
+                key = VariableKind.TEST, name
+            case VariableRef(component=component, variable=name):
+                key = VariableKind.DATA, f"{component}.{name}"
+            case _:
+                raise TypeError(leaf)
+        return self.variables[self.plant.variable_index[key]]
 
     def reference(self, leaf: Leaf) -> str:
         match leaf:
-            case VariableRef(component=component, variable=variable):
-                own = self.own_variable(f"{component}.{variable}")
-                return f"{self.automaton(component)}.{own}"
             case StateRef(component=component, state=state):
                 return f"{self.automaton(component)}.{self.location(component, state)}"
             case PhaseRef(communication=key, phase=phase):
                 return f"{self.phase(key)}.{phase}"
-        raise TypeError(leaf)
+        variable = self.variable(leaf)
+        return f"{self.automaton(variable.component)}.{variable.name}"
 
-    def type(self, type_: Type) -> str:
+    def literal(self, value: Value, enum: EnumType) -> str:
+        """A value of an enum of the model."""
+        return self.enums[self._enums_of_model[enum]][enum.values.index(str(value))]
+
+    # --- variables
+
+    def _variable(self, variable: StateVariable) -> CifVariable:
+        test = variable.test
+        if test is None:
+            component, _, wanted = variable.name.partition(".")
+            type_ = self.plant.robot.variables[variable.name].type
+        else:
+            component, wanted, type_ = self._owner(test), _identifier(test.name), test.type
+        own = component, self._local(component, wanted), variable
+        if variable.labels is not None:
+            words = _class_names(variable, variable.name)
+            enum = self._enumeration(f"{component}_{wanted}_class", words)
+            self.notes[enum] = _note(words, variable)
+            return CifVariable(*own, enum, self.enums[enum])
         match type_:
-            case EnumType():
-                return self._enums[type_][0]
+            case EnumType(name=name, values=values):
+                if type_ not in self._enums_of_model:
+                    self._enums_of_model[type_] = self._enumeration(name, values)
+                enum = self._enums_of_model[type_]
+                return CifVariable(*own, enum, self.enums[enum])
             case IntegerType(bounds=(low, high)):
-                shift = offset(type_)
-                return f"int[{low + shift}..{high + shift}]"
-        return "bool"
+                shift = max(0, -low)
+                return CifVariable(*own, f"int[{low + shift}..{high + shift}]", offset=shift)
+        return CifVariable(*own, "bool")
 
-    def literal(self, value: Value, type_: Type) -> str:
-        if isinstance(type_, EnumType):
-            return self._enums[type_][1][str(value)]
-        return str(value).lower()
+    def _owner(self, test: TestRef) -> str:
+        """The component whose data a test reads, or that of parameters if it reads only these."""
+        parts = [*walk(test.subject), *(() if test.other is None else walk(test.other))]
+        found = {part.component for part in parts if isinstance(part, VariableRef)}
+        if len(found) > 1:
+            raise UsageError(
+                f"CIF has no numbers without bounds, and '{test.name}' compares data of several"
+                " components: convert the received value by an enum, or export as JSON"
+            )
+        if found:
+            return found.pop()
+        if not self.parameters:
+            self.parameters = self.fresh("Parameters")
+            self._automata[self.parameters] = self.parameters
+        return self.parameters
+
+    def _enumeration(self, wanted: str, words: Sequence[str]) -> str:
+        """Declare an enumeration; its literals carry its name, since enums may share values."""
+        name = self.fresh(wanted)
+        self.enums[name] = tuple(self.fresh(f"{wanted}_{word}") for word in words)
+        return name
+
+    def value_names(self, event: str, parameter: EventParameter) -> tuple[str, ...]:
+        """The values of a parameter, in their order, as parts of the names of events."""
+        if parameter.labels is None:
+            return tuple(map(_value_name, parameter.values))
+        words = _class_names(parameter, "value")
+        path = _identifier("_".join(map(str, parameter.path)) or "value")
+        self.notes[f"{event}, {path}"] = _note(words, parameter)
+        return words
 
 
-def offset(type_: Type) -> int:
-    """What is added to an integer to keep it from 0 upwards."""
-    match type_:
-        case IntegerType(bounds=(low, _)) if low < 0:
-            return -low
-    return 0
+def _unused(wanted: str, taken: set[str], others: Collection[str]) -> str:
+    name = without_index(wanted)
+    while name in taken or name in others:
+        name += "_"
+    taken.add(name)
+    return f"${name}" if name in _KEYWORDS else name
 
 
-def initial(context: CifScope, type_: Type, value: Value) -> str:
-    if isinstance(type_, IntegerType):
-        return str(int(value) + offset(type_))
-    return context.literal(value, type_)
+def _class_names(of: StateVariable | EventParameter, term: str) -> tuple[str, ...]:
+    """Names for classes, after their labels without the term that these are about."""
+    assert of.labels is not None
+    found: list[str] = []
+    for value, label in zip(of.values, of.labels, strict=True):
+        word = _value_name(value) if value is None else _identifier(label.replace(term, ""))
+        if len(word) > _LONGEST:
+            word = f"class{len(found) + 1}"
+        while word in found:
+            word += "_"
+        found.append(word)
+    return tuple(found)
+
+
+def _note(words: Sequence[str], of: StateVariable | EventParameter) -> str:
+    """What the values of an enumeration stand for; a missing one needs no explanation."""
+    assert of.labels is not None
+    found = zip(words, of.labels, of.values, strict=True)
+    return ", ".join(f"{word}: {label}" for word, label, value in found if value is not None)
+
+
+def _identifier(text: str) -> str:
+    """A condition as a name: ``charge_above_0_2``."""
+    for sign, word in _WORDS.items():
+        text = text.replace(sign, f" {word} ")
+    return re.sub(r"\W+", "_", text).strip("_")
+
+
+def _value_name(value: Value | None) -> str:
+    match value:
+        case None:
+            return "missing"
+        case bool():
+            return str(value).lower()
+        case int():
+            return f"m{-value}" if value < 0 else str(value)
+    return str(value)
