@@ -122,6 +122,12 @@ def _replacements(node: ast.AST, parent: ast.AST) -> Iterator[ast.expr | ast.stm
             yield from _shifted(number)
         case ast.Assign(targets=[ast.Attribute()]):
             yield ast.Pass()
+        case ast.AugAssign(target=ast.Attribute() as target, op=ast.Add(), value=value):
+            yield ast.Pass()
+            yield ast.AugAssign(target, ast.Sub(), value)
+        case ast.AugAssign(target=ast.Attribute() as target, op=ast.Sub(), value=value):
+            yield ast.Pass()
+            yield ast.AugAssign(target, ast.Add(), value)
         case ast.BinOp(left=left, op=ast.Add(), right=right):
             yield ast.BinOp(left, ast.Sub(), right)
         case ast.BinOp(left=left, op=ast.Sub(), right=right):

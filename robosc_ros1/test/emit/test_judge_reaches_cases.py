@@ -55,7 +55,7 @@ def watched(tmp_path: Path) -> Iterator[tuple[Any, str]]:
         ("13.2 and self.scan_fresh and self.sound_fresh", "13.2 and self.sound_fresh"),
         ("13.2 and self.scan_fresh and self.sound_fresh", "13.2 and self.scan_fresh"),
         ("not self.scan_fresh and self.sound_fresh", "not self.scan_fresh"),
-        ("self.motor_entries = self.motor_entries + 1", "pass"),
+        ("self.motor_entries += 1", "pass"),
         ('if self.motor == "rest":', "if False:"),  # it never takes the transition
     ],
 )
@@ -94,11 +94,11 @@ def test_mutants_without_a_difference_are_equivalent(watched: tuple[Any, str]) -
     samples = robot.samples(8)
 
     def comparison(after: str) -> Any:
-        mutant = source.replace("self.motor_entries + 1", after)
+        mutant = source.replace("self.motor_entries += 1", after)
         return compare(class_of(source)(), class_of(mutant)(), samples, robot.topics, 30.0)
 
-    assert comparison("self.motor_entries + 2")[1:] == (True, None)
-    assert comparison("self.motor_entries + 0").difference is not None
+    assert comparison("self.motor_entries += 2")[1:] == (True, None)
+    assert comparison("self.motor_entries += 0").difference is not None
 
 
 def test_mutants_are_compared_with_a_recording_where_they_differ(
@@ -117,8 +117,8 @@ def test_mutants_are_compared_with_a_recording_where_they_differ(
         return recording.compare(class_of(faulty), method)
 
     assert recording.is_complete
-    assert comparison("+ 1", "+ 2", "request_halt")[1:] == (True, None)
-    for before, after in (("+ 1", "+ 0"), ('self.motor = "rest"', "pass")):
+    assert comparison("+= 1", "+= 2", "request_halt")[1:] == (True, None)
+    for before, after in (("+= 1", "+= 0"), ('self.motor = "rest"', "pass")):
         difference = comparison(before, after, "request_halt").difference
         assert difference.endswith("request of Motor.halt")
     guard = comparison("not self.scan_fresh and", "", "requirement_2")
@@ -322,7 +322,7 @@ def test_it_knows_which_components_block(tmp_path: Path) -> None:
         # pressed: no way leads there through states in which a goal is to be cancelled.
         (
             "gallery/go_to_pose/go_to_pose.rscd",
-            '"waiting"\n        self.navigator_entries = self.navigator_entries + 1',
+            '"waiting"\n        self.navigator_entries += 1',
             '"waiting"',
         ),
         # The next message would change what the request is to carry.

@@ -11,7 +11,7 @@ from synthesis.oracle import Oracle
 from synthesis.plants import guard_text, plant_of
 from synthesis.subject import robot_of
 
-from robosc.emit.python import Attributes, in_controller
+from robosc.emit.python import Attributes
 from robosc.ir.counting import with_counts
 from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl
 from robosc.model.evaluation import evaluate
@@ -88,7 +88,7 @@ def test_texts_mean_what_they_stand_for(seed: int) -> None:
     read = [r.condition for r in robot_of(model(5, requirements)).requirements]
     names = {f"Station[{i}]": f"station_{i}" for i in range(1, 6)}
     attributes = Attributes(names, {f"{n}.good": f"{a}_good" for n, a in names.items()}, {}, {})
-    texts = [in_controller(expr, attributes) for expr in exprs]
+    texts = [attributes.text(expr) for expr in exprs]
     assert any("sum((" in text for text in texts)
     for _ in range(40):
         values = {

@@ -9,7 +9,7 @@ import pytest
 from model_text import behaviour_of, faults, resolve
 from test_ros_definitions import around, package
 
-from robosc.emit.python import Attributes, in_controller
+from robosc.emit.python import Attributes
 from robosc.language.functions import HELPERS
 from robosc.model.entities import Binding, DataArray, DataObject
 from robosc.model.evaluation import evaluate
@@ -332,4 +332,4 @@ def test_durations_are_sent_by_name(
     attributes = Attributes({}, {}, {}, {}, parameters={"long": "long"})
     controller = SimpleNamespace(long=robot.parameters[0].default if robot.parameters else None)
     for (_, value), part in zip(data.fields, parts, strict=True):
-        assert eval(in_controller(value, attributes), {**HELPERS, "self": controller}) == part
+        assert eval(attributes.text(value), {**HELPERS, "self": controller}) == part

@@ -18,7 +18,6 @@ from robosc.emit.messages import converting_enums, provide_view, reading
 from robosc.emit.naming import PythonNames, place
 from robosc.emit.python import (
     Attributes,
-    Spelling,
     converter_counts,
     converter_parameters,
     duration,
@@ -109,28 +108,26 @@ class _Builder:
         self.attributes = Attributes(
             locations, variables, phases, functions, entries, parameters, parts
         )
-        self.spelling = Spelling(self.attributes)
-        self.reactions = Reactions(self.plant, self.spelling)
+        self.reactions = Reactions(self.plant, self.attributes)
         self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
         methods = {number: r.method for number, r in enumerate(self.requirements)}
         self.parts = tuple(map(self._part, self.part_names.definitions))
         self.conditions = {r.method: r.condition for r in self.requirements}
         self.conditions |= {part.method: part.condition for part in self.parts}
-        self.guards = GuardTexts(supervisor, self.spelling, methods)
+        self.guards = GuardTexts(supervisor, self.attributes, methods)
 
     def _word(self, key: str) -> str:
         """A communication as a part of an identifier."""
         return snake_case(self.robot.display_names[key].replace(".", "_")) or "n"
 
     def build(self, robot_file: str) -> ControllerContext:
-        guards = {id(g.event): g for g in self.supervisor.guards}
-        by_event = {g.event: g for g in self.supervisor.guards}
+        guards = {g.event.identity: g for g in self.supervisor.guards}
         inputs = []
         commands = []
         taus = []
         afters = []
         for event in self.plant.events:
-            guard = guards.get(id(event)) or by_event.get(event)
+            guard = guards.get(event.identity)
             if event.kind is EventKind.TAU:
                 taus.append(self._tau(event, guard))
             elif event.kind is EventKind.AFTER:
@@ -199,7 +196,6 @@ class _Builder:
         return EnumView(
             self.attributes.enums[enum],
             enum.name,
-            enum.origin,
             converter_counts(enum),
             rules,
             literal(enum.default),
@@ -248,14 +244,14 @@ class _Builder:
             comment_lines([f"{requirement.text} ({where})"]),
             where,
             self.names.take(f"requirement_{number + 1}"),
-            self.spelling.text(holds_where(requirement)),
+            self.attributes.text(holds_where(requirement)),
         )
 
     def _part(self, part: NamedExpr) -> GuardPartView:
         return GuardPartView(
             self.attributes.parts[part.name],
             comment_lines([part.text(self.robot)]),
-            self.spelling.text(part.expr),
+            self.attributes.text(part.expr),
         )
 
     # --- events --------------------------------------------------------------------------------
@@ -266,7 +262,7 @@ class _Builder:
 
     def _input(self, event: Event) -> InputView:
         word = self._word(event.key)
-        read, lines = reading(event, self.robot, self.spelling)
+        read, lines = reading(event, self.robot, self.attributes)
         reader = None
         if read is not None:
             reader = self.names.take(f"read_{event.kind.value}_of_{word}")
@@ -289,7 +285,7 @@ class _Builder:
         reaction = self.reactions.reaction(event)
         synchronisation = self.reactions.synchronisation(event)
         provides = tuple(
-            provide_view(p, self.robot.communications[event.key], self.spelling)
+            provide_view(p, self.robot.communications[event.key], self.attributes)
             for p in self.robot.provides
             if p.communication == event.key and event.kind is EventKind.REQUEST
         )
@@ -316,7 +312,7 @@ class _Builder:
             reaction=reaction,
             reads=self._reads(text.text, synchronisation),
             requirements=event.requirements,
-            reason="None" if text.reason is None else literal(text.reason),
+            reason=text.reason,
             partners=self.reactions.partners(event, f"{kind}_of_{word}", self.names),
         )
 
@@ -384,16 +380,19 @@ class _Builder:
             allowed = None if guard is None else self.part_names.of_guard(guard.expr)
             for condition in (edge.guard, allowed):
                 if condition is not None and condition != TRUE:
-                    parts.append(self.spelling.operand(condition))
+                    parts.append(self.attributes.operand(condition))
             text = " and ".join(part for part in parts if part) or "True"
             moves.append((text, str(variable.values[edge.target])))
+        location = self.attributes.locations[event.key]
+        entries = self.attributes.entries.get(event.key)
         return TauView(
             event.name,
             event.index,
             self.names.take(f"step_{event.index}_of_{snake_case(event.key)}"),
             place(event.span),
-            self.attributes.locations[event.key],
-            self.attributes.entries.get(event.key),
+            location,
+            entries,
             tuple(moves),
             self._reads(*(text for text, _ in moves)),
+            (location,) if entries is None else (location, entries),
         )

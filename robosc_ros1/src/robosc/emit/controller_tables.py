@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from math import prod
 
-from robosc.emit.python import literal
+from robosc.emit.literals import literal
 from robosc.emit.views import ControllerContext
 from robosc.ir.automaton import VariableKind
 from robosc.language.functions import HELPERS
@@ -77,7 +77,7 @@ def parameter_row(parameter: Parameter) -> str:
     parts = [literal(parameter.name), literal(parameter.type), literal(parameter.default)]
     parts.append(literal(parameter.meaning))
     if parameter.choices:
-        parts.append(f"choices=({', '.join(map(literal, parameter.choices))},)")
+        parts.append(f"choices={literal(tuple(parameter.choices))}")
     for name in ("minimum", "maximum"):
         bound = getattr(parameter, name)
         parts += [] if bound is None else [f"{name}={bound!r}"]

@@ -8,7 +8,7 @@ from textwrap import wrap
 
 from robosc.emit.line_breaks import unparenthesised
 from robosc.emit.naming import place
-from robosc.emit.python import Spelling
+from robosc.emit.python import Attributes
 from robosc.ir.automaton import Event
 from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.model.entities import EventKind, Requirement
@@ -38,11 +38,11 @@ class GuardTexts:
     """Makes the guards of one supervisor. ``methods`` are the requirements' methods by number."""
 
     def __init__(
-        self, supervisor: Supervisor, spelling: Spelling, methods: Mapping[int, str]
+        self, supervisor: Supervisor, attributes: Attributes, methods: Mapping[int, str]
     ) -> None:
         self.supervisor = supervisor
         self.names = supervisor.part_names
-        self.spelling = spelling
+        self.attributes = attributes
         self.methods = methods
 
     def guard(self, event: Event, guard: Guard | None) -> GuardText:
@@ -93,7 +93,7 @@ class GuardTexts:
         if parts and self.names.is_long(expr):
             rest = conjunction(parts) if operator == "and" else disjunction(parts)
             parts = operands(self.names.short(rest), operator)
-        spelled = self.spelling.operand if operator == "and" else self.spelling.text
+        spelled = self.attributes.operand if operator == "and" else self.attributes.text
         texts = [self._call(event, number) for number in called] + [spelled(p) for p in parts]
         return unparenthesised(_operator(event).join(texts)), called
 

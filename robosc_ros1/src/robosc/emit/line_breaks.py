@@ -10,6 +10,7 @@ import ast
 import io
 import re
 import tokenize
+from collections.abc import Iterator
 from itertools import pairwise
 from textwrap import wrap
 
@@ -35,6 +36,7 @@ _LEVELS = (
 )
 """Where an expression is broken, the loosest first."""
 _OPERATORS = frozenset(operator for level in _LEVELS for operator in level)
+_OPENING, _CLOSING = ("(", "[", "{"), (")", "]", "}")
 _HEAD = re.compile(r"(?:(?:if|elif|return) |[\w.]+ = )(?=.)")
 _DOCSTRING = re.compile(r'"""(.*)"""')
 _STRING = r"""f?"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'"""
@@ -203,20 +205,27 @@ def _tokens(text: str) -> list[tokenize.TokenInfo]:
         return []
 
 
+def _nested(text: str) -> Iterator[tuple[tokenize.TokenInfo, int]]:
+    """The tokens of a text, each with the number of brackets around it."""
+    depth = 0
+    for token in _tokens(text):
+        depth -= token.string in _CLOSING
+        yield token, depth
+        depth += token.string in _OPENING
+
+
 def _operators(text: str) -> list[tuple[str, int]]:
     """The operators and commas outside of all brackets, and where they begin."""
-    depth = 0
     found = []
     within = False  # a lambda
     binary = False  # whether a sign would be an operator here
-    for token in _tokens(text):
+    for token, depth in _nested(text):
         name = token.string
-        depth += (name in ("(", "[", "{")) - (name in (")", "]", "}"))
         if depth == 0 and name in ("lambda", ","):
             within = name == "lambda"  # it reaches to the next comma
         if depth == 0 and name in _OPERATORS and not within and (binary or name not in "+-"):
             found.append((name, token.start[1]))
-        binary = name in (")", "]", "}") or (
+        binary = name in _CLOSING or (
             token.type in (tokenize.NAME, tokenize.NUMBER, tokenize.STRING)
             and name not in ("or", "and", "not", "if", "else", "in")
         )
@@ -225,17 +234,10 @@ def _operators(text: str) -> list[tuple[str, int]]:
 
 def _brackets(text: str) -> list[tuple[int, int]]:
     """Where the outermost brackets begin and end."""
-    depth = start = 0
-    found = []
-    for token in _tokens(text):
-        if token.string in ("(", "[", "{"):
-            start = start if depth else token.start[1]
-            depth += 1
-        elif token.string in (")", "]", "}"):
-            depth -= 1
-            if depth == 0:
-                found.append((start, token.start[1]))
-    return found
+    outer = [token for token, depth in _nested(text) if depth == 0]
+    starts = [token.start[1] for token in outer if token.string in _OPENING]
+    ends = [token.start[1] for token in outer if token.string in _CLOSING]
+    return list(zip(starts, ends, strict=True))
 
 
 def _without_comment(text: str) -> tuple[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robosc.emit.naming import field_attribute, place
-from robosc.emit.python import Spelling, access, converted, literal
+from robosc.emit.python import Attributes, access, converted, literal
 from robosc.emit.views import ProvideView
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.ir.formulas import may_be_huge
@@ -33,7 +33,7 @@ __all__ = ["converting_enums", "provide_view", "reading"]
 
 
 def reading(
-    event: Event, robot: Robot, spelling: Spelling
+    event: Event, robot: Robot, attributes: Attributes
 ) -> tuple[str | None, tuple[tuple[str, str], ...]]:
     """How the event's value is taken from ``message``: one expression, or entries by path."""
     type_ = value_type(robot, event)
@@ -46,7 +46,7 @@ def reading(
     if isinstance(carried, ObjectType) and isinstance(type_, ObjectType):
         lines = []
         for path, part_type in value_parts(event).items():
-            text = converted(part_type, access(message, path), spelling.attributes)
+            text = converted(part_type, access(message, path), attributes)
             if optional or not all_names(path):
                 text = f"optional(lambda: {text})"
             lines.append((literal(path_text(path)), text))
@@ -61,41 +61,43 @@ def reading(
             if name is not None
             else f"getattr({message}, only_field({message}))"
         )
-    text = converted(type_, root, spelling.attributes)
+    text = converted(type_, root, attributes)
     return f"optional(lambda: {text})" if optional else text, ()
 
 
-def provide_view(provide: Provide, communication: Communication, spelling: Spelling) -> ProvideView:
+def provide_view(
+    provide: Provide, communication: Communication, attributes: Attributes
+) -> ProvideView:
     """A provide statement: its condition and the dict of the fields that it sets."""
-    text = _data(provide.data, communication.request, spelling)
+    text = _data(provide.data, communication.request, attributes)
     if not isinstance(communication.request, ObjectType):
         field = communication.binding.request_field
         text = f"{{{literal(field or '')}: {text}}}"
-    condition = None if provide.condition is None else spelling.text(provide.condition)
+    condition = None if provide.condition is None else attributes.text(provide.condition)
     return ProvideView(condition, text, place(provide.span))
 
 
-def _data(data: Data, type_: Type, spelling: Spelling) -> str:
+def _data(data: Data, type_: Type, attributes: Attributes) -> str:
     if isinstance(data, DataObject):
         parts = [
-            f"{literal(name)}: {_data(value, _property(type_, name), spelling)}"
+            f"{literal(name)}: {_data(value, _property(type_, name), attributes)}"
             for name, value in data.fields
         ]
         return "{" + ", ".join(parts) + "}"
     if isinstance(data, DataArray):
         element = type_.element if isinstance(type_, ArrayType) else NoneType()
-        return f"[{', '.join(_data(value, element, spelling) for value in data.elements)}]"
+        return f"[{', '.join(_data(value, element, attributes) for value in data.elements)}]"
     if isinstance(data, Literal) and isinstance(type_, ArrayType | ObjectType):
         return literal(data.value)
     if isinstance(type_, ArrayType | ObjectType):
-        return f"copied({spelling.text(data)})"
+        return f"copied({attributes.text(data)})"
     if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
         # A message's floating point field takes a float, not an integer.
         if isinstance(data, Literal) and isinstance(data.value, int):
             return repr(float(data.value))
         widen = "widen" if may_be_huge(data) else "float"
-        return f"{widen}({spelling.text(data)})"
-    return spelling.text(data)
+        return f"{widen}({attributes.text(data)})"
+    return attributes.text(data)
 
 
 def _property(type_: Type, name: str) -> Type:

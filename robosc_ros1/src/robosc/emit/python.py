@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from robosc.emit import literals
 from robosc.emit.naming import field_attribute
 from robosc.ir.counting import with_counts
 from robosc.ir.formulas import (
@@ -52,13 +52,12 @@ from robosc.model.types import (
     ObjectType,
     StringType,
     Type,
-    Value,
 )
 from robosc.runtime.values import NOW
 
 __all__ = [
-    "Attributes", "Spelling", "access", "converted", "converter_counts", "converter_parameters",
-    "duration", "in_controller", "in_enum_rule", "literal", "operand", "within",
+    "Attributes", "access", "converted", "converter_counts", "converter_parameters", "duration",
+    "in_enum_rule", "literal", "operand", "within",
 ]  # fmt: skip
 
 Path = tuple[str | int, ...]
@@ -68,7 +67,9 @@ _LOCATION = "\0location"  # no variable can be called so
 
 @dataclass(frozen=True)
 class Attributes:
-    """The controller's attributes: component to its state, ``Component.variable``, key to phase.
+    """The controller's attributes, and expressions over them as Python source.
+
+    They are given by component (its state), ``Component.variable``, and key (its phase).
 
     ``entries`` are those that count how often a component entered a state, ``parameters`` those
     that hold parameters, by their keys. ``parts`` are methods, by the names of parts of guards.
@@ -82,89 +83,71 @@ class Attributes:
     parameters: Mapping[str, str] = field(default_factory=dict)
     parts: Mapping[str, str] = field(default_factory=dict)
 
-
-@dataclass(frozen=True)
-class Spelling:
-    """Expressions as texts with the names that were given out."""
-
-    attributes: Attributes
-
     def text(self, expr: Expr) -> str:
-        return in_controller(expr, self.attributes)
+        """An expression over the controller's state and an event's ``value``.
+
+        The value of a basic type or enum is a plain one, that of an object a dict by path. What did
+        not come is None there.
+        """
+
+        def leaf(node: Leaf) -> str:
+            return _in_controller(node, self)
+
+        def convert(enum: EnumType, text: str) -> str:
+            return converted(enum, text, self)
+
+        def part(node: Part, whole: str) -> str:
+            return converted(node.type, defined_access(whole, node.path), self)
+
+        spread = _spread(exact(with_counts(expr, chains=False)))
+        return to_python(spread, leaf, _literal, convert, part)
 
     def operand(self, expr: Expr) -> str:
         """The text of a condition as an operand of ``and``."""
         return operand(expr, self.text(expr))
 
 
-def literal(value: Value) -> str:
-    """A value as Python source, strings always in double quotes."""
-    return _source(value)
-
-
-def _source(value: Any) -> str:
+def literal(value: Any) -> str:
+    """A value of the model as Python source; an array is a list there."""
     if value is NOW:
         return "now()"
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{_source(n)}: {_source(v)}" for n, v in value.items()) + "}"
+        return "{" + ", ".join(f"{literal(n)}: {literal(v)}" for n, v in value.items()) + "}"
     if isinstance(value, tuple):
-        return f"[{', '.join(map(_source, value))}]"
-    if isinstance(value, str):
-        text = repr(value)
-        if text[0] == "'" and '"' not in text:
-            return f'"{text[1:-1]}"'
-        return text
-    if isinstance(value, float) and not math.isfinite(value):
-        return f'float("{value}")'
-    return repr(value)
+        return f"[{', '.join(map(literal, value))}]"
+    return literals.literal(value)
 
 
 def _literal(node: Literal) -> str:
     return literal(node.value)
 
 
-def in_controller(expr: Expr, attributes: Attributes) -> str:
-    """An expression over the controller's state and an event's ``value``.
-
-    The value of a basic type or enum is a plain one, that of an object a dict by path. What did not
-    come is None there.
-    """
-
-    def leaf(node: Leaf) -> str:
-        match node:
-            case VariableRef(component=component, variable=name):
-                if name == _LOCATION:
-                    return f"self.{attributes.locations[component]}"
-                text = f"self.{attributes.variables[f'{component}.{name}']}"
-                return f"given({text})" if isinstance(node.type, ArrayType | ObjectType) else text
-            case StateRef() | TestRef():
-                raise AssertionError("states and tests are spread before")
-            case PhaseRef(communication=key):
-                return f"self.{attributes.phases[key]}"
-            case ParameterRef(parameter=parameter):
-                return f"self.{attributes.parameters[parameter.key]}"
-            case Count(conditions=conditions, least=least, negated=negated):
-                texts = ", ".join(in_controller(condition, attributes) for condition in conditions)
-                return f"sum(({texts})) {'<' if negated else '>='} {least}"
-            case NamedPart(variable=name):
-                return f"self.{attributes.parts[name]}()"
-            case ValueRef(path=(), type=type_, optional=optional):
-                whole = 'value[""]' if isinstance(type_, ObjectType) else "value"
-                return f"given({whole})" if optional else whole
-            case ElementRef(variable=name, path=path):
-                text = access(element_name(name), path)
-                return converted(node.type, text, attributes)
-            case ValueRef(path=path, optional=optional):
-                part = f"value[{literal(path_text(path))}]"
-                return part if all_names(path) and not optional else f"given({part})"
-
-    def convert(enum: EnumType, text: str) -> str:
-        return converted(enum, text, attributes)
-
-    def part(node: Part, whole: str) -> str:
-        return converted(node.type, defined_access(whole, node.path), attributes)
-
-    return to_python(_spread(exact(with_counts(expr, chains=False))), leaf, _literal, convert, part)
+def _in_controller(node: Leaf, attributes: Attributes) -> str:
+    match node:
+        case VariableRef(component=component, variable=name):
+            if name == _LOCATION:
+                return f"self.{attributes.locations[component]}"
+            text = f"self.{attributes.variables[f'{component}.{name}']}"
+            return f"given({text})" if isinstance(node.type, ArrayType | ObjectType) else text
+        case StateRef() | TestRef():
+            raise AssertionError("states and tests are spread before")
+        case PhaseRef(communication=key):
+            return f"self.{attributes.phases[key]}"
+        case ParameterRef(parameter=parameter):
+            return f"self.{attributes.parameters[parameter.key]}"
+        case Count(conditions=conditions, least=least, negated=negated):
+            texts = ", ".join(map(attributes.text, conditions))
+            return f"sum(({texts})) {'<' if negated else '>='} {least}"
+        case NamedPart(variable=name):
+            return f"self.{attributes.parts[name]}()"
+        case ValueRef(path=(), type=type_, optional=optional):
+            whole = 'value[""]' if isinstance(type_, ObjectType) else "value"
+            return f"given({whole})" if optional else whole
+        case ElementRef(variable=name, path=path):
+            return converted(node.type, access(element_name(name), path), attributes)
+        case ValueRef(path=path, optional=optional):
+            part = f"value[{literal(path_text(path))}]"
+            return part if all_names(path) and not optional else f"given({part})"
 
 
 def _spread(expr: Expr) -> Expr:
@@ -183,6 +166,8 @@ def _spread(expr: Expr) -> Expr:
                 return _state_test("!=", state)
             case Unary(operator="!", operand=Binary(operator="=" | "!=") as same):
                 return _spread(negation(same))
+            case Binary(operator="=>", left=Binary(operator="=" | "!=") as same, right=right):
+                return _spread(Binary("or", negation(same), right, BooleanType()))
         return None
 
     return fold(expr, leaf, with_operands, known=negated)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 from robosc.emit.line_breaks import unparenthesised
 from robosc.emit.naming import PythonNames, place
-from robosc.emit.python import Spelling, literal, operand, within
+from robosc.emit.python import Attributes, literal, operand, within
 from robosc.emit.views import PartnerView, ReactionView
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.ir.formulas import exact, may_be_huge
@@ -63,9 +63,9 @@ def attributes_read(texts: Iterable[str]) -> frozenset[str]:
 class Reactions:
     """Describes the events of one plant."""
 
-    def __init__(self, plant: Plant, spelling: Spelling) -> None:
+    def __init__(self, plant: Plant, attributes: Attributes) -> None:
         self.plant = plant
-        self.spelling = spelling
+        self.attributes = attributes
         self.variables = plant.robot.variables
 
     def reaction(self, event: Event, tested: bool = False) -> ReactionView:
@@ -83,7 +83,7 @@ class Reactions:
         phase = event.phase
         if phase is None:
             return ReactionView(None, "", tuple(body), tuple(changed))
-        busy = self.spelling.attributes.phases[event.key]
+        busy = self.attributes.phases[event.key]
         if phase.sources != (phase.target,):
             body.append(f"self.{busy} = {phase.target == 1}")
             changed[busy] = None
@@ -100,8 +100,8 @@ class Reactions:
         location = self.plant.variables[automaton.variable]
         if any(e.source != e.target for e in edges):
             target = literal(location.values[edge.target])
-            effects.append((self.spelling.attributes.locations[automaton.component], target))
-        entries = self.spelling.attributes.entries.get(automaton.component)
+            effects.append((self.attributes.locations[automaton.component], target))
+        entries = self.attributes.entries.get(automaton.component)
         if edge.enters and entries is not None:
             effects.append((entries, f"self.{entries} + 1"))
         return _Branch(
@@ -114,7 +114,7 @@ class Reactions:
         guard = edges[0].guard
         parts = [self.location_test(location, [e.source for e in edges])]
         if guard is not None:
-            text = self.spelling.text(guard)
+            text = self.attributes.text(guard)
             if may_be_undefined(exact(guard)):
                 text = f"self.holds(lambda: {text}, {literal(place(edges[0].span))})"
                 parts.append(text)
@@ -130,7 +130,7 @@ class Reactions:
     def location_test(self, location: StateVariable, sources: Iterable[int]) -> str:
         """Whether the component is in one of the states; empty if it always is."""
         states = [str(location.values[source]) for source in sources]
-        attribute = f"self.{self.spelling.attributes.locations[location.name]}"
+        attribute = f"self.{self.attributes.locations[location.name]}"
         if len(states) == location.size:
             return ""
         if len(states) == 1:
@@ -138,8 +138,8 @@ class Reactions:
         return f"{attribute} in ({', '.join(literal(s) for s in states)})"
 
     def _effect(self, event: Event, variable: Variable, expr: Expr) -> tuple[str, str]:
-        attribute = self.spelling.attributes.variables[variable.key]
-        text = self.spelling.text(expr)
+        attribute = self.attributes.variables[variable.key]
+        text = self.attributes.text(expr)
         if isinstance(variable.type, DoubleType) and isinstance(expr.type, IntegerType):
             text = f"{'widen' if may_be_huge(expr) else 'float'}({text})"
         where = literal(place(expr.span)) if expr.span is not None else '""'
@@ -204,7 +204,7 @@ class Reactions:
                 assert isinstance(variable.type, IntegerType)
                 assert variable.type.bounds is not None
                 low, high = variable.type.bounds
-                yield f"{low} <= {self.spelling.text(expr)} <= {high}"
+                yield f"{low} <= {self.attributes.text(expr)} <= {high}"
 
 
 def alike(edges: Iterable[Edge]) -> list[list[Edge]]:
@@ -250,7 +250,13 @@ def _body(parts: list[_LocalReaction]) -> Iterator[str]:
 
 def _effects(branch: _Branch, waiting: Iterable[str], indent: str) -> Iterator[str]:
     for name, text in branch.effects:
-        yield f"{indent}{'' if name in waiting else 'self.'}{name} = {text}"
+        change = re.fullmatch(rf"self\.{name} ([-+]) ([\w.]+)", text)
+        if name in waiting:
+            yield f"{indent}{name} = {text}"
+        elif change:
+            yield f"{indent}self.{name} {change[1]}= {change[2]}"
+        else:
+            yield f"{indent}self.{name} = {text}"
 
 
 def _always_assigned(part: _LocalReaction) -> Iterator[str]:

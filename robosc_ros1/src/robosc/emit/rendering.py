@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from robosc.emit.line_breaks import break_long_lines as break_python
+from robosc.emit.literals import literal
 from robosc.emit.text_breaks import break_comments, break_markdown, break_xml
 from robosc.names import rostest_name
 from robosc.resources import templates_folder
@@ -31,15 +32,9 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
         autoescape=False,  # the output is source code, not markup
     )
-    environment.filters["quoted"] = _quoted
+    environment.filters["quoted"] = literal
     environment.filters["rostest_name"] = rostest_name
     return environment
-
-
-def _quoted(names: Iterable[str]) -> str:
-    """A tuple of strings as Python source."""
-    texts = [f'"{name}"' for name in names]
-    return f"({', '.join(texts)}{',' * (len(texts) == 1)})"
 
 
 def render(template: str, context: Any) -> str:

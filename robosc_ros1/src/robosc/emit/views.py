@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from robosc.emit.python import literal
-
 __all__ = [
     "AttributeView", "CommandView", "ComponentView", "ControllerContext", "CopiedRows",
     "CopiesView", "CopyView", "EnumView", "InputView", "GuardPartView", "PartnerView",
@@ -23,7 +21,6 @@ class EnumView:
 
     function: str
     name: str
-    place: str
     counts: bool
     rules: tuple[tuple[str, str, str, bool], ...]
     default: str
@@ -117,8 +114,8 @@ class CommandView:
     reads: tuple[str, ...]
     """The attributes that decide whether it is allowed, its own phase apart."""
     requirements: tuple[int, ...]
-    reason: str
-    """Python source: a string, or None."""
+    reason: str | None
+    """Why synthesis forbids more than the requirements do, if it does."""
     partners: tuple[PartnerView, ...]
     """The components that synchronise on it."""
     yields_to: tuple[int, ...] = ()
@@ -136,6 +133,7 @@ class TauView:
     moves: tuple[tuple[str, str], ...]
     """(condition, target) per way to take it."""
     reads: tuple[str, ...]
+    writes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -166,10 +164,6 @@ class RequirementView:
     place: str
     method: str
     condition: str
-
-    @property
-    def literal(self) -> str:
-        return literal(self.text)
 
 
 @dataclass(frozen=True)
@@ -221,8 +215,8 @@ class CopiedRows:
     copies: str
 
 
-@dataclass(frozen=True)
-class ControllerContext:
+@dataclass(frozen=True, kw_only=True)
+class ControllerContext(CopyView):
     """All that ``common/controller.py.jinja`` sees."""
 
     robot: str
@@ -230,16 +224,6 @@ class ControllerContext:
     class_name: str
     step_bound: int
     enums: tuple[EnumView, ...]
-    components: tuple[ComponentView, ...]
-    phases: tuple[AttributeView, ...]
-    locations: tuple[tuple[str, str], ...]
-    variables: tuple[tuple[str, str], ...]
-    communications: tuple[str, ...]
-    requirements: tuple[RequirementView, ...]
-    inputs: tuple[InputView, ...]
-    commands: tuple[CommandView, ...]
-    taus: tuple[TauView, ...]
-    afters: tuple[AfterView, ...]
     guard_parts: tuple[GuardPartView, ...] = ()
     parameters: tuple[AttributeView, ...] = ()
     parameter_rows: tuple[str, ...] = ()

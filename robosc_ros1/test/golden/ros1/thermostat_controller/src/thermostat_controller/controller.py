@@ -100,7 +100,7 @@ class ThermostatController(Controller):
         # requirement heat needs Season(Sensor.degrees) = season => Sensor.season = season
         #     (thermostat.rscd:45)
         return (
-            not season(self.sensor_degrees, self.wanted) == self.season_2
+            season(self.sensor_degrees, self.wanted) != self.season_2
             or self.sensor_season == self.season_2
         )
 
@@ -137,7 +137,7 @@ class ThermostatController(Controller):
         if self.heater == "cold":  # thermostat.rscd:33
             self.heater_level = self.steps
             self.heater = "hot"
-            self.heater_entries = self.heater_entries + 1
+            self.heater_entries += 1
 
     def can_request_rest(self):
         """Return whether rest may be requested (thermostat.rscd:28)."""
@@ -153,7 +153,7 @@ class ThermostatController(Controller):
         if self.heater == "hot":  # thermostat.rscd:36
             self.heater_level = 0
             self.heater = "cooling"
-            self.heater_entries = self.heater_entries + 1
+            self.heater_entries += 1
 
     def can_request_say(self):
         """Return whether say may be requested (thermostat.rscd:29)."""
@@ -173,7 +173,7 @@ class ThermostatController(Controller):
             before = self.heater
             # Heater (thermostat.rscd:39)
             self.heater = "cold"
-            self.heater_entries = self.heater_entries + 1
+            self.heater_entries += 1
             return before + "->" + self.heater
         return None
 
@@ -196,7 +196,7 @@ class ThermostatController(Controller):
             "string",
             "winter",
             "parameter season of the model",
-            choices=("winter", "summer",),
+            choices=("winter", "summer"),
             attribute="season_2",
         ),
         Parameter(
