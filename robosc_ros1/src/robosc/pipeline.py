@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,9 +28,8 @@ from robosc.errors import (
 from robosc.names import package_name, package_name_fault
 
 if TYPE_CHECKING:
-    from robosc.emit.config import Config
     from robosc.emit.export import Format
-    from robosc.emit.package import Package
+    from robosc.emit.target import Mode
     from robosc.emit.writer import Written
     from robosc.model.entities import Robot
     from robosc.progress import Progress
@@ -39,15 +38,13 @@ if TYPE_CHECKING:
     from robosc.synthesis.verify.findings import VerifyReport
 
 __all__ = [
-    "Checked", "Generated", "Loaded", "Mode", "Options", "Output", "Target", "check",
+    "Checked", "Generated", "Loaded", "Options", "Output", "Target", "check",
     "collector_at_rest", "explore", "export", "generate", "load", "supervise", "synthesize",
     "verify", "write_text",
 ]  # fmt: skip
 
 
 Target: TypeAlias = Literal["ros1", "ros2"]
-Mode: TypeAlias = Literal["controller", "supervisor"]
-"""A controller of its own, or a guard of one that somebody else wrote."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,6 +294,7 @@ def generate(
         EmptySupervisorError: no controller can satisfy the requirements.
         StateSpaceError: the state space is too large.
     """
+    from robosc.emit import ros1, ros2
     from robosc.emit.original_config import load_config
     from robosc.emit.package import namesake
     from robosc.emit.writer import write
@@ -317,7 +315,8 @@ def generate(
     _existing(supervisor, loaded.diagnostics)
     _bounded(supervisor)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
-    package = _emitter(output.target, output.mode)(supervisor, name, config.of_package(name))
+    emit = {"ros1": ros1.emit, "ros2": ros2.emit}[output.target]
+    package = emit(supervisor, name, config.of_package(name), output.mode)
     folder = output.folder or config.output.get(output.target) or Path()
     location = config.locations.get((output.target, output.mode))
     files = write(package, folder, output.force, None if output.folder else location)
@@ -337,18 +336,6 @@ def _bounded(supervisor: Supervisor) -> None:
             "the state space is too large to find out whether internal transitions end;"
             " 'robosc check' says more"
         )
-
-
-def _emitter(target: Target, mode: Mode) -> Callable[[Supervisor, str, Config], Package]:
-    from robosc.emit import ros1, ros1_supervisor, ros2, ros2_supervisor
-
-    emitters = {
-        ("ros1", "controller"): ros1.emit,
-        ("ros1", "supervisor"): ros1_supervisor.emit,
-        ("ros2", "controller"): ros2.emit,
-        ("ros2", "supervisor"): ros2_supervisor.emit,
-    }
-    return emitters[target, mode]
 
 
 def _existing(supervisor: Supervisor, warnings: tuple[Diagnostic, ...] = ()) -> Supervisor:

@@ -19,7 +19,7 @@ from emit.golden_packages import GOLDEN, model_path, package_of
 from ros_support import PYTHON, Master, Workspace
 
 from robosc import pipeline
-from robosc.emit import ros1_supervisor
+from robosc.emit import ros1
 from robosc.emit.writer import write
 
 __all__ = ["main"]
@@ -53,7 +53,7 @@ def built_workspace(folder: Path) -> Workspace:
     workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
     write(package_of("probe"), folder / "src")
     supervisor = pipeline.synthesize(pipeline.load(model_path("probe")).robot)
-    write(ros1_supervisor.emit(supervisor, "probe_supervisor"), folder / "src")
+    write(ros1.emit(supervisor, "probe_supervisor", mode="supervisor"), folder / "src")
     workspace.build()
     return workspace
 

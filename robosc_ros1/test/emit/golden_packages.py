@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from robosc import pipeline
-from robosc.emit import ros1, ros1_supervisor, ros2, ros2_supervisor
+from robosc.emit import ros1, ros2
 from robosc.emit.package import File, Package
 from robosc.resources import templates_folder
 
@@ -17,12 +17,7 @@ __all__ = [
 GOLDEN = Path(__file__).resolve().parents[1] / "golden"
 
 TARGETS = ("ros1", "ros2")
-EMITTERS = {
-    ("ros1", "controller"): ros1.emit,
-    ("ros1", "supervisor"): ros1_supervisor.emit,
-    ("ros2", "controller"): ros2.emit,
-    ("ros2", "supervisor"): ros2_supervisor.emit,
-}
+EMITTERS = {"ros1": ros1.emit, "ros2": ros2.emit}
 
 MODELS = ("lantern", "gauntlet", "thermostat")
 """``lantern`` needs no message definitions; ``gauntlet`` those of gauntlet_interfaces beside it;
@@ -44,7 +39,7 @@ def package_of(
 ) -> Package:
     """Return the package of a model, generated once per process."""
     supervisor = pipeline.synthesize(pipeline.load(model_path(model)).robot)
-    return EMITTERS[target, mode](supervisor, name or f"{model}_{mode}")
+    return EMITTERS[target](supervisor, name or f"{model}_{mode}", mode=mode)
 
 
 def golden_folder(model: str, target: str = "ros1", mode: str = "controller") -> Path:
@@ -53,11 +48,9 @@ def golden_folder(model: str, target: str = "ros1", mode: str = "controller") ->
 
 def kept_files(package: Package, target: str = "ros1", mode: str = "controller") -> dict[str, File]:
     """All files but those that are copied as they are, which only would be noise here."""
-    common = (templates_folder() / "common").glob("*.py")
-    sources = [*map(str, common), *(ros1 if target == "ros1" else ros2).WIRING]
-    copied = ["/_runtime/", *(f"/{source.rpartition('/')[2]}" for source in sources)]
+    folders = (templates_folder() / name for name in ("common", target))
+    copied = ["/_runtime/", *(f"/{path.name}" for f in folders for path in f.glob("*.py"))]
     if mode == "supervisor":
-        copied += ["/relay.py", "test/action_client.py"]
         # These are the controller's, which a test of its own says.
         copied += ["/controller.py", "/model.py", "test/plant_data.py", "/play_robot.py"]
     # These are the same for all targets, which a test of its own says.

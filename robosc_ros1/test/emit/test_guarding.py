@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
@@ -13,7 +14,7 @@ from emit.generated_code import supervisor_of
 from emit.judged_controllers import Robot, judging_modules, message_of
 
 from robosc import pipeline
-from robosc.emit import ros1_supervisor, ros2_supervisor
+from robosc.emit import ros1, ros2
 from robosc.emit.config import Config
 from robosc.emit.guarding import CommandMatch, command_matches
 from robosc.errors import ModelError, UsageError
@@ -39,7 +40,10 @@ robot Cart {
     %s
 }
 """
-EMITTERS = {"ros1": ros1_supervisor.emit, "ros2": ros2_supervisor.emit}
+EMITTERS = {
+    "ros1": partial(ros1.emit, mode="supervisor"),
+    "ros2": partial(ros2.emit, mode="supervisor"),
+}
 VEL = ("/vel", "geometry_msgs/Twist")
 DRIVE = "provide drive with { linear: { x: Sensor.wanted }, angular: { z: 0.0 } }"
 TURN = "provide turn with { linear: { x: Sensor.wanted }, angular: { z: 1.0 } }"
@@ -64,7 +68,7 @@ def test_constant_data_are_known_exactly_and_others_by_a_field() -> None:
 
 def test_exact_data_go_first_in_the_node() -> None:
     """A stop has the field by which driving is known."""
-    files = ros2_supervisor.emit(
+    files = EMITTERS["ros2"](
         supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}"), "cart_supervisor"
     ).files
     node = files["cart_supervisor/node.py"].content
@@ -122,7 +126,7 @@ def test_commands_without_data_are_played_as_they_are_known(tmp_path: Path) -> N
 )
 def test_what_cannot_be_told_apart_is_refused(provides: list[str], fault: str) -> None:
     with pytest.raises(ModelError) as refused:
-        ros2_supervisor.emit(supervisor_of(MODEL % "\n".join(provides)), "cart_supervisor")
+        EMITTERS["ros2"](supervisor_of(MODEL % "\n".join(provides)), "cart_supervisor")
     (diagnostic,) = refused.value.diagnostics
     assert diagnostic.code == "commands-alike"
     assert fault in diagnostic.message
@@ -175,7 +179,7 @@ def test_a_key_of_the_section_that_is_not_known_is_refused() -> None:
     with pytest.raises(
         UsageError, match="must give texts for package, executable, name, namespace, arg"
     ):
-        ros1_supervisor.emit(supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}"), "c", config)
+        EMITTERS["ros1"](supervisor_of(MODEL % f"{DRIVE} {TURN} {STOP}"), "c", config)
 
 
 def test_the_configuration_s_name_is_the_controller_s(tmp_path: Path) -> None:
@@ -196,5 +200,5 @@ def test_numbers_without_end_and_no_numbers() -> None:
     supervisor = supervisor_of((MODEL % f"{stop} {turn}").replace(drive, ""))
     matches = {r.key: r for r in command_matches(supervisor.plant.robot)[VEL]}
     assert matches["Motor.turn"] == CommandMatch("Motor.turn")
-    node = ros1_supervisor.emit(supervisor, "c").files["src/c/node.py"].content
+    node = EMITTERS["ros1"](supervisor, "c").files["src/c/node.py"].content
     assert '{"linear": {"x": float("inf")}}' in node

@@ -52,7 +52,7 @@ def test_only_changed_files_are_touched(tmp_path: Path) -> None:
 
 
 def test_executables_are_executable(tmp_path: Path) -> None:
-    script = Package("demo", frozen_files({"run": File(MARK, executable=True), "a": File(MARK)}))
+    script = Package("demo", frozen_files({"run": File(f"#!/bin/sh\n{MARK}"), "a": File(MARK)}))
     write(script, tmp_path)
     assert (tmp_path / "demo" / "run").stat().st_mode & 0o111
     assert not (tmp_path / "demo" / "a").stat().st_mode & 0o111

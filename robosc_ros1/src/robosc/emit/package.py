@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -14,7 +14,8 @@ import robosc.runtime
 from robosc.resources import templates_folder
 
 __all__ = [
-    "MARKER", "File", "Package", "frozen_files", "namesake", "own_test_files", "runtime_files",
+    "MARKER", "File", "Package", "frozen_files", "namesake", "own_modules", "own_test_files",
+    "runtime_files",
 ]  # fmt: skip
 
 _RUNTIME_IMPORT = re.compile(r"^from [\w.]*\b_runtime\.(\w+) import", re.MULTILINE)
@@ -30,7 +31,11 @@ class File:
     """Content of one file, with ``\\n`` line ends."""
 
     content: str
-    executable: bool = False
+
+    @property
+    def executable(self) -> bool:
+        """Whether it is a program: its first line names the interpreter."""
+        return self.content.startswith("#!")
 
 
 @dataclass(frozen=True)
@@ -47,35 +52,52 @@ def frozen_files(files: Mapping[str, File]) -> Mapping[str, File]:
     return MappingProxyType(dict(sorted(files.items())))
 
 
+def own_modules(folder: str, target: str, files: Mapping[str, File]) -> dict[str, File]:
+    """The modules that are the same in every package and that those in the folder import."""
+    names = [name for _, text in _below(folder, files) for name in _SIBLING_IMPORT.findall(text)]
+    return _imported(names, _modules(target, "common"), _SIBLING_IMPORT, folder)
+
+
 def runtime_files(folder: str, files: Mapping[str, File]) -> dict[str, File]:
-    """The modules of the runtime that the package's files import, directly or through others."""
+    """The modules of the runtime that the package's files import."""
+    names = [name for file in files.values() for name in _RUNTIME_IMPORT.findall(file.content)]
     source = Path(robosc.runtime.__file__).resolve().parent
-    texts = {path.stem: path.read_text(encoding="utf-8") for path in source.glob("*.py")}
-    pending = ["__init__"]
-    for file in files.values():
-        pending += _RUNTIME_IMPORT.findall(file.content)
-    needed: dict[str, File] = {}
+    modules = {path.stem: path for path in source.glob("*.py")}
+    return _imported(["__init__", *names], modules, _SIBLING_IMPORT, folder)
+
+
+def own_test_files(files: Mapping[str, File], target: str = "common") -> dict[str, File]:
+    """The modules of the package's test that its files import."""
+    names = [name for _, text in _below("test", files) for name in _TEST_IMPORT.findall(text)]
+    modules = _modules(target, "common")
+    for path, _ in _below("test", files):
+        modules.pop(Path(path).stem, None)
+    return _imported(names, modules, _TEST_IMPORT, "test")
+
+
+def _below(folder: str, files: Mapping[str, File]) -> Iterator[tuple[str, str]]:
+    return ((path, file.content) for path, file in files.items() if path.startswith(f"{folder}/"))
+
+
+def _modules(*folders: str) -> dict[str, Path]:
+    """The modules in folders of templates, by name."""
+    paths = (path for folder in folders for path in (templates_folder() / folder).glob("*.py"))
+    return {path.stem: path for path in paths}
+
+
+def _imported(
+    names: Iterable[str], modules: Mapping[str, Path], statement: re.Pattern[str], folder: str
+) -> dict[str, File]:
+    """The modules of these names, and those that they import, directly or through others."""
+    found: dict[str, File] = {}
+    pending = list(names)
     while pending:
         name = pending.pop()
         path = f"{folder}/{name}.py"
-        if path not in needed:
-            needed[path] = File(texts[name])
-            pending += _SIBLING_IMPORT.findall(texts[name])
-    return needed
-
-
-def own_test_files(files: Mapping[str, File]) -> dict[str, File]:
-    """The modules of the package's test that its files import, directly or through others."""
-    source = templates_folder() / "common"
-    pending = [file for path, file in files.items() if path.startswith("test/")]
-    needed: dict[str, File] = {}
-    while pending:
-        for name in _TEST_IMPORT.findall(pending.pop().content):
-            path, module = f"test/{name}.py", source / f"{name}.py"
-            if path not in {*files, *needed} and module.is_file():
-                needed[path] = File(module.read_text(encoding="utf-8"))
-                pending.append(needed[path])
-    return needed
+        if name in modules and path not in found:
+            found[path] = File(modules[name].read_text(encoding="utf-8"))
+            pending += statement.findall(found[path].content)
+    return found
 
 
 def namesake(name: str) -> Path | None:

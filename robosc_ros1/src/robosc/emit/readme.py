@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from robosc.emit.config import Config, declared_communications, declared_parameters
-from robosc.emit.naming import place
+from robosc.emit.naming import file_of, place
 from robosc.emit.python import duration
 from robosc.ir.formulas import to_dsl
 from robosc.model.entities import Communication, Kind, Robot
@@ -133,7 +133,6 @@ class ReadmeContext:
 def readme_context(
     supervisor: Supervisor,
     package: str,
-    source: str,
     parameters: tuple[ParameterView, ...],
     spelling: Callable[[Communication], tuple[str, str]],
 ) -> ReadmeContext:
@@ -150,7 +149,7 @@ def readme_context(
     return ReadmeContext(
         package=package,
         robot=robot.name,
-        source=source,
+        source=file_of(robot.span),
         subscribed=interfaces(Kind.OUTGOING),
         published=interfaces(Kind.INCOMING),
         services=interfaces(Kind.SERVICE),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass, fields, replace
 
-from robosc.emit.common import PackageContext, TopicView
 from robosc.emit.config import Config
 from robosc.emit.guarding import CommandMatch, command_matches
-from robosc.emit.python import literal
+from robosc.emit.literals import literal
+from robosc.emit.package_context import PackageContext, TopicView
 from robosc.errors import UsageError
 from robosc.supervisor import Supervisor
 
@@ -117,22 +116,11 @@ def _view(topic: TopicView, commands: tuple[str, ...] = ()) -> RelayView:
 
 def _in_order(found: list[CommandMatch]) -> list[CommandMatch]:
     """Exact data go before a field: they may have a value of that field, too."""
-    return sorted(found, key=lambda recognition: not recognition.exact)
+    return sorted(found, key=lambda match: not match.exact)
 
 
-def _source(recognition: CommandMatch) -> str:
-    return f'"{recognition.key}", {_text(recognition.exact)}, {_text(recognition.field)}'
-
-
-def _text(value: object) -> str:
-    """A nest of tuples and dicts as Python source."""
-    if isinstance(value, tuple):
-        return f"({', '.join(map(_text, value))}{',' * (len(value) == 1)})"
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{_text(k)}: {_text(v)}" for k, v in value.items()) + "}"
-    if isinstance(value, float) and math.isinf(value):
-        return f'float("{value}")'
-    return literal(value) if isinstance(value, bool | int | float | str) else repr(value)
+def _source(match: CommandMatch) -> str:
+    return ", ".join(map(literal, (match.key, match.exact, match.field)))
 
 
 def _controller(config: Config) -> ControllerNode:
