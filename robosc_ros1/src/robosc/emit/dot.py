@@ -11,16 +11,11 @@ import subprocess
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from robosc.emit.transitions import AnyTransition, transitions
 from robosc.errors import UsageError, counted
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.formulas import to_dsl
-from robosc.model.entities import (
-    Behaviour,
-    Component,
-    ResultTransition,
-    Robot,
-    Tau,
-)
+from robosc.model.entities import Behaviour, Component, Robot
 from robosc.model.expr import Expr
 from robosc.supervisor import Step
 from robosc.synthesis.documents import step_document
@@ -111,41 +106,27 @@ def _automaton(robot: Robot, component: Component, behaviour: Behaviour) -> Iter
     def place(state: str) -> str:
         return f"{component.name}.{state}"
 
-    arrows = []
+    everywhere = f"{component.name} {_EVERY_STATE}"
     for state in behaviour.states:
         yield _node(place(state.name), state.name, state.marked)
         if state.initial:
             yield from _start(place(state.name))
-        own: list[ResultTransition | Tau] = [*state.transitions, *state.taus]
-        for after in state.afters:
-            target = place(after.transition.goto or state.name)
-            label = "\n".join(
-                [f"after {_words(after.delay, robot)}", *_details(robot, after.transition)]
-            )
-            arrows.append(_Arrow(place(state.name), target, label, False))
-        for transition in own:
-            target = place(transition.goto or state.name)
-            arrows.append(_arrow(robot, place(state.name), target, transition))
-    general: list[ResultTransition | Tau] = [*behaviour.transitions, *behaviour.taus]
-    if general:
-        everywhere = f"{component.name} {_EVERY_STATE}"
+    if behaviour.transitions or behaviour.taus:
         yield f"{_quoted(everywhere)} [label={_quoted(_EVERY_STATE)}, shape=plaintext];"
-        for transition in general:
-            target = everywhere if transition.goto is None else place(transition.goto)
-            arrows.append(_arrow(robot, everywhere, target, transition))
+    arrows = []
+    for transition in sorted(transitions(behaviour), key=lambda t: t.source is None):
+        source = everywhere if transition.source is None else place(transition.source)
+        target = source if transition.target is None else place(transition.target)
+        label = "\n".join(_label(robot, transition))
+        arrows.append(_Arrow(source, target, label, transition.kind.controllable))
     yield from _arrows(arrows)
 
 
-def _arrow(robot: Robot, source: str, target: str, transition: ResultTransition | Tau) -> _Arrow:
-    if isinstance(transition, Tau):
-        label = "" if transition.guard is None else f"[{_words(transition.guard, robot)}]"
-        return _Arrow(source, target, label, True)
-    name = robot.display_names[transition.communication]
-    lines = [f"{name}.{transition.event.value}", *_details(robot, transition)]
-    return _Arrow(source, target, "\n".join(lines), transition.event.controllable)
-
-
-def _details(robot: Robot, transition: ResultTransition) -> Iterator[str]:
+def _label(robot: Robot, transition: AnyTransition) -> Iterator[str]:
+    if transition.communication is not None:
+        yield f"{robot.display_names[transition.communication]}.{transition.kind.value}"
+    if transition.delay is not None:
+        yield f"after {_words(transition.delay, robot)}"
     if transition.guard is not None:
         yield f"[{_words(transition.guard, robot)}]"
     yield from (f"{a.variable} := {_words(a.value, robot)}" for a in transition.assignments)

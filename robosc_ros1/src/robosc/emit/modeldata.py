@@ -12,18 +12,11 @@ from typing import Any
 
 from robosc.emit.naming import place
 from robosc.emit.thresholds import thresholds
+from robosc.emit.transitions import transitions
 from robosc.ir.automaton import Plant
 from robosc.ir.formulas import to_dsl
-from robosc.model.entities import (
-    After,
-    Behaviour,
-    Component,
-    ResultTransition,
-    Robot,
-    Tau,
-    Variable,
-)
-from robosc.model.expr import Expr
+from robosc.language.events import EventKind
+from robosc.model.entities import Behaviour, Component, Robot, Variable
 from robosc.model.types import DoubleType, IntegerType
 from robosc.supervisor import Supervisor
 
@@ -74,7 +67,7 @@ def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
         ],
         "commands": [
             {
-                "event": _event(guard.event.kind.value, guard.event.name, guard.event.index),
+                "event": _event(guard.event.kind, guard.event.name, guard.event.index),
                 "guard": to_dsl(guard.expr, robot),
                 "status": guard.status,
             }
@@ -84,11 +77,8 @@ def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
     }
 
 
-def _event(kind: str, name: str, index: int) -> dict[str, Json]:
-    event: dict[str, Json] = {"kind": kind, "name": name}
-    if index:
-        event["index"] = index
-    return event
+def _event(kind: EventKind, name: str, index: int) -> dict[str, Json]:
+    return {"kind": kind.value, "name": name} | ({"index": index} if index else {})
 
 
 def _component(component: Component, plant: Plant) -> dict[str, Json]:
@@ -136,53 +126,15 @@ def _comparisons(variable: Variable, plant: Plant) -> dict[str, Json]:
 
 def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Json]:
     """All transitions; ``from`` None stands for every state, ``to`` None for staying."""
-
-    def guard(expr: Expr | None) -> str | None:
-        return None if expr is None else to_dsl(expr, robot)
-
-    def result(state: str | None, transition: ResultTransition) -> Json:
-        name = robot.display_names[transition.communication]
-        return {
-            "from": state,
-            "to": transition.goto,
-            "event": _event(transition.event.value, name, 0),
-            "guard": guard(transition.guard),
-            "assignments": [
-                f"{a.variable} := {to_dsl(a.value, robot)}" for a in transition.assignments
-            ],
-            "place": place(transition.span),
+    names = robot.display_names
+    return [
+        {
+            "from": t.source,
+            "to": t.target,
+            "event": _event(t.kind, names.get(t.communication or "", component), t.index),
+            "guard": None if t.guard is None else to_dsl(t.guard, robot),
+            "assignments": [f"{a.variable} := {to_dsl(a.value, robot)}" for a in t.assignments],
+            "place": place(t.span),
         }
-
-    def step(state: str | None, tau: Tau) -> Json:
-        return {
-            "from": state,
-            "to": tau.goto,
-            "event": _event("tau", component, tau.index),
-            "guard": guard(tau.guard),
-            "assignments": [],
-            "place": place(tau.span),
-        }
-
-    everywhere = [result(None, t) for t in behaviour.transitions]
-    everywhere += [step(None, t) for t in behaviour.taus]
-
-    def waiting(state: str, after: After) -> Json:
-        taken = after.transition
-        return {
-            "from": state,
-            "to": taken.goto,
-            "event": _event("after", component, after.index),
-            "guard": guard(taken.guard),
-            "assignments": [f"{a.variable} := {to_dsl(a.value, robot)}" for a in taken.assignments],
-            "place": place(after.span),
-        }
-
-    return everywhere + [
-        entry
-        for state in behaviour.states
-        for entry in (
-            [result(state.name, t) for t in state.transitions]
-            + [step(state.name, t) for t in state.taus]
-            + [waiting(state.name, after) for after in state.afters]
-        )
+        for t in transitions(behaviour)
     ]

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from robosc.emit.modeldata import Json
 from robosc.emit.naming import place
+from robosc.emit.transitions import AnyTransition, transitions
 from robosc.language.events import Direction, EventKind
 from robosc.model.entities import (
     Communication,
@@ -13,9 +14,7 @@ from robosc.model.entities import (
     Data,
     DataArray,
     DataObject,
-    ResultTransition,
     Robot,
-    Tau,
 )
 from robosc.model.expr import (
     Aggregate,
@@ -127,60 +126,42 @@ def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
     behaviour = component.behaviour
     assert behaviour is not None
 
-    def tree(expr: Expr | None) -> Json:
-        return None if expr is None else _tree(expr, enums)
-
-    entries: list[tuple[str | None, ResultTransition]] = [(None, t) for t in behaviour.transitions]
-    taus: list[tuple[str | None, Tau]] = [(None, t) for t in behaviour.taus]
-    for state in behaviour.states:
-        entries.extend((state.name, t) for t in state.transitions)
-        taus.extend((state.name, t) for t in state.taus)
+    variables = [
+        {
+            "name": v.name,
+            "type": _type(v.type, enums),
+            "initial": v.initial,
+            "in_state": v.in_state,
+        }
+        for v in behaviour.variables
+    ]
+    found = [(t.kind, _transition(t, enums)) for t in transitions(behaviour)]
     return {
         "name": component.name,
         "states": [s.name for s in behaviour.states],
         "initial": next(s.name for s in behaviour.states if s.initial),
-        "variables": [
-            {
-                "name": v.name,
-                "type": _type(v.type, enums),
-                "initial": v.initial,
-                "in_state": v.in_state,
-            }
-            for v in behaviour.variables
-        ],
-        "transitions": [
-            {
-                "from": state,
-                "event": t.event.value,
-                "communication": t.communication,
-                "guard": tree(t.guard),
-                "assign": [[a.variable, tree(a.value)] for a in t.assignments],
-                "goto": t.goto,
-            }
-            for state, t in entries
-        ],
-        "taus": [
-            {
-                "from": state,
-                "index": t.index,
-                "guard": tree(t.guard),
-                "goto": t.goto,
-            }
-            for state, t in taus
-        ],
-        "afters": [
-            {
-                "from": state.name,
-                "index": after.index,
-                "delay": tree(after.delay),
-                "guard": tree(after.transition.guard),
-                "assign": [[a.variable, tree(a.value)] for a in after.transition.assignments],
-                "goto": after.transition.goto,
-            }
-            for state in behaviour.states
-            for after in state.afters
-        ],
+        "variables": variables,
+        "transitions": [t for kind, t in found if not kind.of_component],
+        "taus": [t for kind, t in found if kind is EventKind.TAU],
+        "afters": [t for kind, t in found if kind is EventKind.AFTER],
     }
+
+
+def _transition(transition: AnyTransition, enums: dict[str, EnumType]) -> Json:
+    """A transition with what its kind of events has."""
+
+    def tree(expr: Expr | None) -> Json:
+        return None if expr is None else _tree(expr, enums)
+
+    own: dict[str, Json] = {"index": transition.index}
+    if transition.delay is not None:
+        own["delay"] = tree(transition.delay)
+    elif transition.communication is not None:
+        own = {"event": transition.kind.value, "communication": transition.communication}
+    found = {"from": transition.source, **own, "guard": tree(transition.guard)}
+    if transition.kind is not EventKind.TAU:
+        found["assign"] = [[a.variable, tree(a.value)] for a in transition.assignments]
+    return found | {"goto": transition.target}
 
 
 def _provided(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from robosc.emit.config import Config, declared_communications, declared_parameters
 from robosc.emit.naming import file_of, place
 from robosc.emit.python import duration
+from robosc.emit.transitions import AnyTransition, transitions
 from robosc.ir.formulas import to_dsl
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime import settings
@@ -179,26 +180,29 @@ def _guards(supervisor: Supervisor) -> list[GuardView]:
 
 
 def _diagrams(robot: Robot) -> list[DiagramView]:
-    """Component automata in mermaid's syntax; transitions of every state leave from a note."""
+    """Component automata in mermaid's syntax; what leaves every state is drawn from each."""
     views = []
     for component in robot.components:
         behaviour = component.behaviour
         if behaviour is None:
             continue
         initial = next(s.name for s in behaviour.states if s.initial)
-        lines = [f"[*] --> {initial}"]
-        for state in behaviour.states:
-            for t in (*behaviour.transitions, *state.transitions):
-                label = f"{t.event.value} {robot.display_names[t.communication]}"
-                label += " [guarded]" if t.guard is not None else ""
-                lines.append(f"{state.name} --> {t.goto or state.name} : {label}")
-            for after in state.afters:
-                target = after.transition.goto or state.name
-                delay = duration(after.delay)
-                waits = delay if isinstance(delay, str) else f"{delay:g} s"
-                lines.append(f"{state.name} --> {target} : after {waits}")
-            for tau in (*behaviour.taus, *state.taus):
-                target = tau.goto or state.name
-                lines.append(f"{state.name} --> {target} : internal transition {tau.index}")
+        lines = [f"[*] --> {initial}"] + [
+            f"{state.name} --> {t.target or state.name} : {_label(t, robot)}"
+            for state in behaviour.states
+            for t in transitions(behaviour)
+            if t.source in (None, state.name)
+        ]
         views.append(DiagramView(component.name, tuple(dict.fromkeys(lines))))
     return views
+
+
+def _label(transition: AnyTransition, robot: Robot) -> str:
+    if transition.communication is not None:
+        name = robot.display_names[transition.communication]
+        guarded = " [guarded]" if transition.guard is not None else ""
+        return f"{transition.kind.value} {name}{guarded}"
+    if transition.delay is not None:
+        delay = duration(transition.delay)
+        return f"after {delay if isinstance(delay, str) else f'{delay:g} s'}"
+    return f"internal transition {transition.index}"
