@@ -127,20 +127,19 @@ class _Builder:
         taus = []
         afters = []
         for event in self.plant.events:
-            guard = guards.get(event.identity)
             if event.kind is EventKind.TAU:
-                taus.append(self._tau(event, guard))
+                taus.append(self._tau(guards[event.identity]))
             elif event.kind is EventKind.AFTER:
                 afters.append(self._after(event))
             elif event.controllable:
-                commands.append(self._command(event, guard))
+                commands.append(self._command(guards[event.identity]))
             else:
                 inputs.append(self._input(event))
         called = self._called(
             [command.guard_text for command in commands]
             + [condition for tau in taus for condition, _ in tau.moves]
         )
-        context = ControllerContext(
+        return ControllerContext(
             robot=self.robot.name,
             source=robot_file,
             class_name=self.class_name,
@@ -167,7 +166,6 @@ class _Builder:
                 map(parameter_row, declared_parameters(self.robot, self.attributes.parameters))
             ),
         )
-        return context
 
     # --- what there is -----------------------------------------------------------------------
 
@@ -279,7 +277,8 @@ class _Builder:
             reaction=self.reactions.reaction(event),
         )
 
-    def _command(self, event: Event, guard: Guard | None) -> CommandView:
+    def _command(self, guard: Guard) -> CommandView:
+        event = guard.event
         word = self._word(event.key)
         kind = event.kind.value
         reaction = self.reactions.reaction(event)
@@ -289,7 +288,7 @@ class _Builder:
             for p in self.robot.provides
             if p.communication == event.key and event.kind is EventKind.REQUEST
         )
-        text = self.guards.guard(event, guard)
+        text = self.guards.guard(guard)
         changes = reaction.body or reaction.writes
         return CommandView(
             key=event.key,
@@ -367,8 +366,9 @@ class _Builder:
             self._reads(condition),
         )
 
-    def _tau(self, event: Event, guard: Guard | None) -> TauView:
-        automaton = event.automata[0]
+    def _tau(self, guard: Guard) -> TauView:
+        event = guard.event
+        (automaton,) = event.automata
         variable = self.plant.variables[automaton.variable]
         moves = []
         for edges in alike(automaton.edges):
@@ -377,8 +377,7 @@ class _Builder:
             if not moved:
                 continue
             parts = [self.reactions.location_test(variable, [e.source for e in moved])]
-            allowed = None if guard is None else self.part_names.of_guard(guard.expr)
-            for condition in (edge.guard, allowed):
+            for condition in (edge.guard, self.part_names.of_guard(guard.expr)):
                 if condition is not None and condition != TRUE:
                     parts.append(self.attributes.operand(condition))
             text = " and ".join(part for part in parts if part) or "True"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from math import prod
-from typing import Final, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 from robosc.emit.cif import cif_plant, cif_supervised
 from robosc.emit.dot import dot_text, svg_text
@@ -13,10 +13,9 @@ from robosc.errors import EmptySupervisorError, StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.synthesis import Graph, explore, synthesize
 
-__all__ = ["FORMATS", "Format", "exported"]
+__all__ = ["Format", "exported"]
 
 Format: TypeAlias = Literal["cif", "dot", "svg", "json"]
-FORMATS: Final[tuple[Format, ...]] = ("cif", "dot", "svg", "json")
 
 _DRAWN_STATES = 40  # more are no picture any more
 _DRAWN_PRODUCT = 1 << 22  # what synthesis does in no time

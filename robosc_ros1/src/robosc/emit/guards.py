@@ -12,7 +12,7 @@ from robosc.emit.python import Attributes
 from robosc.ir.automaton import Event
 from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.model.entities import EventKind, Requirement
-from robosc.model.expr import FALSE, TRUE, Expr
+from robosc.model.expr import Expr
 from robosc.model.traversal import operands
 from robosc.supervisor import Guard, Supervisor
 
@@ -45,22 +45,21 @@ class GuardTexts:
         self.attributes = attributes
         self.methods = methods
 
-    def guard(self, event: Event, guard: Guard | None) -> GuardText:
-        expr = TRUE if guard is None else guard.expr
-        status = "as required" if guard is None else guard.status
-        reason = None if status == "as required" else self._reason(event)
+    def guard(self, guard: Guard) -> GuardText:
+        event = guard.event
+        reason = None if guard.status == "as required" else self._reason(event)
         notes = []
-        if status == "as required" and event.requirements:
+        if guard.status == "as required" and event.requirements:
             calls = [self._call(event, number) for number in event.requirements]
             text = _operator(event).join(calls)
         else:
-            text, called = self._with_calls(event, expr)
-            if status == "restricted":
+            text, called = self._with_calls(event, guard.expr)
+            if guard.status == "restricted":
                 notes += [self._cited(i) for i in event.requirements if i not in called]
                 notes.append("Restricted further by synthesis: " + (reason or ""))
         if event.kind is EventKind.CANCEL and not event.requirements:
             notes.append("No requirement concerns this action: it is never cancelled.")
-        elif status == "never" and expr == FALSE and event.kind is EventKind.REQUEST:
+        elif guard.status == "never" and event.kind is EventKind.REQUEST:
             notes.append("Never allowed: " + (reason or "found by synthesis"))
         return GuardText(comment_lines(notes), text, reason)
 
