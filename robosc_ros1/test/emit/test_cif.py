@@ -165,8 +165,34 @@ def test_data_become_enumerations() -> None:
     assert 'is_b: Battery.label = "b"' in text
 
 
+ENUM = """
+datatype enum Band from double to { value > 2.0 -> high default -> low }
+component Tank {
+    outgoing message level with type: double
+    outgoing message name with type: string
+    incoming message drain with type: none
+    behaviour {
+        variable depth: double
+        variable label: string
+        initial marked state s {
+            on response from level do depth := value
+            on response from name if value != "" do label := value
+        }
+    }
+}
+requirement drain needs high = Band(Tank.depth) or Tank.label = "" and Band(Tank.depth) = low
+"""
+
+
+def test_an_enum_of_no_variable_is_compared_by_classes() -> None:
+    check_data(f"robot R {{ {ENUM} }}")
+    text = cif_plant(lower(robot_of(f"robot R {{ {ENUM} }}")))
+    assert "enum Band" not in text
+    assert "u_name_response_is_empty" in text
+
+
 RANDOM = [(seed, "") for seed in range(6)] + [(seed, "parameter") for seed in range(1, 4)]
-RANDOM += [(0, "enum"), (1, "enum"), (0, "failure")]
+RANDOM += [(0, "enum"), (1, "enum"), (2, "enum"), (0, "failure")]
 
 
 @pytest.mark.parametrize(("seed", "extra"), RANDOM)

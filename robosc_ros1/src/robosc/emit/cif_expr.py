@@ -83,12 +83,10 @@ def _is_same_chain(part: Expr, node: Operation) -> bool:
 
 
 def _comparison(scope: CifScope, node: Binary) -> Spelled | None:
-    """A comparison of sums, or of values of an enum; None for any other."""
+    """A comparison of sums, or of variables of an enum; None for any other."""
     if isinstance(node.left.type, EnumType):
-        texts = [_enum_text(scope, side) for side in node.operands]
-        return (
-            _spelled(node, (Spelled(text or "", _ATOM) for text in texts)) if all(texts) else None
-        )
+        texts = [text for side in node.operands if (text := _enum_text(scope, side)) is not None]
+        return _spelled(node, (Spelled(t, _ATOM) for t in texts)) if len(texts) == 2 else None
     left, right = (_sum(side) if is_number(side.type) else None for side in node.operands)
     if left is None or right is None:
         return None
@@ -100,7 +98,7 @@ def _comparison(scope: CifScope, node: Binary) -> Spelled | None:
 
 
 def _enum_text(scope: CifScope, node: Expr) -> str | None:
-    """A constant or a variable of an enum; None for what is computed."""
+    """A variable or a declared constant of an enum; None for what is computed."""
     match node:
         case Literal(value=value, type=EnumType() as enum):
             return scope.literal(value, enum)

@@ -138,9 +138,10 @@ class CifScope:
         variable = self.variable(leaf)
         return f"{self.automaton(variable.component)}.{variable.name}"
 
-    def literal(self, value: Value, enum: EnumType) -> str:
-        """A value of an enum of the model."""
-        return self.enums[self._enums_of_model[enum]][enum.values.index(str(value))]
+    def literal(self, value: Value, enum: EnumType) -> str | None:
+        """A value of an enum of the model; None if no variable has that type."""
+        name = self._enums_of_model.get(enum)
+        return None if name is None else self.enums[name][enum.values.index(str(value))]
 
     # --- variables
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -32,7 +32,7 @@ from robosc.runtime.model import Communication as Declared
 
 __all__ = [
     "ATTRIBUTES", "DEFAULTS", "EVENT_LOG", "OWN", "Config", "declared_communications",
-    "declared_parameters", "read_own", "read_text", "shared_topics",
+    "declared_parameters", "key_hint", "read_own", "read_text", "shared_topics",
 ]  # fmt: skip
 
 EVENT_LOG = "~/.ros/log/{package}.jsonl"
@@ -227,9 +227,7 @@ def _apply(file: Path, document: Any, config: Config) -> Config:
         raise UsageError(f"{file} must hold keys and values")
     for key, value in document.items():
         if key not in _KEYS:
-            near = difflib.get_close_matches(str(key), _KEYS, 1)
-            hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(_KEYS)}"
-            raise UsageError(f"{file}: unknown key {key!r}; {hint}")
+            raise UsageError(f"{file}: unknown key {key!r}; {key_hint(str(key), _KEYS)}")
         try:
             config = _KEYS[key](config, value, file)
         except ValueError as error:
@@ -237,6 +235,12 @@ def _apply(file: Path, document: Any, config: Config) -> Config:
                 f"{file}: {key} must be {error}, not {settings.excerpt(value)}"
             ) from None
     return config
+
+
+def key_hint(key: str, known: Collection[str]) -> str:
+    """What to write instead of a key that is not known."""
+    near = difflib.get_close_matches(key, known, 1)
+    return f"did you mean {near[0]}?" if near else f"known keys: {', '.join(known)}"
 
 
 def _text(name: str, pattern: str, what: str) -> Setter:

@@ -6,7 +6,6 @@ does not know mean nothing to it; here they are a warning, since most are misspe
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 from collections.abc import Mapping
@@ -15,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from robosc.emit.config import EVENT_LOG, OWN, Config, read_own, read_text
+from robosc.emit.config import EVENT_LOG, OWN, Config, key_hint, read_own, read_text
 from robosc.errors import UsageError
 
 __all__ = ["load_config"]
@@ -125,9 +124,8 @@ class _Reader:
             raise self._fault(name, "hold keys and values" if not name else "be an object", value)
         for key in value:
             if key not in known:
-                near = difflib.get_close_matches(key, known, 1)
-                hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(known)}"
                 inside = f" in {name}" if name else ""
+                hint = key_hint(key, known)
                 self.warnings.append(f"{self._file}: unknown key {key!r}{inside}; {hint}")
         return {key: part for key, part in value.items() if key in known}
 

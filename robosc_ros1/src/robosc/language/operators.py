@@ -262,13 +262,13 @@ BINARY: Mapping[str, Operator] = {
         ),
         Operator(
             "or", 2, Operand.BOOLEAN, Result.BOOLEAN, _or, "logical_or", _always,
-            python=Text("{0:1} or {1:2}", 1),
+            python=Text("{0:1} or {1:1}", 1),
             cif=Text("{0:3} or {1:3}", 2),
             decider=True, decided=True,
         ),
         Operator(
             "and", 3, Operand.BOOLEAN, Result.BOOLEAN, _and, "logical_and", _always,
-            python=Text("{0:2} and {1:3}", 2),
+            python=Text("{0:2} and {1:2}", 2),
             cif=Text("{0:4} and {1:4}", 3),
             decider=False, decided=False,
         ),
