@@ -13,7 +13,7 @@ from dataclasses import replace
 from robosc.emit.config import ATTRIBUTES, declared_communications, declared_parameters
 from robosc.emit.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.copies import with_copies
-from robosc.emit.guards import GuardTexts, comment_lines, holds_where
+from robosc.emit.guards import GuardTexts, holds_where
 from robosc.emit.messages import converting_enums, provide_view, reading
 from robosc.emit.naming import PythonNames, place
 from robosc.emit.python import (
@@ -236,11 +236,9 @@ class _Builder:
 
     def _requirement(self, number: int) -> RequirementView:
         requirement = self.robot.requirements[number]
-        where = place(requirement.span)
         return RequirementView(
             requirement.text,
-            comment_lines([f"{requirement.text} ({where})"]),
-            where,
+            place(requirement.span),
             self.names.take(f"requirement_{number + 1}"),
             self.attributes.text(holds_where(requirement)),
         )
@@ -248,7 +246,7 @@ class _Builder:
     def _part(self, part: NamedExpr) -> GuardPartView:
         return GuardPartView(
             self.attributes.parts[part.name],
-            comment_lines([part.text(self.robot)]),
+            part.text(self.robot),
             self.attributes.text(part.expr),
         )
 

@@ -15,7 +15,7 @@ from typing import Any
 from robosc.emit.folding import Run, in_function, mapped, runs
 from robosc.emit.naming import PythonNames
 from robosc.emit.python import Attributes
-from robosc.emit.rendering import render
+from robosc.emit.rendering import instantiated
 from robosc.emit.views import (
     ControllerContext,
     CopiedRows,
@@ -107,7 +107,7 @@ def _with_functions(
     functions = []
     for one in folded:
         pattern = mapped(one.run.pattern, called)
-        body, constants = in_function(render("common/copies.jinja", pattern))
+        body, constants = in_function(instantiated("common/copies.jinja", pattern))
         functions.append(
             CopiesView(
                 title=_title(pattern, one.name),

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from textwrap import wrap
 
 from robosc.emit.line_breaks import unparenthesised
 from robosc.emit.naming import place
@@ -16,7 +15,7 @@ from robosc.model.expr import Expr
 from robosc.model.traversal import operands
 from robosc.supervisor import Guard, Supervisor
 
-__all__ = ["GuardText", "GuardTexts", "comment_lines", "holds_where"]
+__all__ = ["GuardText", "GuardTexts", "holds_where"]
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class GuardTexts:
             notes.append("No requirement concerns this action: it is never cancelled.")
         elif guard.status == "never" and event.kind is EventKind.REQUEST:
             notes.append("Never allowed: " + (reason or "found by synthesis"))
-        return GuardText(comment_lines(notes), text, reason)
+        return GuardText(tuple(" ".join(note.split()) for note in notes), text, reason)
 
     def _reason(self, event: Event) -> str | None:
         for explanation in self.supervisor.explanations:
@@ -100,10 +99,3 @@ class GuardTexts:
 def _operator(event: Event) -> str:
     """What joins requirements: a cancel is allowed where one of them is violated."""
     return " or " if event.kind is EventKind.CANCEL else " and "
-
-
-def comment_lines(texts: Iterable[str]) -> tuple[str, ...]:
-    """Comments in lines of bearable length."""
-    return tuple(
-        line for text in texts for line in wrap(text.strip(), 88, subsequent_indent="    ")
-    )

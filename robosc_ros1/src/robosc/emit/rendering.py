@@ -16,7 +16,7 @@ from robosc.emit.text_breaks import break_comments, break_markdown, break_xml
 from robosc.names import rostest_name
 from robosc.resources import templates_folder
 
-__all__ = ["render", "verbatim"]
+__all__ = ["instantiated", "render"]
 
 _EMPTY = re.compile(r"(?<==)( ?)\(\n *\)")
 """A tuple none of whose rows a template has written."""
@@ -38,14 +38,18 @@ def _environment() -> Environment:
 
 
 def render(template: str, context: Any) -> str:
-    """The template (its path below the templates' folder) filled from a frozen dataclass.
+    """The text of :func:`instantiated`, its long lines broken as its language allows."""
+    return _broken(template)(instantiated(template, context))
+
+
+def instantiated(template: str, context: Any) -> str:
+    """The template (its path below the templates' folder) with the values of a frozen dataclass.
 
     The fields of the context are the names that the template sees; one that is missing is an error.
-    Its long lines are broken as its language allows.
     """
     fields = {f.name: getattr(context, f.name) for f in dataclasses.fields(context)}
     text: str = _environment().get_template(template).render(fields)
-    return _broken(template)(text)
+    return text
 
 
 def _broken(template: str) -> Callable[[str], str]:
@@ -56,8 +60,3 @@ def _broken(template: str) -> Callable[[str], str]:
     if name.endswith(".md"):
         return break_markdown
     return break_xml if name.endswith((".xml", "launch", "rostest")) else break_comments
-
-
-def verbatim(name: str) -> str:
-    """A file of the templates' folder that is the same in every package."""
-    return (templates_folder() / name).read_text(encoding="utf-8")

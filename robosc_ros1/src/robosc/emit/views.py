@@ -160,7 +160,6 @@ class AfterView:
 @dataclass(frozen=True)
 class RequirementView:
     text: str
-    comments: tuple[str, ...]
     place: str
     method: str
     condition: str
@@ -171,7 +170,7 @@ class GuardPartView:
     """What several guards have in common: a method of its own."""
 
     method: str
-    comments: tuple[str, ...]
+    text: str
     condition: str
 
 
