@@ -17,7 +17,7 @@ from simulate.players import session
 from robosc.emit.modeldata import model_document
 from robosc.runtime.engine import Engine
 from robosc.runtime.telemetry import dump, event_document, state_document
-from robosc.runtime.values import NOW, demand_finite, fields_of, jsonable
+from robosc.runtime.values import NOW, demand_finite, fields_of, jsonable, not_finite
 from robosc.simulate.documents import done_document
 from robosc.simulate.documents import dump as dump_document
 
@@ -136,6 +136,18 @@ def test_arrays_of_any_kind_are_told_and_checked_as_lists() -> None:
     demand_finite(SimpleNamespace(a=array.array("d", [0.5]), b=b"\x01", c="text"))
     with pytest.raises(ValueError, match=r"goal.a\[1\] is inf"):
         demand_finite({"goal": SimpleNamespace(a=numbers)})
+
+
+class Signal:
+    """A message of ROS 1 without fields, such as std_msgs/Empty."""
+
+    __slots__ = ()
+
+
+def test_a_message_without_fields_has_no_parts() -> None:
+    assert jsonable({"a": Signal()}) == {"a": {}}
+    assert not_finite(Signal()) is None
+    assert fields_of(Signal(), ["data"]) == []
 
 
 def test_a_message_of_another_type_gives_the_fields_that_both_have() -> None:

@@ -21,12 +21,13 @@ from typing import Any, Callable, Dict, FrozenSet, List, NamedTuple, Optional, S
 
 from .engine import Engine
 from .inbox import Inbox
-from .matching import CommandPattern, matching_command, not_finite
+from .matching import CommandPattern, matching_command
 from .model import Command, Controller
 from .port import Port
 from .scheduler import ScheduledCommand
 from .settings import Settings
 from .telemetry import blocked_by, dump, violated
+from .values import not_finite
 
 __all__ = ["SupervisorEngine", "SupervisorPort"]
 

@@ -9,7 +9,8 @@ from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 __all__ = [
     "NOW", "Mismatch", "Undefined", "Value", "copied", "demand_finite", "divide", "fields_of",
-    "given", "in_range", "jsonable", "now", "only_field", "optional", "remainder", "widen",
+    "given", "in_range", "jsonable", "not_finite", "now", "only_field", "optional", "parts_of",
+    "remainder", "widen",
 ]  # fmt: skip
 
 Value = Any
@@ -85,23 +86,42 @@ def in_range(value: Any, low: int, high: int, what: str) -> Any:
     raise Mismatch("%s is %r, outside %d..%d" % (what, value, low, high))
 
 
-def demand_finite(data: Value, path: str = "") -> None:
+def demand_finite(data: Value) -> None:
     """Check that the numbers in data to be sent are finite.
 
     Raises:
         ValueError: one is infinite or NaN.
     """
+    found = not_finite(data)
+    if found is not None:
+        raise ValueError(found)
+
+
+def not_finite(data: Value) -> Optional[str]:
+    """Return the first number in data or a message that is infinite or NaN, as text (``x.y is
+    nan``); None if there is none."""
+    found = _first_not_finite(data)
+    return None if found is None else "%s is %s" % (found[0].lstrip(".") or "it", found[1])
+
+
+def _first_not_finite(data: Value) -> Optional[Tuple[str, float]]:
+    """Return the path and the value of the first number that is not finite."""
     if isinstance(data, float):
-        if not math.isfinite(data):
-            raise ValueError("%s is %s" % (path or "it", data))
-    elif isinstance(data, dict):
-        for name, part in data.items():
-            demand_finite(part, "%s.%s" % (path, name) if path else name)
-    elif isinstance(data, (list, tuple)) or hasattr(data, "tolist"):
-        for index, part in enumerate(data):
-            demand_finite(part, "%s[%d]" % (path, index))
-    elif data is not None and not isinstance(data, (bool, int, str, bytes)):
-        demand_finite(_parts(data), path)
+        return None if math.isfinite(data) else ("", data)
+    if data is None or isinstance(data, (bool, int, str, bytes)):
+        return None
+    if isinstance(data, (list, tuple)) or hasattr(data, "tolist"):
+        if set(map(type, data)) <= {bool, int, str}:
+            return None  # there may be very many
+        parts = [("[%d]" % index, part) for index, part in enumerate(data)]
+    else:
+        fields = data if isinstance(data, dict) else parts_of(data)
+        parts = [("." + name, part) for name, part in fields.items()]
+    for step, part in parts:
+        found = _first_not_finite(part)
+        if found is not None:
+            return step + found[0], found[1]
+    return None
 
 
 _NOT_FINITE = {"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"}
@@ -124,12 +144,13 @@ def jsonable(value: Value) -> Value:
         return value
     if isinstance(value, bytes) or hasattr(value, "tolist"):
         return [jsonable(part) for part in value]
-    return {name: jsonable(part) for name, part in _parts(value).items()}
+    return {name: jsonable(part) for name, part in parts_of(value).items()}
 
 
-def _parts(message: Any) -> Dict[str, Any]:
+def parts_of(message: Any) -> Dict[str, Any]:
     """Return the fields of a message; of those of rclpy without underscores and its own slot."""
-    names = getattr(message, "__slots__", None) or vars(message)
+    # Those of a message without fields are empty.
+    names = message.__slots__ if hasattr(message, "__slots__") else vars(message)
     return {n.lstrip("_"): getattr(message, n) for n in names if n != "_check_fields"}
 
 
@@ -140,7 +161,7 @@ def fields_of(data: Value, names: Iterable[str]) -> List[Tuple[str, Value]]:
     """
     if data is None or isinstance(data, dict):
         return list((data or {}).items())
-    parts = _parts(data)
+    parts = parts_of(data)
     names = [name.lstrip("_") for name in names]
     return [(name, parts[name]) for name in names if name in parts]
 
