@@ -106,7 +106,7 @@ class Clocks:
             watch = self._watches.get(key)
             if watch is not None:
                 watch.deadline = arrival + watch.delay
-                self._plan(watch)
+                self.plan(watch)
 
     def follow(self, writes: FrozenSet[str], now: float) -> None:
         """Update the clocks after an event that wrote these attributes."""
@@ -115,7 +115,7 @@ class Clocks:
                 if self._state[timer.row.entries] != timer.entries:
                     self._restart(timer, now)
                 elif timer.deadline is not None and timer.deadline <= now:
-                    self._plan(timer)  # it was due before, but its guard did not hold
+                    self.plan(timer)  # it was due before, but its guard did not hold
 
     def due(self, now: float) -> Iterator[_Clock]:
         """Yield the clocks that are due, to be stopped if they have an effect.
@@ -133,11 +133,7 @@ class Clocks:
             if clock.deadline is not None and clock.deadline <= now:
                 yield clock
             else:
-                self._plan(clock)
-
-    def retry(self, clock: _Clock) -> None:
-        """Keep a clock due."""
-        self._plan(clock)
+                self.plan(clock)
 
     def stop(self, clock: _Clock) -> None:
         """Stop a clock after its effect."""
@@ -155,7 +151,7 @@ class Clocks:
         for clock in clocks:
             if clock.deadline is not None:
                 clock.deadline = now + clock.delay
-                self._plan(clock)
+                self.plan(clock)
 
     def time_left(self, now: float) -> Dict[str, float]:
         """Return the seconds until each running clock is due, by its message's key or by
@@ -170,9 +166,9 @@ class Clocks:
         timer.entries = self._state[timer.row.entries]
         is_there = self._state[timer.row.location] == timer.row.state
         timer.deadline = now + timer.delay if is_there else None
-        self._plan(timer)
+        self.plan(timer)
 
-    def _plan(self, clock: _Clock) -> None:
+    def plan(self, clock: _Clock) -> None:
         """Put a clock into the heap, unless it has an entry there that is early enough."""
         if clock.deadline is None:
             return

@@ -189,7 +189,7 @@ class Engine(Intake):
                     self._after(frozenset(row.writes), None)
             elif isinstance(clock, Watch):
                 if any(inbox and clock.key in keys for keys, inbox in self._inboxes.items()):
-                    self._clocks.retry(clock)  # a queued message may prevent the timeout
+                    self._clocks.plan(clock)  # a queued message may prevent the timeout
                 else:
                     self._clocks.stop(clock)
                     self._input((self._inputs[clock.key, "timeout"],), None)
