@@ -35,8 +35,8 @@ class ScheduledCommand:
 
     __slots__ = (
         "_state", "allowed", "apply", "authorised", "busy", "count", "data", "due", "index",
-        "is_cancel", "key", "kind", "period", "reads", "ready", "requirements", "rising", "round",
-        "sort", "synchronisation", "turn", "waits_for", "was", "writes",
+        "is_cancel", "key", "kind", "period", "reads", "ready", "rising", "round", "row", "sort",
+        "synchronisation", "turn", "waits_for", "was", "writes",
     )  # fmt: skip
 
     def __init__(
@@ -50,6 +50,7 @@ class ScheduledCommand:
         self.authorised = guard if synchronisation is None else _both(synchronisation, guard)
         self.allowed = self.authorised
         self.synchronisation = synchronisation
+        self.row = command
         self.key = command.key
         self.kind = command.kind
         self.sort = sort
@@ -57,7 +58,6 @@ class ScheduledCommand:
         self.is_cancel = command.kind == "cancel"
         self.data = method(command.data)
         self.apply = method(command.apply)
-        self.requirements = command.requirements
         self.reads = frozenset(command.reads) | ({command.busy} if command.busy else set())
         self.writes = frozenset(command.writes)
         self.index = index

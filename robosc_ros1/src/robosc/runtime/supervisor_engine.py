@@ -16,13 +16,12 @@ stop it.
 from __future__ import annotations
 
 import time
-from types import MethodType
 from typing import Any, Callable, Dict, FrozenSet, List, NamedTuple, Optional, Sequence, Tuple
 
 from .engine import Engine
 from .inbox import Inbox
 from .matching import CommandPattern, matching_command
-from .model import Command, Controller
+from .model import Controller
 from .port import Port
 from .scheduler import ScheduledCommand
 from .settings import Settings
@@ -74,23 +73,8 @@ class SupervisorEngine(Engine):
         super().__init__(controller, port, settings, steady)
         self._publish = port.blocked
         self.recorder.counters["blocked"] = 0
-        self._entries: Dict[Tuple[str, str], Command] = {
-            (c.key, c.kind): c for c in controller.COMMANDS
-        }
         self._scheduled: Dict[Tuple[str, str], ScheduledCommand] = {
             (c.key, c.kind): c for c in self._scheduler.commands
-        }
-        requests = [c for c in controller.COMMANDS if c.kind == "request"]
-        self._guards: Dict[str, Callable[[], bool]] = {
-            c.key: MethodType(c.guard, controller) for c in requests
-        }
-        # Guards are simplified for the states that the supervisor allows; the stop command may
-        # lead to other states, so requirements are checked, too.
-        self._required: Dict[str, List[Callable[[], bool]]] = {
-            c.key: [
-                MethodType(controller.REQUIREMENTS[i].holds, controller) for i in c.requirements
-            ]
-            for c in requests
         }
         # By topic or key of an action: the command in effect, and the reasons it caused itself.
         self._effect: Dict[str, Tuple[str, FrozenSet[str]]] = {}
@@ -182,13 +166,10 @@ class SupervisorEngine(Engine):
         command = self._scheduled[key, kind]
         # Preferences are not checked: the choice of commands is left to the other controller.
         if command.possible and command.authorised():
-            return self._violated(key) if kind == "request" else []
-        return blocked_by(self.controller, self._entries[key, kind])
-
-    def _violated(self, key: str) -> Reasons:
-        if all(holds() for holds in self._required[key]):
-            return []
-        return violated(self.controller, self._entries[key, "request"])
+            # Guards are simplified for the states that the supervisor allows; the stop command may
+            # lead to other states, so requirements are checked, too.
+            return violated(self.controller, command.row) if kind == "request" else []
+        return blocked_by(self.controller, command.row)
 
     def _passes(self, key: str, kind: str, payload: Any, place: str) -> bool:
         """Apply a command and pass it on if it is allowed; False if not."""
@@ -267,10 +248,9 @@ class SupervisorEngine(Engine):
 
     def _against(self, key: str) -> FrozenSet[str]:
         """Return why a command in effect is forbidden, its own phase apart."""
-        if self._guards[key]():
-            reasons = self._violated(key)
-        else:
-            reasons = blocked_by(self.controller, self._entries[key, "request"])
+        request = self._scheduled[key, "request"].row
+        why = violated if request.guard(self.controller) else blocked_by
+        reasons = why(self.controller, request)
         return frozenset(r["text"] for r in reasons if r["kind"] in ("requirement", "synthesis"))
 
     def _revoke(self) -> None:
