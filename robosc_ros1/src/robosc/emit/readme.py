@@ -13,6 +13,7 @@ from robosc.emit.transitions import AnyTransition, transitions
 from robosc.ir.formulas import to_dsl
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime import settings
+from robosc.runtime.launch_arguments import described, launch_arguments
 from robosc.supervisor import Supervisor
 
 __all__ = ["ParameterView", "ReadmeContext", "parameter_views", "readme_context"]
@@ -40,34 +41,15 @@ def parameter_views(
 
     ``more`` are those that only one version of ROS has.
     """
-    views: dict[str, ParameterView] = {}
+    views = []
     own = declared_parameters(robot)
-    for p in (*own, *settings.declared(declared_communications(robot)), *more):
-        argument = p.name.replace("/", "_")
-        while argument in views or argument in _OF_LAUNCH_FILES:  # of a.b and of a_b
-            argument += "_"
+    known = (*own, *settings.declared(declared_communications(robot)), *more)
+    for argument, p in launch_arguments(known).items():
         default = _yaml(config.parameters.get(p.name, p.default))
         is_number = p.type in ("integer", "number")
         wide = p in own and is_number and not _is_narrow(p.minimum, p.maximum)
-        views[argument] = ParameterView(p.name, argument, p.type, default, _meaning(p), wide)
-    return tuple(views.values())
-
-
-_OF_LAUNCH_FILES = (
-    *("config", "name", "ns", "output", "remap", "required", "respawn"),
-    *(f"controller_{what}" for what in ("args", "executable", "name", "package")),
-)
-"""Arguments that launch files have for other things."""
-
-
-def _meaning(parameter: settings.Parameter) -> str:
-    if parameter.choices:
-        return f"{parameter.meaning} ({', '.join(parameter.choices)})"
-    if parameter.minimum is not None and parameter.maximum is not None:
-        return f"{parameter.meaning} ({parameter.minimum} to {parameter.maximum})"
-    if parameter.minimum is None or "(at least " in parameter.meaning:
-        return parameter.meaning
-    return f"{parameter.meaning} (at least {parameter.minimum:g})"
+        views.append(ParameterView(p.name, argument, p.type, default, described(p), wide))
+    return tuple(views)
 
 
 def _is_narrow(low: float | None, high: float | None) -> bool:

@@ -11,7 +11,20 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 from .model import Communication, Parameter
 from .values import widen
@@ -24,11 +37,13 @@ __all__ = [
     "ParameterError",
     "Settings",
     "declared",
+    "dotted",
     "excerpt",
     "flatten",
     "parameter_name",
     "private",
     "read",
+    "shortest",
 ]
 
 
@@ -83,52 +98,52 @@ class Settings(NamedTuple):
         return self.goal_timeout.get(key) or None
 
 
+def _general(name: str, meaning: str, **limits: Any) -> Parameter:
+    """Return the parameter for a field of :class:`Settings`, which has its type and default."""
+    default = Settings._field_defaults[name]
+    return Parameter(name, _TYPES[type(default)], default, meaning, **limits)
+
+
+_TYPES = {float: "number", int: "integer", bool: "boolean", str: "string"}
+
 _GENERAL = (
-    Parameter(
-        "rate", "number", 10.0,
-        "how often commands are repeated by default while allowed, in Hz", minimum=1e-3,
+    _general(
+        "rate", "how often commands are repeated by default while allowed, in Hz", minimum=1e-3
     ),
-    Parameter(
-        "order", "string", "rotate",
-        "which of several due commands is sent first", choices=("rotate", "declared", "random"),
+    _general(
+        "order",
+        "which of several due commands is sent first",
+        choices=("rotate", "declared", "random"),
     ),
-    Parameter("seed", "integer", 0, "seed of the random order"),
-    Parameter(
-        "on_mismatch", "string", "ignore",
-        "reaction to an event that the model excludes",
-        choices=("ignore", "stop"),
+    _general("seed", "seed of the random order"),
+    _general(
+        "on_mismatch", "reaction to an event that the model excludes", choices=("ignore", "stop")
     ),
-    Parameter(
-        "stop_command", "string", "",
+    _general(
+        "stop_command",
         "communication to request at a safe stop and at shutdown, regardless of its guard",
     ),
-    Parameter("exit_on_stop", "boolean", False, "end the node after a safe stop"),
-    Parameter(
-        "refuse_not_finite", "boolean", True,
-        "do not send a command with a number that is infinite or not a number",
+    _general("exit_on_stop", "end the node after a safe stop"),
+    _general(
+        "refuse_not_finite", "do not send a command with a number that is infinite or not a number"
     ),
-    Parameter(
-        "server_lost_after", "number", 5.0,
+    _general(
+        "server_lost_after",
         "wall time without status until an action server is lost, in seconds",
         minimum=0.1,
     ),
-    Parameter("state_rate", "number", 20.0, "maximal rate of ~state, in Hz", minimum=0.1),
-    Parameter("publish_events", "boolean", True, "publish each event on ~events"),
-    Parameter("event_log", "string", "", "file for the event log, one JSON document per line"),
-    Parameter(
-        "event_log_size", "number", 10.0,
-        "size at which the event log is rotated, in MB", minimum=1e-3,
+    _general("state_rate", "maximal rate of ~state, in Hz", minimum=0.1),
+    _general("publish_events", "publish each event on ~events"),
+    _general("event_log", "file for the event log, one JSON document per line"),
+    _general("event_log_size", "size at which the event log is rotated, in MB", minimum=1e-3),
+    _general("event_log_files", "number of rotated log files to keep", minimum=0),
+    _general(
+        "legacy_state_topic", "topic for the state in the format of the original tool's /state"
     ),
-    Parameter("event_log_files", "integer", 5, "number of rotated log files to keep", minimum=0),
-    Parameter(
-        "legacy_state_topic", "string", "",
-        "topic for the state in the format of the original tool's /state",
+    _general(
+        "allowed_publishers", "nodes, separated by spaces, that may also publish on command topics"
     ),
-    Parameter(
-        "allowed_publishers", "string", "",
-        "nodes, separated by spaces, that may also publish on command topics",
-    ),
-)  # fmt: skip
+)
 
 
 def parameter_name(name: str) -> str:
@@ -210,6 +225,11 @@ def private(name: str) -> str:
     return "~" + name
 
 
+def dotted(name: str) -> str:
+    """Return the name of a parameter in ROS 2."""
+    return name.replace("/", ".")
+
+
 def read(
     communications: Sequence[Communication],
     given: Mapping[str, Any],
@@ -227,19 +247,7 @@ def read(
     parameters = {p.name: p for p in (*declared(communications), *more)}
     if GENERAL_RATE in given and GENERAL_RATE not in parameters:
         given = {"rate" if name == GENERAL_RATE else name: value for name, value in given.items()}
-    warnings = []
-    faults = []
-    for name in given:
-        if name in parameters:
-            continue
-        above = [p for p in parameters.values() if name.startswith(p.name + "/")]
-        if above:
-            told = (spelled(above[0].name), above[0].type, spelled(name))
-            faults.append("parameter %s must be a %s, not a group with %s" % told)
-        else:
-            near = difflib.get_close_matches(name, parameters, 1)
-            hint = "; did you mean %s?" % spelled(near[0]) if near else ""
-            warnings.append("unknown parameter %s is ignored%s" % (spelled(name), hint))
+    faults, warnings = _unknown(parameters, given, spelled)
     values: Dict[str, Any] = {}
     for parameter in parameters.values():
         value = given.get(parameter.name, parameter.default)
@@ -252,23 +260,49 @@ def read(
         else:
             values[parameter.name] = float(value) if parameter.type == "number" else value
     names = {c.name: c.key for c in communications if c.sort != "outgoing"}
-    stop = values.get("stop_command", "")
-    if stop and stop not in names:
-        faults.append(
-            "parameter %s must name a message, service or action that the controller"
-            " can request (%s), not %r" % (spelled("stop_command"), ", ".join(names), stop)
-        )
-    topic = values.get("legacy_state_topic", "")
-    if topic and not _TOPIC.match(topic):
-        shown = spelled("legacy_state_topic")
-        faults.append("parameter %s must be the name of a topic, not %r" % (shown, topic))
-    elif topic:
-        # The form of a private name that both ROS versions accept.
-        values["legacy_state_topic"] = re.sub("^~/?", "~/", topic)
+    faults += _wrong_names(values, names, spelled)
     if faults:
         raise ParameterError("\n".join(faults))
+    # The form of a private name that both ROS versions accept.
+    values["legacy_state_topic"] = re.sub("^~/?", "~/", values["legacy_state_topic"])
+    values["stop_command"] = names.get(values["stop_command"], "")
     values["more"] = {p.name: values.pop(p.name) for p in more}
-    return _settings(communications, values, names.get(stop, "")), warnings
+    return _settings(communications, values), warnings
+
+
+def _unknown(
+    parameters: Mapping[str, Parameter], given: Mapping[str, Any], spelled: Callable[[str], str]
+) -> Tuple[List[str], List[str]]:
+    """Return faults and warnings about names that are given, but are not those of parameters."""
+    faults, warnings = [], []
+    for name in given:
+        if name in parameters:
+            continue
+        above = [p for p in parameters.values() if name.startswith(p.name + "/")]
+        if above:
+            told = (spelled(above[0].name), above[0].type, spelled(name))
+            faults.append("parameter %s must be a %s, not a group with %s" % told)
+        else:
+            near = difflib.get_close_matches(name, parameters, 1)
+            hint = "; did you mean %s?" % spelled(near[0]) if near else ""
+            warnings.append("unknown parameter %s is ignored%s" % (spelled(name), hint))
+    return faults, warnings
+
+
+def _wrong_names(
+    values: Mapping[str, Any], commands: Iterable[str], spelled: Callable[[str], str]
+) -> Iterator[str]:
+    """Yield faults of parameters that must name a command or a topic."""
+    stop = values.get("stop_command")
+    if stop and stop not in commands:
+        yield (
+            "parameter %s must name a message, service or action that the controller"
+            " can request (%s), not %r" % (spelled("stop_command"), ", ".join(commands), stop)
+        )
+    topic = values.get("legacy_state_topic")
+    if topic and not _TOPIC.match(topic):
+        shown = spelled("legacy_state_topic")
+        yield "parameter %s must be the name of a topic, not %r" % (shown, topic)
 
 
 def _carried(value: Any, own: bool) -> Any:
@@ -325,9 +359,7 @@ def shortest(bound: float) -> str:
     return "%d" % bound if isinstance(bound, int) else "%g" % bound
 
 
-def _settings(
-    communications: Sequence[Communication], values: Dict[str, Any], stop: str
-) -> Settings:
+def _settings(communications: Sequence[Communication], values: Dict[str, Any]) -> Settings:
     timeouts = {}
     goal_timeouts = {}
     rates = {}
@@ -341,5 +373,4 @@ def _settings(
             timeouts[communication.key] = values.pop("timeout/" + name)
         if communication.sort == "action":
             goal_timeouts[communication.key] = values.pop("goal_timeout/" + name)
-    values["stop_command"] = stop
     return Settings(timeout=timeouts, goal_timeout=goal_timeouts, rates=rates, **values)
