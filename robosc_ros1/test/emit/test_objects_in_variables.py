@@ -19,7 +19,6 @@ from robosc.runtime.engine import Engine
 from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.runtime.values import NOW, demand_finite, fields_of, jsonable, not_finite
 from robosc.simulate.documents import done_document
-from robosc.simulate.documents import dump as dump_document
 
 MODEL = """
 robot Courier {
@@ -105,7 +104,7 @@ def test_documents_with_objects_follow_their_schemas() -> None:
     player = session(supervisor)
     for number, line in enumerate(("expect disabled drive", "place x: 0.75", "drive"), 1):
         done = done_document(player, number, player.do(line))
-        validate(json.loads(dump_document(done)), "simulate")
+        validate(json.loads(dump(done)), "simulate")
 
 
 def test_what_came_last_counts() -> None:

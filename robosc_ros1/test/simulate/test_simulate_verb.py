@@ -23,7 +23,8 @@ from ros_support import REPOSITORY, SOURCES, Completed
 from runtime.schemas import validate
 from simulate.players import MODEL, SEVERAL_TYPES, session
 
-from robosc.simulate.documents import done_document, dump
+from robosc.runtime.telemetry import dump
+from robosc.simulate.documents import done_document
 
 Robosc = Callable[..., Completed]
 

@@ -14,8 +14,8 @@ from robosc.model.traversal import all_names
 from robosc.model.types import Value
 
 __all__ = [
-    "Outcome", "Values", "Verdict", "holds", "is_consistent", "lookup", "missing_together",
-    "outcome", "taken_edge", "valuations",
+    "Outcome", "Values", "Verdict", "holds", "is_consistent", "is_true", "lookup",
+    "missing_together", "outcome", "taken_edge", "valuations",
 ]  # fmt: skip
 
 Values: TypeAlias = tuple[Value | None, ...]
@@ -94,7 +94,7 @@ def outcome(plant: Plant, event: Event, values: Values, state: PlantState) -> Ou
 
 def holds(plant: Plant, condition: Expr, state: PlantState) -> bool:
     """Whether a condition over the state (a requirement, a guard of the supervisor) is true."""
-    return _true(condition, lookup(plant, None, (), state))
+    return is_true(condition, lookup(plant, None, (), state))
 
 
 def taken_edge(
@@ -103,7 +103,7 @@ def taken_edge(
     """Return the edge that an automaton takes in a state; None if no guard holds."""
     location = state[automaton.variable]
     for edge in automaton.edges:
-        if edge.source == location and (edge.guard is None or _true(edge.guard, look)):
+        if edge.source == location and (edge.guard is None or is_true(edge.guard, look)):
             return edge
     return None
 
@@ -131,7 +131,8 @@ def _take(
     return inside
 
 
-def _true(condition: Expr, look: Callable[[Leaf], Value | None]) -> bool:
+def is_true(condition: Expr, look: Callable[[Leaf], Value | None]) -> bool:
+    """Whether a condition holds; one that is undefined does not."""
     try:
         return evaluate(condition, look) is True
     except Undefined:

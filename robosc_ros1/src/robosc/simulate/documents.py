@@ -5,54 +5,53 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from robosc.model.entities import EventKind
-from robosc.runtime.telemetry import dump
 from robosc.simulate.event_data import given_json
 from robosc.simulate.faults import InvalidLine, LineFault
-from robosc.simulate.machine import CommandState, Machine, exact_event
+from robosc.simulate.machine import Choice, CommandState, Machine, event_of_document
 from robosc.simulate.session import Done, Session
 from robosc.synthesis.documents import event_document
 
-__all__ = ["do_document", "done_document", "dump", "fault_document"]
+__all__ = ["answer", "choice_document", "done_document", "fault_document"]
 
 Document = dict[str, Any]
 
 
-def do_document(session: Session, text: str) -> tuple[Done, Any]:
-    """Do what one document asks for; with its ``id``, which the answer carries, too.
+def answer(session: Session, number: int, text: str) -> tuple[Document, Done | LineFault]:
+    """Do what one document asks for; return the answer to it, with its ``id``, and what it did.
 
     ``{"line": "distance free"}``, ``{"event": {"kind": …, "name": …, "value": …}}``, or a line of
     the script language as a string.
-
-    Raises:
-        LineFault: it was not done.
     """
+    identity = None
+    try:
+        document = _read(text)
+        identity = document.get("id")
+        done = _do(session, document)
+    except LineFault as fault:
+        return fault_document(number, fault, identity), fault
+    return done_document(session, number, done, identity), done
+
+
+def _read(text: str) -> Document:
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InvalidLine(f"this is not JSON: {error}") from None
     if isinstance(document, str):
-        document = {"line": document}
+        return {"line": document}
     if not isinstance(document, dict):
         raise InvalidLine('a document is {"line": …} or {"event": …}')
-    identity = document.get("id")
-    try:
-        match document:
-            case {"line": str(line)}:
-                return session.do(line), identity
-            case {"event": {"kind": str(kind), "name": str(name)} as event}:
-                return _fire(session, kind, name, event), identity
-        raise InvalidLine('a document is {"line": …} or {"event": {"kind": …, "name": …}}')
-    except LineFault as fault:
-        fault.args = (*fault.args, identity)
-        raise
+    return document
 
 
-def _fire(session: Session, kind: str, name: str, event: Document) -> Done:
-    value = event.get("value")
-    if kind in (EventKind.TAU.value, EventKind.AFTER.value):
-        kind, value = f"{kind}{event.get('index', 1)}", None
-    return session.fire(exact_event(session.machine, f"{name}.{kind}"), value)
+def _do(session: Session, document: Document) -> Done:
+    match document:
+        case {"line": str(line)}:
+            return session.do(line)
+        case {"event": {"kind": str(), "name": str()} as event}:
+            found = event_of_document(session.machine, event)
+            return session.fire(found, None if found.kind.of_component else event.get("value"))
+    raise InvalidLine('a document is {"line": …} or {"event": {"kind": …, "name": …}}')
 
 
 def done_document(session: Session, number: int, done: Done, identity: Any = None) -> Document:
@@ -65,25 +64,27 @@ def done_document(session: Session, number: int, done: Done, identity: Any = Non
         document["text"] = done.text
     document["happened"] = [h.document() for h in done.happenings]
     document["state"] = _state(machine)
-    document["choices"] = [
-        {
-            "event": {**event_document(choice.event), "value": given_json(choice.given or {})},
-            "text": choice.text,
-            "controllable": choice.event.controllable,
-            "needs": choice.hint or None,
-        }
-        for choice in session.menu()
-    ]
+    document["choices"] = [choice_document(choice) for choice in session.menu()]
     document["commands"] = [_command(command) for command in machine.commands()]
     return document
 
 
-def fault_document(number: int, fault: LineFault) -> Document:
+def fault_document(number: int, fault: LineFault, identity: Any = None) -> Document:
     """The answer to a line that was not done: ``wrong``, ``refused`` or ``failed``, and why."""
     document: Document = {"version": 1, "line": number, "ok": False}
-    if len(fault.args) > 1 and fault.args[1] is not None:
-        document["id"] = fault.args[1]
-    return {**document, "fault": fault.kind, "message": str(fault.args[0])}
+    if identity is not None:
+        document["id"] = identity
+    return {**document, "fault": fault.kind, "message": str(fault)}
+
+
+def choice_document(choice: Choice) -> Document:
+    """Something that can happen now; ``needs`` is what may be written as its value."""
+    return {
+        "event": {**event_document(choice.event), "value": given_json(choice.given or {})},
+        "text": choice.text,
+        "controllable": choice.event.controllable,
+        "needs": choice.hint or None,
+    }
 
 
 def _state(machine: Machine) -> Document:
@@ -104,10 +105,7 @@ def _command(command: CommandState) -> Document:
     document: Document = {
         "event": event_document(command.event),
         "enabled": command.enabled,
-        "blocked_by": [
-            {"kind": r.kind, "text": r.text} | ({"place": r.place} if r.place else {})
-            for r in command.reasons
-        ],
+        "blocked_by": [reason.document() for reason in command.reasons],
         "data": command.data,
     }
     if command.count is not None:

@@ -16,8 +16,9 @@ from typing import Any, TypeAlias, cast
 
 from robosc.errors import listing
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
+from robosc.ir.finite.terms import type_of_part
 from robosc.ir.formulas import Leaf
-from robosc.ir.step import Values, missing_together
+from robosc.ir.step import Values, is_true, missing_together
 from robosc.model.compatibility import default_value, describe
 from robosc.model.entities import Robot
 from robosc.model.evaluation import part_of_value
@@ -38,11 +39,11 @@ from robosc.model.types import (
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Path, Raw, literal_text, path_in
-from robosc.simulate.state import is_true
 
 __all__ = [
     "Given",
     "Path",
+    "by_path",
     "complete",
     "given_json",
     "given_text",
@@ -55,6 +56,11 @@ __all__ = [
 
 Given: TypeAlias = Mapping[Path, Value | None]
 _NUMBERS = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
+
+
+def by_path(event: Event, values: Values) -> dict[Path, Value | None]:
+    """Values of the event's parameters by their paths."""
+    return {p.path: value for p, value in zip(event.parameters, values, strict=True)}
 
 
 def parameter_values(event: Event, given: Given) -> Values:
@@ -198,15 +204,7 @@ def _by_path(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw]
         path = path_in(text) if text else ()
         if path is None:
             raise InvalidLine(f"'{text}' is not part of a value: write pose.x or ranges[0]")
-        inner: Type | None = type_
-        for step in path:
-            if isinstance(inner, ObjectType) and isinstance(step, str):
-                inner = inner.property(step)
-            elif isinstance(inner, ArrayType) and isinstance(step, int):
-                inner = inner.element
-            else:
-                inner = None
-        if inner is None:
+        if type_of_part(type_, path) is None:
             raise InvalidLine(f"{label} has no part '{text}'")
         found[path] = value
     return found

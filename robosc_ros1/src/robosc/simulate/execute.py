@@ -30,10 +30,18 @@ from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Undefined, in_range
 from robosc.simulate.drawn_values import random_raw
-from robosc.simulate.event_data import Given, complete, given_text, hint
+from robosc.simulate.event_data import Given, by_path, complete, hint
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.generated import make_controller, state_of_controller
-from robosc.simulate.machine import Choice, CommandState, Happening, Reason, few_values, label
+from robosc.simulate.machine import (
+    Choice,
+    CommandState,
+    Happening,
+    Reason,
+    is_typed,
+    label,
+    typed_text,
+)
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
 
@@ -152,15 +160,12 @@ class Execution:
         for event in self._inputs:
             if not self.can(event, None):
                 continue
-            data_only = set(value_parts(event)) - {p.path for p in event.parameters}
-            if not few_values(event) or data_only or any(p.test for p in event.parameters):
+            if is_typed(event) or any(p.test for p in event.parameters):
                 found.append(Choice(event, None, label(event), hint(robot, event)))
                 continue
             for values in valuations(event):
-                given = dict(zip((p.path for p in event.parameters), values, strict=True))
-                text = given_text(given)
-                name = f"{label(event)}({text})" if text else label(event)
-                found.append(Choice(event, given, name))
+                given = by_path(event, values)
+                found.append(Choice(event, given, typed_text(event, given)))
         return found
 
     def commands(self) -> list[CommandState]:
@@ -176,10 +181,7 @@ class Execution:
         ]
 
     def _reasons(self, command: runtime.Command) -> tuple[Reason, ...]:
-        found = [
-            Reason(r["kind"], r["text"], r.get("place"))
-            for r in blocked_by(self._controller, command)
-        ]
+        found = [Reason(**r) for r in blocked_by(self._controller, command)]
         if self.stopped is not None:
             found.insert(0, Reason("stopped", "there was a safe stop"))
         return tuple(found)
@@ -234,7 +236,6 @@ class Execution:
             entry.outcome,
             entry.detail,
             entry.time,
-            controllable=entry.kind in ("request", "cancel", "tau"),
         )
 
     def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:

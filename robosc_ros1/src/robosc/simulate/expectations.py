@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 from robosc.errors import listing
 from robosc.ir.automaton import Event
 from robosc.ir.formulas import to_dsl
+from robosc.model.entities import EventKind
 from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef
 from robosc.model.traversal import walk
 from robosc.runtime.values import jsonable
@@ -17,12 +19,21 @@ from robosc.simulate.conditions import condition
 from robosc.simulate.event_data import complete
 from robosc.simulate.faults import Failed, InvalidLine
 from robosc.simulate.literals import literal_text, parse_raw, path_in
-from robosc.simulate.machine import Happening, Machine, brought, find_events, label
+from robosc.simulate.machine import (
+    COMMANDS,
+    EVENT_NAME,
+    Happening,
+    Machine,
+    event_and_value,
+    find_events,
+    is_name,
+    label,
+    without_timeouts,
+)
 
 __all__ = ["expect"]
 
-_SENT = re.compile(r"((?:[\w.^]|\[-?\d+\])+)(?:\s*\*\s*(\d{1,6}))?", re.ASCII)
-_EVENT = re.compile(r"((?:[\w.^]|\[-?\d+\])+)\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
+_SENT = re.compile(rf"({EVENT_NAME})(?:\s*\*\s*(\d{{1,6}}))?", re.ASCII)
 
 
 def expect(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
@@ -73,17 +84,17 @@ def _instead(wanted: Expr, machine: Machine) -> str:
 
 
 def _enabled(text: str, machine: Machine, wanted: bool) -> None:
-    match = _EVENT.fullmatch(text)
-    if match is None:
+    written = event_and_value(text)
+    if written is None:
         raise InvalidLine("write an event: expect enabled grab.request")
-    event = _any_event(match[1], machine)
+    event = _any_event(written[0], machine)
     command = next((c for c in machine.commands() if c.event == event), None)
     if command is not None:
         if command.enabled is not wanted:
-            why = "; ".join(f"{r.text} ({r.place})" if r.place else r.text for r in command.reasons)
-            raise Failed(f"{label(event)} is " + ("enabled" if command.enabled else f"not: {why}"))
+            why = "enabled" if command.enabled else f"not: {'; '.join(map(str, command.reasons))}"
+            raise Failed(f"{label(event)} is {why}")
         return
-    raw = parse_raw(match[2] or match[3] or "")
+    raw = parse_raw(written[1])
     given = None
     if raw is not None:
         given = complete(machine.plant.robot, event, raw, label(event))
@@ -94,15 +105,10 @@ def _enabled(text: str, machine: Machine, wanted: bool) -> None:
 def _any_event(text: str, machine: Machine) -> Event:
     """One event by name, in whatever machine: a bare name is the request, or the only event."""
     plain = text.replace("^", "")
-    named = [
-        e for e in machine.plant.events
-        if plain in (label(e), e.name, e.key, label(e).replace(e.name, e.key, 1))
-    ]  # fmt: skip
-    if not named:
-        named = find_events(machine, text)
-    named = brought(named)
+    named = [e for e in machine.plant.events if is_name(e, plain)] or find_events(machine, text)
+    named = without_timeouts(named)
     if len(named) > 1:
-        requests = [e for e in named if e.kind.value == "request"]
+        requests = [e for e in named if e.kind is EventKind.REQUEST]
         if len(requests) != 1:
             raise InvalidLine(f"'{text}' can mean {listing([label(e) for e in named], 'or')}")
         named = requests
@@ -117,25 +123,17 @@ def _sent(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
             if match is None:
                 raise InvalidLine("write commands in order: expect sent stop, move * 3; or nothing")
             event = _any_event(match[1], machine)
-            if event.kind.value not in ("request", "cancel"):
+            if event.kind.value not in COMMANDS:
                 raise InvalidLine(f"{label(event)} is not sent by a controller")
             wanted += [label(event)] * int(match[2] or 1)
-    sent = [
-        f"{h.name}.{h.kind}" for h in latest
-        if h.kind in ("request", "cancel") and h.outcome == "applied"
-    ]  # fmt: skip
+    sent = [f"{h.name}.{h.kind}" for h in latest if h.kind in COMMANDS and h.outcome == "applied"]
     if sent != wanted:
         raise Failed(f"sent: {_folded(sent)}; expected: {_folded(wanted)}")
 
 
 def _folded(names: Sequence[str]) -> str:
     """``stop.request, move.request * 3``."""
-    runs: list[tuple[str, int]] = []
-    for name in names:
-        if runs and runs[-1][0] == name:
-            runs[-1] = name, runs[-1][1] + 1
-        else:
-            runs.append((name, 1))
+    runs = [(name, len(list(same))) for name, same in groupby(names)]
     return ", ".join(f"{n} * {c}" if c > 1 else n for n, c in runs) or "nothing"
 
 

@@ -26,6 +26,10 @@ class Case:
     line: str
     fault: LineFault | None = None
 
+    @property
+    def is_expectation(self) -> bool:
+        return self.line.split()[:1] == ["expect"]
+
 
 def junit_text(script: str, robot: str, cases: Sequence[Case]) -> str:
     """A test suite with a test case for each case.

@@ -4,25 +4,34 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any, Protocol
 
 from robosc.errors import listing
-from robosc.ir.automaton import Event, Plant
+from robosc.ir.automaton import Event, Plant, value_parts
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
 from robosc.model.expr import Expr
-from robosc.simulate.event_data import Given
+from robosc.simulate.event_data import Given, given_text
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
 
 __all__ = [
-    "Choice", "CommandState", "Happening", "Machine", "Reason", "brought", "draw_values",
-    "exact_event", "few_values", "find_events", "label",
+    "COMMANDS", "CONTROLLABLE", "Choice", "CommandState", "EVENT_NAME", "Happening", "Machine",
+    "Reason", "draw_values", "event_and_value", "event_of_document", "find_events", "is_name",
+    "is_typed", "label", "typed_text", "without_timeouts",
 ]  # fmt: skip
+
+CONTROLLABLE = frozenset(kind.value for kind in EventKind if kind.controllable)
+"""The names of the kinds of event that the controller decides on."""
+COMMANDS = CONTROLLABLE - {EventKind.TAU.value}
+
+EVENT_NAME = r"(?:[\w.^]|\[-?\d+\])+"
+_EVENT_AND_VALUE = re.compile(rf"({EVENT_NAME})\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
 
 MANY = 12
 """An event with more values than this is offered once, its value to be typed."""
@@ -50,6 +59,13 @@ class Reason:
     kind: str
     text: str
     place: str | None = None
+
+    def __str__(self) -> str:
+        return f"{self.text} ({self.place})" if self.place else self.text
+
+    def document(self) -> dict[str, str]:
+        place = {"place": self.place} if self.place else {}
+        return {"kind": self.kind, "text": self.text, **place}
 
 
 @dataclass(frozen=True)
@@ -80,7 +96,11 @@ class Happening:
     outcome: str = "applied"
     detail: str | None = None
     time: float | None = None
-    controllable: bool = field(default=False, kw_only=True)
+
+    @property
+    def controllable(self) -> bool:
+        """Whether the controller decided on it."""
+        return self.kind in CONTROLLABLE
 
     def document(self) -> dict[str, Any]:
         event: dict[str, Any] = {"kind": self.kind, "name": self.name}
@@ -146,8 +166,26 @@ def label(event: Event) -> str:
     return f"{event.name}.{event.kind.value}"
 
 
-def few_values(event: Event) -> bool:
-    return math.prod(len(p.values) for p in event.parameters) <= MANY
+def typed_text(event: Event, given: Given) -> str:
+    """An event with its value, as it can be typed: ``distance.response(free)``."""
+    text = given_text(given)
+    return f"{label(event)}({text})" if text else label(event)
+
+
+def event_and_value(text: str) -> tuple[str, str] | None:
+    """The name and the value in ``distance.response(free)`` or ``distance free``.
+
+    None if it does not begin with a name.
+    """
+    match = _EVENT_AND_VALUE.fullmatch(text)
+    return None if match is None else (match[1], match[2] or match[3] or "")
+
+
+def is_typed(event: Event) -> bool:
+    """Whether its value is to be typed: it has data that decide nothing, or too many values."""
+    decided = {p.path for p in event.parameters}
+    few = math.prod(len(p.values) for p in event.parameters) <= MANY
+    return not few or bool(value_parts(event).keys() - decided)
 
 
 def draw_values(event: Event, rng: random.Random) -> tuple[Any, ...]:
@@ -160,7 +198,7 @@ def draw_values(event: Event, rng: random.Random) -> tuple[Any, ...]:
     )
 
 
-def brought(events: Sequence[Event]) -> list[Event]:
+def without_timeouts(events: Sequence[Event]) -> list[Event]:
     """Those that a bare name means: a message, rather than that none came."""
     return [e for e in events if e.kind is not EventKind.TIMEOUT] or list(events)
 
@@ -172,26 +210,39 @@ def find_events(machine: Machine, text: str) -> list[Event]:
     """
     text = text.replace("^", "")
     events = machine.typeable
-    for fits in (_is_label, _is_name, _begins_label):
+    for fits in (_is_label, _is_bare_name, _begins_label):
         found = [event for event in events if fits(event, text)]
         if found:
             return found
     raise InvalidLine(_unknown(machine, text))
 
 
-def exact_event(machine: Machine, text: str) -> Event:
-    """The event with a name in full: ``grab.request``, ``Door.tau2``. Raises InvalidLine."""
+def event_of_document(machine: Machine, document: Mapping[str, Any]) -> Event:
+    """The event that a document names: ``kind``, ``name`` and, of a component, ``index``.
+
+    Raises:
+        InvalidLine: there is none.
+    """
+    kind = document["kind"]
+    if kind in (EventKind.TAU.value, EventKind.AFTER.value):
+        kind = f"{kind}{document.get('index', 1)}"
+    text = f"{document['name']}.{kind}"
     for event in machine.typeable:
         if _is_label(event, text):
             return event
     raise InvalidLine(_unknown(machine, text))
 
 
+def is_name(event: Event, text: str) -> bool:
+    """Whether a text names the event: in full, or the communication or component alone."""
+    return _is_label(event, text) or _is_bare_name(event, text)
+
+
 def _is_label(event: Event, text: str) -> bool:
     return text in (label(event), _key_label(event))
 
 
-def _is_name(event: Event, text: str) -> bool:
+def _is_bare_name(event: Event, text: str) -> bool:
     return text in (event.name, event.key)
 
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from robosc.emit.naming import place
 from robosc.errors import listing
-from robosc.ir.automaton import Event, LocalAutomaton, PlantState
-from robosc.ir.step import Verdict, holds, outcome, valuations
+from robosc.ir.automaton import Event, PlantState
+from robosc.ir.step import Verdict, holds, lookup, outcome, taken_edge, valuations
 from robosc.model.entities import EventKind
 from robosc.runtime.telemetry import UNEXPLAINED
 from robosc.simulate.machine import Reason
@@ -50,22 +50,16 @@ def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iter
         phase = plant.variables[event.phase.variable].values[state[event.phase.variable]]
         yield Reason("phase", f"it is {phase}")
     # Whether the plant can do it does not hang on what the environment makes of it.
-    after = outcome(plant, event, next(valuations(event)), state)
+    values = next(valuations(event))
+    after = outcome(plant, event, values, state)
     if after is Verdict.OUT_OF_RANGE:
         yield Reason("range", "a variable would leave its range")
     elif after is Verdict.IMPOSSIBLE:
+        look = lookup(plant, event, values, state)
         for automaton in event.automata:
-            if automaton.blocking and not _takes_part(supervisor, automaton, state):
+            if automaton.blocking and taken_edge(automaton, state, look) is None:
                 where = plant.variables[automaton.variable].values[state[automaton.variable]]
                 yield Reason("synchronisation", f"blocked by {automaton.component} in {where}")
-
-
-def _takes_part(supervisor: Supervisor, automaton: LocalAutomaton, state: PlantState) -> bool:
-    return any(
-        edge.source == state[automaton.variable]
-        and (edge.guard is None or holds(supervisor.plant, edge.guard, state))
-        for edge in automaton.edges
-    )
 
 
 def _violated(supervisor: Supervisor, event: Event, state: PlantState) -> Iterator[Reason]:

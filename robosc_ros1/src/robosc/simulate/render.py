@@ -50,11 +50,11 @@ def _session_lines(session: Session, style: Style) -> Iterator[str]:
     menu = session.menu()
     width = len(str(len(menu)))
     data = {id(c.event): c.data for c in machine.commands()}
-    for title, controllable in (("robot", False), ("controller", True)):
+    for title, controllable in (("uncontrollable events", False), ("enabled commands", True)):
         entries = [(n, c) for n, c in enumerate(menu, 1) if c.event.controllable is controllable]
         if not entries and (controllable or not menu):
             continue
-        yield style(BOLD, "uncontrollable events" if title == "robot" else "enabled commands")
+        yield style(BOLD, title)
         for number, choice in entries:
             hint = f" {style(DIM, f'[{choice.hint}]')}" if choice.hint else ""
             sent = _shown_data(data.get(id(choice.event)))

@@ -36,6 +36,7 @@ from robosc.runtime.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.exact_values import data_behind, value_with_classes
 from robosc.simulate.generated import make_controller
+from robosc.simulate.machine import Reason
 from robosc.supervisor import Supervisor
 
 __all__ = ["Departure", "Follower", "Replayed", "replay", "replay_document", "replay_text"]
@@ -236,8 +237,7 @@ def _apply(controller: Controller, input_: Input, told: Any, parts: dict[str, _P
 def _perform(controller: Controller, command: Command, value: Any, stopping: bool) -> str | None:
     reasons = blocked_by(controller, command)
     if reasons and not stopping:
-        return "; ".join(f"{r['text']} ({r['place']})" if "place" in r else r["text"]
-                         for r in reasons)  # fmt: skip
+        return "; ".join(str(Reason(**reason)) for reason in reasons)
     if command.data is not None:
         try:
             data = command.data(controller)

@@ -6,15 +6,16 @@ import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TextIO
+from typing import Any, TextIO
 
-from robosc.simulate.documents import do_document, done_document, dump, fault_document
+from robosc.runtime.telemetry import dump
+from robosc.simulate.documents import answer, done_document, fault_document
 from robosc.simulate.faults import Failed, LineFault
 from robosc.simulate.junit import Case
 from robosc.simulate.render import Style, fitted, happenings_text, session_text
 from robosc.simulate.session import Done, Session, code_of
 
-__all__ = ["Followed", "follow_documents", "follow_script", "follow_typing", "told"]
+__all__ = ["Followed", "follow_documents", "follow_script", "done_text", "follow_typing"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,28 +40,27 @@ def follow_script(
     if json:
         _begin(session, out)
     for number, line in enumerate(lines, 1):
-        is_expectation = line.split()[:1] == ["expect"]
         try:
             done = session.do(line, numbers=False)
         except LineFault as fault:
             codes.add(code_of(fault))
-            cases.append(Case(number, line, fault))
+            cases.append(case := Case(number, line, fault))
             if json:
-                _write(out, dump(fault_document(number, fault)))
+                _write(out, fault_document(number, fault))
             print(f"{name}:{number}: {fault.kind}: {fault}", file=messages)
-            if isinstance(fault, Failed) and is_expectation:
+            if isinstance(fault, Failed) and case.is_expectation:
                 continue
             break
-        if is_expectation:
-            cases.append(Case(number, line))
+        case = Case(number, line)
+        if case.is_expectation:
+            cases.append(case)
         if json:
-            _write(out, dump(done_document(session, number, done)))
+            _write(out, done_document(session, number, done))
         else:
-            text = told(session, done, Style(), quiet=True)
-            out.write(text)
+            out.write(done_text(session, done, Style(), quiet=True))
         if done.quit:
             break
-    expectations = [case for case in cases if case.line.split()[:1] == ["expect"]]
+    expectations = [case for case in cases if case.is_expectation]
     met = sum(case.fault is None for case in expectations)
     if not json:
         print(f"{name}: {met} of {len(expectations)} expectations met", file=out)
@@ -78,14 +78,11 @@ def follow_documents(session: Session, lines: Iterable[str], out: TextIO) -> int
     for number, line in enumerate(lines, 1):
         if not line.strip():
             continue
-        try:
-            done, identity = do_document(session, line)
-        except LineFault as fault:
-            code = 1 if isinstance(fault, Failed) else code
-            _write(out, dump(fault_document(number, fault)))
-            continue
-        _write(out, dump(done_document(session, number, done, identity)))
-        if done.quit:
+        document, result = answer(session, number, line)
+        _write(out, document)
+        if isinstance(result, Failed):
+            code = 1
+        if isinstance(result, Done) and result.quit:
             break
     return code
 
@@ -113,7 +110,7 @@ def follow_typing(
                 raise
             text = "the search was interrupted\n"  # it changes nothing before it has found a way
             continue
-        text = told(session, done, style)
+        text = done_text(session, done, style)
         if done.quit:
             _show(out, text)
             return 0
@@ -128,7 +125,7 @@ def _show(out: TextIO, text: str) -> None:
     out.flush()
 
 
-def told(session: Session, done: Done, style: Style, quiet: bool = False) -> str:
+def done_text(session: Session, done: Done, style: Style, quiet: bool = False) -> str:
     """What to write about a line that was done; quietly, only what it asked for."""
     text = "" if quiet else happenings_text(done.happenings, style)
     if done.text and not (quiet and done.changed):
@@ -139,10 +136,10 @@ def told(session: Session, done: Done, style: Style, quiet: bool = False) -> str
 
 
 def _begin(session: Session, out: TextIO) -> None:
-    _write(out, dump(done_document(session, 0, Done(session.latest))))
+    _write(out, done_document(session, 0, Done(session.latest)))
 
 
-def _write(out: TextIO, document: str) -> None:
+def _write(out: TextIO, document: dict[str, Any]) -> None:
     """One document, at once: the other program waits for it."""
-    out.write(document + "\n")
+    out.write(dump(document) + "\n")
     out.flush()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import random
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -11,17 +12,27 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from robosc.errors import counted, listing
+from robosc.errors import UsageError, counted, listing
 from robosc.ir.automaton import Event
 from robosc.model.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.simulate.conditions import condition
-from robosc.simulate.event_data import Given, complete, given_text
+from robosc.simulate.event_data import Given, complete
 from robosc.simulate.expectations import expect
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
 from robosc.simulate.literals import Raw, literal_text, parse_raw
-from robosc.simulate.machine import Choice, Happening, Machine, brought, find_events, label
+from robosc.simulate.machine import (
+    Choice,
+    Happening,
+    Machine,
+    event_and_value,
+    find_events,
+    is_name,
+    label,
+    typed_text,
+    without_timeouts,
+)
 from robosc.simulate.trace_steps import fired_by
-from robosc.source import opened
+from robosc.syntax.parser import read_bytes
 
 __all__ = ["WORDS", "Done", "MakeMachine", "Session", "code_of", "read_lines"]
 
@@ -54,7 +65,6 @@ _HELP = "\n".join(
         *(f"  {usage:{_USAGE}}  {meaning}" for usage, meaning in WORDS.values()),
     ]
 )
-_FIRE = re.compile(r"((?:[\w.^]|\[-?\d+\])+)\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
 _MOST_STEPS = 100_000
 _DEEPEST_PLAY = 10
 
@@ -125,7 +135,7 @@ class Session:
             able = [e for e in found if self.machine.can(e, None)]
             if not able:
                 raise Refused(f"{listing([label(e) for e in found], 'or')} cannot happen now")
-            found = brought(able)
+            found = without_timeouts(able)
         if len(found) > 1:
             raise InvalidLine(f"'{text}' can mean {listing([label(e) for e in found], 'or')}")
         return found[0]
@@ -143,22 +153,22 @@ class Session:
         return self._did(self._fire(choice.event, choice.given))
 
     def _by_name(self, text: str) -> Done:
-        match = _FIRE.fullmatch(text)
-        if match is None:
+        written = event_and_value(text)
+        if written is None:
             raise InvalidLine(f"cannot read '{text}' (help shows what can be written)")
+        name, value = written
         try:
-            event = self.event(match[1])
+            event = self.event(name)
         except InvalidLine as fault:
-            near = get_close_matches(match[1], WORDS, 1, 0.7)
+            near = get_close_matches(name, WORDS, 1, 0.7)
             if near and "did you mean" not in str(fault) and "can mean" not in str(fault):
-                raise InvalidLine(f"there is no '{match[1]}'; did you mean '{near[0]}'?") from None
+                raise InvalidLine(f"there is no '{name}'; did you mean '{near[0]}'?") from None
             raise
-        return self.fire(event, parse_raw(match[2] or match[3] or ""))
+        return self.fire(event, parse_raw(value))
 
     def _fire(self, event: Event, given: Given) -> list[Happening]:
         happenings = self.machine.fire(event, given)
-        text = given_text(given)
-        self.history.append(f"{label(event)}({text})" if text else label(event))
+        self.history.append(typed_text(event, given))
         return happenings
 
     def _wait_for(self, seconds: float) -> list[Happening]:
@@ -201,11 +211,10 @@ class Session:
         return self._did(happenings, "" if path else "it holds already")
 
     def _random(self, rest: str) -> Done:
-        words = rest.removesuffix(",").replace("seed", " ").split()
-        if not 1 <= len(words) <= 2 or not all(re.fullmatch(r"\d{1,9}", w) for w in words):
+        match = re.fullmatch(r"(\d{1,9})(?:[ ,]+(?:seed *)?(\d{1,9}))?", rest)
+        if match is None:
             raise InvalidLine("write how many steps, and the seed if you like: random 20 7")
-        count = int(words[0])
-        seed = int(words[1]) if len(words) == 2 else 0
+        count, seed = int(match[1]), int(match[2] or 0)
         if count > _MOST_STEPS:
             raise InvalidLine(f"at most {_MOST_STEPS} steps in one go")
         rng = random.Random(seed)
@@ -239,8 +248,8 @@ class Session:
         return self._did(self._beginning())
 
     def _set(self, rest: str) -> Done:
-        name, _, text = rest.replace("=", " ").partition(" ")
-        value = parse_raw(text)
+        name = re.split(r"[\s=]", rest, maxsplit=1)[0]
+        value = parse_raw(rest.removeprefix(name).lstrip().removeprefix("="))
         if not name or value is None or isinstance(value, dict):
             raise InvalidLine("write a parameter and its value: set rate 5")
         parameters = {**self._parameters, name: value}
@@ -255,10 +264,7 @@ class Session:
 
     def _why(self, rest: str) -> Done:
         commands = self.machine.commands()
-        found = [
-            c for c in commands
-            if rest in (label(c.event), c.event.name, c.event.key)
-        ]  # fmt: skip
+        found = [c for c in commands if is_name(c.event, rest)]
         if not found:
             names = [label(c.event) for c in commands]
             near = get_close_matches(rest, names, 1)
@@ -340,12 +346,13 @@ def read_lines(path: str) -> list[str]:
     """The lines of a script (``-``: standard input). Raises InvalidLine if there is no such
     text."""
     try:
-        with opened(str(Path(path).expanduser())) as file:
-            return file.read().decode("utf-8-sig").splitlines()
+        text = read_bytes(str(Path(path).expanduser()), "script").decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InvalidLine(f"{path} is not UTF-8 text") from None
-    except (OSError, ValueError, RuntimeError) as error:
-        raise InvalidLine(f"cannot read {path}: {_reason(error)}") from None
+    except (UsageError, RuntimeError) as error:
+        raise InvalidLine(str(error)) from None
+    # Unlike str.splitlines: strings may hold other separators of lines.
+    return [line.rstrip("\r\n") for line in io.StringIO(text, newline="\n")]
 
 
 def _reason(error: Exception) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import random
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from robosc.ir.automaton import (
@@ -18,14 +19,13 @@ from robosc.ir.automaton import (
     Plant,
     PlantState,
     VariableKind,
-    value_parts,
 )
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import value_of
 from robosc.ir.formulas import Leaf, Undefined, evaluate, to_dsl
-from robosc.ir.step import Values, Verdict, valuations
+from robosc.ir.step import Values, taken_edge
 from robosc.language.operators import MIRRORED
-from robosc.model.entities import EventKind, Robot
+from robosc.model.entities import EventKind
 from robosc.model.expr import Binary, Expr, Literal, TestRef, ValueRef, VariableRef
 from robosc.model.presence import condition_on_data
 from robosc.model.traversal import walk
@@ -34,6 +34,7 @@ from robosc.runtime.values import widen
 from robosc.simulate.drawn_values import completed
 from robosc.simulate.event_data import (
     Given,
+    by_path,
     given_json,
     given_text,
     hint,
@@ -41,12 +42,20 @@ from robosc.simulate.event_data import (
     part_given,
 )
 from robosc.simulate.faults import InvalidLine, Refused
-from robosc.simulate.machine import Choice, CommandState, Happening, draw_values, few_values, label
+from robosc.simulate.machine import (
+    Choice,
+    CommandState,
+    Happening,
+    draw_values,
+    is_typed,
+    label,
+    typed_text,
+)
 from robosc.simulate.reasons import reasons
-from robosc.simulate.state import SystemState, is_true, sent_data, state_of
-from robosc.supervisor import Guard, Step, Supervisor
+from robosc.simulate.state import SystemState, sent_data, state_of
+from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.formatting import step_text
-from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import tau_values
 
 __all__ = ["SingleEvents"]
@@ -68,11 +77,9 @@ class SingleEvents:
     def __init__(self, supervisor: Supervisor) -> None:
         self.supervisor = supervisor
         self._stepper = Stepper(supervisor.plant)
-        self._numbers = {id(e): n for n, e in enumerate(self.plant.events)}
-        by_event = {g.event: g for g in supervisor.guards}
-        self._guards: dict[int, Guard] = {
-            id(e): by_event[e] for e in self.plant.events if e in by_event
-        }
+        self._numbers = {event.identity: n for n, event in enumerate(self.plant.events)}
+        self._guards = {guard.event.identity: guard for guard in supervisor.guards}
+        self._controlled: dict[int, CompiledEvent] = {}
         self._data = {
             key: variable
             for key, variable in self.plant.robot.variables.items()
@@ -111,68 +118,74 @@ class SingleEvents:
 
     # --- what can happen -------------------------------------------------------------------------
 
-    def _target(self, event: Event, values: Values, state: PlantState) -> PlantState | None:
+    def _under_control(self, event: Event) -> CompiledEvent:
+        number = self._numbers[event.identity]
+        if number not in self._controlled:
+            guard = self._guards.get(event.identity)
+            condition = None if guard is None else guard.expr
+            self._controlled[number] = self._stepper.compiled(number, condition)
+        return self._controlled[number]
+
+    def _target(self, event: Event, values: Values) -> PlantState | None:
         """Where an event leads under control; None if it cannot happen."""
-        guard = self._guards.get(id(event))
-        if guard is not None and not self._stepper.holds(guard.expr, state):
-            return None
-        after = self._stepper.outcome(self._numbers[id(event)], values, state)
-        return None if isinstance(after, Verdict) else after
+        one = replace(self._under_control(event), values=[values])
+        return next((after for _, after in one.targets(self.plant_state)), None)
 
     def can(self, event: Event, given: Given | None) -> bool:
         if given is not None:
             values = self._values(event, given)
-            return _known(event, values) and self._target(event, values, self._now[0]) is not None
-        state = self._now[0]
-        if event.phase is not None and state[event.phase.variable] not in event.phase.sources:
+            return _known(event, values) and self._target(event, values) is not None
+        phase = event.phase
+        if phase is not None and self.plant_state[phase.variable] not in phase.sources:
             return False  # whatever its value, and these may be very many
-        return any(self._target(event, v, state) is not None for v in valuations(event))
+        return any(True for _ in self._under_control(event).targets(self.plant_state))
 
     def choices(self) -> list[Choice]:
         found = []
         for event in self.plant.events:
-            data_only = set(value_parts(event)) - {p.path for p in event.parameters}
-            if not few_values(event) or data_only:
-                if self.can(event, None):
-                    name = label(event)
-                    found.append(Choice(event, None, name, hint(self.plant.robot, event)))
-                continue
-            for values in valuations(event):
-                after = self._target(event, values, self._now[0])
-                if after is not None:
-                    found.append(self._choice(event, values, after))
+            if not is_typed(event):
+                possible = self._under_control(event).targets(self.plant_state)
+                found += [self._choice(event, values, after) for values, after in possible]
+            elif self.can(event, None):
+                found.append(Choice(event, None, label(event), hint(self.plant.robot, event)))
         return found
 
     def _choice(self, event: Event, values: Values, after: PlantState) -> Choice:
-        given = dict(zip((p.path for p in event.parameters), values, strict=True))
+        given = by_path(event, values)
         if event.kind.of_component:
-            (path,) = tau_values(self.plant, event, self._now[0], after)
+            (path,) = tau_values(self.plant, event, self.plant_state, after)
             return Choice(event, {}, f"{label(event)} ({path})")
         if any(p.labels is not None or p.test is not None for p in event.parameters):
             return Choice(event, given, step_text(Step(event, values)))
-        text = given_text(given)
-        return Choice(event, given, f"{label(event)}({text})" if text else label(event))
+        return Choice(event, given, typed_text(event, given))
 
     def commands(self) -> list[CommandState]:
         state = self.state
         return [
             CommandState(
                 event,
-                reasons(self.supervisor, guard, self._now[0]),
-                _data(self.plant.robot, event.key, state)
-                if event.kind is EventKind.REQUEST
-                else None,
+                reasons(self.supervisor, guard, self.plant_state),
+                self._sent(event, state),
             )
             for event in self.plant.events
-            if (guard := self._guards.get(id(event))) is not None
+            if (guard := self._guards.get(event.identity)) is not None
         ]
+
+    def _sent(self, event: Event, state: SystemState) -> dict[str, Any] | None:
+        """What a request carries now; None for other events."""
+        is_request = event.kind is EventKind.REQUEST
+        return sent_data(self.plant.robot, event.key, state) if is_request else None
+
+    def _lookup(self, given: Given) -> Callable[[Leaf], Value | None]:
+        """What leaves of expressions are now, and with the value of an event."""
+        state = self.state
+        return lambda leaf: (
+            part_given(given, leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
+        )
 
     def _values(self, event: Event, given: Given) -> Values:
         """The value of each parameter; tests come to what the data say, unless they are given."""
-        state = self.state
-
-        def look(leaf: Leaf) -> Value | None:
-            return part_given(given, leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
+        look = self._lookup(given)
 
         def value(parameter: EventParameter) -> Value | None:
             if parameter.path in given:
@@ -195,45 +208,32 @@ class SingleEvents:
         before, data = self._now
         if not _known(event, values):
             raise Refused(f"{label(event)} cannot carry {given_text(given)}: outside its range")
-        after = self._target(event, values, before)
+        after = self._target(event, values)
         if after is None:
             raise Refused(f"{label(event)} cannot happen now: {self._why_not(event)}")
         value = given_json(given)
         if event.kind.of_component:
             (value,) = tau_values(self.plant, event, before, after)
         elif event.kind is EventKind.REQUEST:
-            value = _data(self.plant.robot, event.key, self.state)
-        decided = zip((p.path for p in event.parameters), values, strict=True)
-        assigned = list(self._assigned(event, {**dict(decided), **given}))
+            value = self._sent(event, self.state)
+        assigned = dict(self._assigned(event, {**by_path(event, values), **given}))
         self._past.append(self._now)
-        self._now = after, {**data, **dict(assigned)}
-        happening = Happening(
-            event.kind.value, event.name, value, event.index, controllable=event.controllable
-        )
-        return [happening]
+        self._now = after, {**data, **assigned}
+        return [Happening(event.kind.value, event.name, value, event.index)]
 
     def _why_not(self, event: Event) -> str:
-        guard = self._guards.get(id(event))
+        guard = self._guards.get(event.identity)
         if guard is None:
             return "it is idle" if event.phase is not None else "no state allows it"
-        return "; ".join(
-            f"{r.text} ({r.place})" if r.place else r.text
-            for r in reasons(self.supervisor, guard, self._now[0])
-        )
+        return "; ".join(map(str, reasons(self.supervisor, guard, self.plant_state)))
 
     def _assigned(self, event: Event, given: Given) -> Iterator[tuple[str, Value]]:
         """What the event does to data: the right-hand sides see the state before."""
-        state = self.state
-
-        def look(leaf: Leaf) -> Value | None:
-            return part_given(given, leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
-
+        look = self._lookup(given)
         for automaton in event.automata:
-            for edge in automaton.edges:
-                taken = edge.source == self._now[0][automaton.variable]
-                if taken and (edge.guard is None or is_true(edge.guard, look)):
-                    yield from self._data_of(automaton.component, edge, look)
-                    break
+            edge = taken_edge(automaton, self.plant_state, look)
+            if edge is not None:
+                yield from self._data_of(automaton.component, edge, look)
 
     def _data_of(
         self, component: str, edge: Edge, look: Callable[[Leaf], Value | None]
@@ -262,7 +262,7 @@ class SingleEvents:
         # The graph is made while it is searched, and the search ends at the first hit: networkx
         # would have to be given all of it before.
         test = self._stepper.test(self._of_the_plant(condition))
-        start = self._now[0]
+        start = self.plant_state
         if test(start):
             return []
         ways = self._stepper.controlled(self.supervisor.guards)
@@ -345,8 +345,7 @@ class SingleEvents:
 
     def _filled(self, event: Event, values: Values) -> Given:
         """A value of the plant with the parts that only data reads."""
-        taken = dict(zip((p.path for p in event.parameters), values, strict=True))
-        return completed(self.plant.robot, event, taken, label(event))
+        return completed(self.plant.robot, event, by_path(event, values), label(event))
 
     def draw(self, rng: random.Random) -> tuple[Event, Given] | None:
         able = [event for event in self.plant.events if self.can(event, None)]
@@ -354,18 +353,10 @@ class SingleEvents:
             return None
         event = rng.choice(able)
         values = draw_values(event, rng)
-        while self._target(event, values, self._now[0]) is None:  # some value is possible
+        while self._target(event, values) is None:  # some value is possible
             values = draw_values(event, rng)
-        taken = dict(zip((p.path for p in event.parameters), values, strict=True))
-        return event, completed(self.plant.robot, event, taken, label(event), rng)
-
-
-def _data(robot: Robot, key: str, state: SystemState) -> dict[str, Any] | None:
-    """What a request carries now; None also where nothing has come of it yet."""
-    try:
-        return sent_data(robot, key, state)
-    except Undefined:
-        return None
+        given = completed(self.plant.robot, event, by_path(event, values), label(event), rng)
+        return event, given
 
 
 def _known(event: Event, values: Values) -> bool:

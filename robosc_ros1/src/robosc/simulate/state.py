@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, cast
 
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.formulas import Leaf, Undefined, evaluate
+from robosc.ir.step import is_true
 from robosc.model.entities import Data, DataArray, DataObject, Robot
 from robosc.model.expr import (
     ElementRef,
@@ -22,7 +23,7 @@ from robosc.model.expr import (
 from robosc.model.types import ArrayType, DoubleType, IntegerType, ObjectType, Type, Value
 from robosc.runtime.values import widen
 
-__all__ = ["SystemState", "is_true", "sent_data", "state_of"]
+__all__ = ["SystemState", "sent_data", "state_of"]
 
 
 @dataclass(frozen=True)
@@ -66,14 +67,6 @@ class SystemState:
         )
 
 
-def is_true(condition: Expr, look: Callable[[Leaf], Value | None]) -> bool:
-    """Whether a condition holds; one that is undefined does not."""
-    try:
-        return evaluate(condition, look) is True
-    except Undefined:
-        return False
-
-
 def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value | None]) -> SystemState:
     """A state of the plant, with the data beside it, in model order."""
     found: dict[VariableKind, dict[str, Value]] = {kind: {} for kind in VariableKind}
@@ -92,7 +85,7 @@ def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value | None]) 
 def sent_data(robot: Robot, key: str, state: SystemState) -> dict[str, Any] | None:
     """What a request carries now: the fields of the first provide statement that holds.
 
-    None: there is none, so that all fields keep their defaults.
+    None: there is none, so that all fields keep their defaults, or some data have not arrived yet.
     """
     communication = robot.communications[key]
     for provide in robot.provides:
@@ -100,7 +93,10 @@ def sent_data(robot: Robot, key: str, state: SystemState) -> dict[str, Any] | No
             continue
         if provide.condition is not None and not state.holds(provide.condition):
             continue
-        data = _plain(provide.data, communication.request, state)
+        try:
+            data = _plain(provide.data, communication.request, state)
+        except Undefined:
+            return None
         if isinstance(communication.request, ObjectType):
             return cast(dict[str, Any], data)
         return {communication.binding.request_field or "": data}

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from robosc.ir.automaton import Event, EventParameter, Plant
 from robosc.ir.step import Values, is_consistent, missing_together
 from robosc.simulate.drawn_values import completed
-from robosc.simulate.event_data import Given
+from robosc.simulate.event_data import Given, by_path
 from robosc.simulate.machine import Machine, label
 from robosc.synthesis.formatting import event_text, part_text
 
@@ -31,8 +31,7 @@ def fired_by(machine: Machine, text: str) -> tuple[Event, Given] | None:
     if found is None:
         return None
     event, values = found
-    decided = {p.path: value for p, value in zip(event.parameters, values, strict=True)}
-    return event, completed(machine.plant.robot, event, decided, label(event))
+    return event, completed(machine.plant.robot, event, by_path(event, values), label(event))
 
 
 def step_written(plant: Plant, text: str) -> tuple[Event, Values] | None:

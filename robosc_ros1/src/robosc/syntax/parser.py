@@ -30,11 +30,11 @@ def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
     return source_of(path, read_bytes(path))
 
 
-def read_bytes(path: str) -> bytes:
+def read_bytes(path: str, what: str = "model") -> bytes:
     """The content of a file; ``-`` is standard input.
 
     Raises:
-        UsageError: it cannot be read, or is too large to be a model.
+        UsageError: it cannot be read, or is too large to be a model (or ``what`` it is to be).
     """
     try:
         with opened(path) as file:
@@ -43,7 +43,7 @@ def read_bytes(path: str) -> bytes:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise UsageError(f"cannot read {path}: {reason or error}") from error
     if len(data) > _LARGEST:
-        raise UsageError(f"cannot read {path}: no model has more than {_LARGEST >> 20} MB")
+        raise UsageError(f"cannot read {path}: no {what} has more than {_LARGEST >> 20} MB")
     return data
 
 
