@@ -103,3 +103,50 @@ def test_parts_of_arrays_that_are_sent_can_be_expected() -> None:
     ):
         with pytest.raises(Failed, match=message):
             player.do(f"expect data drive {line}")
+
+
+SIDES = """
+robot R {
+    interface link use Report from some_msgs
+    datatype object Report { sides: array(Side) at: array(At) one: Side }
+    datatype object At { side: Side x: double }
+    datatype enum Side from integer to { value < 0 -> left value > 0 -> right default -> middle }
+    component A {
+        outgoing message report with type: Report links link
+        incoming message go with type: none
+        behaviour {
+            variable seen: array(Side)
+            variable first: Side
+            variable at: array(At)
+            variable all: Report
+            initial marked state s {
+                on response from report
+                    do seen := value.sides, first := value.sides[0], at := value.at, all := value
+            }
+        }
+    }
+    requirement go needs any(x = left for x in A.seen) and A.seen[0] = left
+        and any(a.side = left for a in A.at) and A.all.one = left
+}
+"""
+
+
+@pytest.mark.parametrize("execute", [False, True])
+@pytest.mark.parametrize("left", ["-1", '"left"'])
+def test_enums_within_a_whole_are_converted_where_they_are_read(execute: bool, left: str) -> None:
+    """Like the generated controller, which keeps the message; a name gives a value for it."""
+    player = session(supervisor_of(SIDES), execute=execute)
+    one = left.strip('"')
+    play(player, f'report sides: [{left}, 2], at: [{{"side": {left}}}], one: {one}')
+    play(player, "expect A.first = left", "expect A.seen[1] = right", "expect enabled go")
+    play(player, "expect any(a.side = left for a in A.at)", "expect A.all.one = left")
+    assert player.machine.state.variables["A.seen"] == [-1, 2]
+    play(player, 'report sides: ["middle"], at: [], one: left', "expect disabled go")
+    play(player, "expect A.first = middle", "expect all(x = middle for x in A.seen)")
+
+
+@pytest.mark.parametrize("execute", [False, True])
+def test_enums_within_a_whole_are_drawn(execute: bool) -> None:
+    player = session(supervisor_of(SIDES), execute=execute)
+    play(player, "random 50 1")
+    assert {type(side) for side in player.machine.state.variables["A.seen"]} <= {int}

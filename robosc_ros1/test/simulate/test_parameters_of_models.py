@@ -100,3 +100,20 @@ def test_a_log_tells_the_parameters_of_its_run(
     found = replay(cart, str(log))
     reasons = [departure.reason for departure in found.departures] or ["none"]
     assert reasons[0].startswith(departs)
+
+
+def test_a_parameter_that_is_typed_keeps_its_signs() -> None:
+    robot = """robot R {
+        parameter badge: string = ""
+        component Radio { incoming message say with type: string }
+        provide say with badge
+    }"""
+    player = session(supervisor_of(robot))
+    for line, badge in (
+        ('set badge "a=b  c"', "a=b  c"),
+        ('set badge="x"', "x"),
+        ("set badge = plain", "plain"),
+    ):
+        player.do(line)
+        (say,) = player.machine.commands()
+        assert say.data == {"data": badge}

@@ -402,3 +402,42 @@ def test_runs_of_random_models_follow_them(
         return
     path = write(tmp_path_factory.mktemp("log") / "events.log", lines_of(run))
     assert replay(supervisor, path).departures == ()
+
+
+PLACES = """robot Courier {
+    interface links use Place from nowhere_msgs
+    datatype object Place { x: double side: Side gear: integer(0..3) }
+    datatype enum Side from integer to { value < 0 -> left default -> other }
+    component Operator {
+        outgoing message place with type: Place links links
+        incoming message go with type: double
+        behaviour {
+            variable goal: Place
+            initial marked state on { on response from place do goal := value }
+        }
+    }
+    requirement go needs Operator.goal.side = left
+    provide go with Operator.goal.x
+}"""
+
+
+@pytest.mark.parametrize(
+    ("place", "follows"),
+    [
+        ({"x": 2.0, "side": -1, "gear": 0}, True),
+        ({"x": 2.0, "side": -1, "gear": 9, "header": {"seq": 1}}, True),
+        ({"x": 2.0, "side": 1, "gear": 0}, False),
+        ({"x": 2.0, "gear": 0}, False),
+        ({"x": 2.0, "side": -1, "gear": True}, False),
+        ([2.0], False),
+    ],
+)
+def test_a_message_that_is_kept_as_a_whole(tmp_path: Path, place: Any, follows: bool) -> None:
+    """It is logged as it came: with what enums convert, and with fields that the model lacks."""
+    events = (("response", "place", {"": place}), ("request", "go", {"data": 2.0}))
+    lines = [
+        dump(event_document(Entry(number, 1.0, kind, name, 0, value, "applied", None)))
+        for number, (kind, name, value) in enumerate(events, 1)
+    ]
+    found = replay(supervisor_of(PLACES), write(tmp_path / "events.log", lines))
+    assert (found.departures == ()) is follows

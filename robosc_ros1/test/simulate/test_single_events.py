@@ -156,9 +156,25 @@ def test_a_whole_run_is_saved_and_played_again(player: Session, tmp_path, superv
     assert again.history == player.history
 
 
+def test_a_saved_text_has_any_character(tmp_path) -> None:
+    supervisor = supervisor_of(
+        "robot R { component A { outgoing message note with type: string behaviour {"
+        " variable text: string initial marked state s { on response from note do text := value }"
+        ' } } component B { incoming message go with type: none } requirement go needs A.text = "x"'
+        " }"
+    )
+    player = session(supervisor)
+    player.fire(player.event("note"), "a\u2028b\x0cc\x85d\ne")
+    play(player, f"save {tmp_path / 'run.sim'}")
+    again = session(supervisor)
+    again.do(f"play {tmp_path / 'run.sim'}")
+    assert again.machine.state == player.machine.state
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
+        ("play /dev/zero", "no script has more than 64 MB"),
         ("distnce free", "did you mean 'distance"),
         ("distance", "needs a value: free or obstructed"),
         ("distance fre", "is free or obstructed, or a double"),

@@ -16,6 +16,7 @@ from typing import Any, cast
 from robosc.model.expr import (
     Aggregate,
     Binary,
+    Call,
     Convert,
     ElementRef,
     Expr,
@@ -28,7 +29,7 @@ from robosc.model.expr import (
     condition_of,
 )
 from robosc.model.traversal import fold, parameters_of, walk
-from robosc.model.types import EnumType, Value
+from robosc.model.types import EnumType, Type, Value
 from robosc.runtime.functions import element, is_so
 from robosc.runtime.values import Undefined
 
@@ -50,7 +51,7 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
         if isinstance(node, ParameterRef):
             return node.parameter.default
         if isinstance(node, ElementRef):
-            return part_of_value(bound[node.variable], node.path)
+            return _as_read(part_of_value(bound[node.variable], node.path), node.type)
         found = lookup(node)
         if found is None:
             raise Undefined
@@ -104,13 +105,15 @@ def scalar_of(node: Operation) -> Callable[..., Value]:
         case Convert(type=type_):
             return partial(converted, type_)
         case Part():
-            return partial(_typed_part, node)
+            return lambda whole: _as_read(part_of_value(whole, node.path), node.type)
+        case Call(operator="element"):
+            return lambda array, index: _as_read(element(array, index), node.type)
     return node.operation.scalar
 
 
-def _typed_part(node: Part, whole: Value) -> Value:
-    part = part_of_value(whole, node.path)
-    return converted(node.type, part) if isinstance(node.type, EnumType) else part
+def _as_read(part: Value, type_: Type) -> Value:
+    """A part of a whole, in which enums have not been converted yet."""
+    return converted(type_, part) if isinstance(type_, EnumType) else part
 
 
 def converted(enum: EnumType, value: Any) -> Value:
@@ -118,8 +121,7 @@ def converted(enum: EnumType, value: Any) -> Value:
 
     def look(leaf: Leaf) -> Value | None:
         assert isinstance(leaf, ValueRef)
-        part = part_of_value(value, leaf.path)
-        return converted(leaf.type, part) if isinstance(leaf.type, EnumType) else part
+        return _as_read(part_of_value(value, leaf.path), leaf.type)
 
     for rule in enum.rules:
         with suppress(Undefined):

@@ -21,6 +21,7 @@ from robosc.model.types import (
 from robosc.simulate.event_data import Given, complete, is_test, outer_parts
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Raw
+from robosc.simulate.typed_values import within_whole
 
 __all__ = ["completed", "random_raw"]
 
@@ -63,9 +64,9 @@ def completed(
 def _random(type_: Type, rng: random.Random) -> Raw:
     match type_:
         case ArrayType(element=element):
-            return [_random(element, rng) for _ in range(rng.randint(0, 5))]
+            return [_random(within_whole(element), rng) for _ in range(rng.randint(0, 5))]
         case ObjectType(properties=properties):
-            return {name: _random(inner, rng) for name, inner in properties}
+            return {name: _random(within_whole(inner), rng) for name, inner in properties}
         case BooleanType():
             return rng.random() < 0.5
         case IntegerType(bounds=bounds):

@@ -8,37 +8,32 @@ What the plant takes as free, a test of data, may be chosen beside it: ``0.4, "A
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterator, Mapping
 from itertools import product
 from types import SimpleNamespace
-from typing import Any, TypeAlias, cast
+from typing import Any, TypeAlias
 
 from robosc.errors import listing
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
-from robosc.ir.finite.terms import type_of_part
-from robosc.ir.formulas import Leaf
-from robosc.ir.step import Values, is_true, missing_together
-from robosc.model.compatibility import default_value, describe
+from robosc.ir.step import Values, missing_together
+from robosc.model.compatibility import describe
 from robosc.model.entities import Robot
-from robosc.model.evaluation import part_of_value
-from robosc.model.expr import ValueRef, condition_of
+from robosc.model.evaluation import converted, part_of_value
 from robosc.model.traversal import path_text
 from robosc.model.types import (
     ArrayType,
     BooleanType,
-    DoubleType,
     EnumType,
     IntegerType,
     NoneType,
     ObjectType,
-    StringType,
     Type,
     Value,
 )
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.faults import InvalidLine
-from robosc.simulate.literals import Path, Raw, literal_text, path_in
+from robosc.simulate.literals import Path, Raw, literal_text
+from robosc.simulate.typed_values import assembled, default_part, raw_parts, typed_value
 
 __all__ = [
     "Given",
@@ -55,7 +50,6 @@ __all__ = [
 ]
 
 Given: TypeAlias = Mapping[Path, Value | None]
-_NUMBERS = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 
 def by_path(event: Event, values: Values) -> dict[Path, Value | None]:
@@ -65,7 +59,9 @@ def by_path(event: Event, values: Values) -> dict[Path, Value | None]:
 
 def parameter_values(event: Event, given: Given) -> Values:
     """The parts that decide; None for those that are missing, and for tests, which are no parts."""
-    return tuple(None if is_test(p.path) else part_given(given, p.path) for p in event.parameters)
+    return tuple(
+        None if is_test(p.path) else part_given(given, p.path, p.type) for p in event.parameters
+    )
 
 
 # --- reading -------------------------------------------------------------------------------------
@@ -97,8 +93,8 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
         if raw is None:
             if event.parameters:
                 raise InvalidLine(f"{label} needs a value: {hint(robot, event)}")
-            return {(): _default(type_)}
-        return {(): _converted(type_, raw, label)}
+            return {(): default_part(type_)}
+        return {(): typed_value(type_, raw, label)}
     return _complete_object(event, type_, raw, label)
 
 
@@ -113,7 +109,7 @@ def _chosen(
             raise InvalidLine(f"{label} does not ask for {name}; its tests are {names}")
         parameter = known[name]
         missing = raw is None and None in parameter.values
-        yield parameter.path, None if missing else _converted(parameter.type, raw, name)
+        yield parameter.path, None if missing else typed_value(parameter.type, raw, name)
 
 
 def is_test(path: Path) -> bool:
@@ -132,7 +128,7 @@ def _has_nothing(raw: Raw) -> bool:
 def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> Given:
     if raw is not None and not isinstance(raw, dict):
         raise InvalidLine(f"{label} carries {describe(type_)}: write its parts, x: 0.4, y: 2")
-    fields = _by_path(raw or {}, type_, label)
+    fields = raw_parts(raw or {}, type_, label)
     for whole, path in product(fields, fields):
         within = whole == path[: len(whole)] != path
         if within and _written({whole: fields[whole]}, path) != fields[path]:
@@ -145,15 +141,15 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
         name = f"{path_text(path)} of {label}"
         written = _written(fields, path)
         if written is not None:
-            given[path] = _converted(part, written, name)
+            given[path] = typed_value(part, written, name)
         elif isinstance(part, ArrayType | ObjectType) and path not in fields:
-            given[path] = _assembled(part, path, fields, name)
+            given[path] = assembled(part, path, fields, name)
         elif any(isinstance(step, int) for step in path):
             given[path] = None
         elif path in needed:
             raise InvalidLine(f"{name} needs a value: {_choices(part)}")
         else:
-            given[path] = _default(part)
+            given[path] = default_part(part)
     values = parameter_values(event, given)
     for i, j in missing_together(event):
         if values[i] is None and values[j] is not None:
@@ -174,117 +170,6 @@ def _written(fields: Mapping[Path, Raw], path: Path) -> Raw:
         else:
             return None
     return raw
-
-
-def _assembled(type_: Type, path: Path, fields: Mapping[Path, Raw], what: str) -> Value:
-    """A part as a whole, from what was given of its members; the others are as by default."""
-    if path in fields:
-        return _converted(type_, fields[path], what)
-    if isinstance(type_, ArrayType):
-        depth = len(path)
-        given = [p[depth] for p, raw in fields.items() if p[:depth] == path and raw is not None]
-        last = max((step for step in given if isinstance(step, int)), default=-1)
-        elements = [
-            _assembled(type_.element, (*path, i), fields, f"{what}[{i}]") for i in range(last + 1)
-        ]
-        return cast(Value, elements)
-    if not isinstance(type_, ObjectType):
-        return _default(type_)
-    parts = {
-        name: _assembled(inner, (*path, name), fields, f"{what}.{name}")
-        for name, inner in type_.properties
-    }
-    return cast(Value, SimpleNamespace(**parts))
-
-
-def _by_path(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw]:
-    """Parts by path, each of which the type must have."""
-    found: dict[Path, Raw] = {}
-    for text, value in raw.items():
-        path = path_in(text) if text else ()
-        if path is None:
-            raise InvalidLine(f"'{text}' is not part of a value: write pose.x or ranges[0]")
-        if type_of_part(type_, path) is None:
-            raise InvalidLine(f"{label} has no part '{text}'")
-        found[path] = value
-    return found
-
-
-def _converted(type_: Type, raw: Raw, what: str) -> Value:
-    """A raw value as one of the type; enums apply their rules to what is none of their values."""
-    match type_:
-        case EnumType():
-            name = raw.removeprefix(f"{type_.name}.") if isinstance(raw, str) else None
-            if name in type_.values:
-                return str(name)
-            return _by_rules(type_, raw, what)
-        case BooleanType() if isinstance(raw, bool):
-            return raw
-        case IntegerType() if isinstance(raw, int) and not isinstance(raw, bool):
-            return raw
-        case DoubleType() if isinstance(raw, int | float) and not isinstance(raw, bool):
-            return _double(raw, what)
-        case DoubleType() if isinstance(raw, str) and raw in _NUMBERS:
-            return _NUMBERS[raw]
-        case StringType() if isinstance(raw, str):
-            return raw
-        case ArrayType(element=element) if isinstance(raw, list | tuple):
-            items: Any = [_converted(element, item, f"an element of {what}") for item in raw]
-            return cast(Value, items)
-        case ObjectType(properties=properties) if isinstance(raw, dict):
-            for name in raw:
-                if type_.property(name) is None:
-                    raise InvalidLine(f"{what} has no part '{name}'")
-            parts = {
-                name: _converted(inner, raw[name], what) if name in raw else _default(inner)
-                for name, inner in properties
-            }
-            return cast(Value, SimpleNamespace(**parts))
-    shown = "an object" if isinstance(raw, dict) else literal_text(raw)
-    raise InvalidLine(f"{what} is {describe(type_)}, not {shown}")
-
-
-def _default(type_: Type) -> Value:
-    """What a part is that was not given; of an array, nothing came."""
-    match type_:
-        case ArrayType():
-            return cast(Value, [])
-        case ObjectType(properties=properties):
-            parts = {name: _default(inner) for name, inner in properties}
-            return cast(Value, SimpleNamespace(**parts))
-    return default_value(type_)
-
-
-def _double(raw: int | float, what: str) -> float:
-    try:
-        return float(raw)
-    except OverflowError:
-        raise InvalidLine(f"{what} is too large for a double") from None
-
-
-def _by_rules(enum: EnumType, raw: Raw, what: str) -> Value:
-    source = enum.source
-    fields: dict[Path, Raw] = {(): raw}
-    if isinstance(source, ObjectType) and isinstance(raw, dict):
-        fields = _by_path(raw, source, what)
-    else:
-        try:
-            fields = {(): _converted(source, raw, what)}
-        except InvalidLine:
-            names = listing(enum.values, "or")
-            raise InvalidLine(f"{what} is {names}, or {describe(source)} to convert") from None
-
-    def look(leaf: Leaf) -> Value | None:
-        assert isinstance(leaf, ValueRef)
-        if leaf.path in fields and fields[leaf.path] is not None:
-            return _converted(leaf.type, fields[leaf.path], what)
-        array = any(isinstance(step, int) for step in leaf.path)
-        return None if array else _default(leaf.type)
-
-    for rule in enum.rules:
-        if is_true(condition_of(rule), look):
-            return rule.value
-    return enum.default
 
 
 def outer_parts(event: Event, decided: Collection[Path] = ()) -> dict[Path, Type]:
@@ -350,15 +235,20 @@ def _leaves(path: Path, value: Value | None) -> Iterator[tuple[Path, Value | Non
         yield from _leaves((*path, name), inner)
 
 
-def part_given(given: Given, path: Path) -> Value | None:
+def part_given(given: Given, path: Path, type_: Type) -> Value | None:
     """A part that came by itself, or with a whole; None if it is not there."""
-    for length in range(len(path), -1, -1):
-        if path[:length] in given:
-            found: Any = given[path[:length]]
+    if path in given:
+        return given[path]
+    for length in range(len(path) - 1, -1, -1):
+        whole = given.get(path[:length])
+        if whole is not None:
             try:
-                return part_of_value(found, path[length:]) if found is not None else None
+                part = part_of_value(whole, path[length:])
             except Undefined:
                 return None
+            return converted(type_, part) if isinstance(type_, EnumType) else part
+        if path[:length] in given:
+            return None
     return None
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from copy import copy
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Any
 
 from robosc.errors import UsageError, counted
@@ -18,25 +17,17 @@ from robosc.language.events import EventKind
 from robosc.model.compatibility import describe
 from robosc.model.entities import Robot
 from robosc.model.traversal import all_names, path_text
-from robosc.model.types import (
-    ArrayType,
-    BooleanType,
-    DoubleType,
-    EnumType,
-    IntegerType,
-    NoneType,
-    ObjectType,
-    StringType,
-    Type,
-)
+from robosc.model.types import ArrayType, NoneType, ObjectType, Type, domain
 from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.exact_values import data_behind, value_with_classes
+from robosc.simulate.faults import InvalidLine
 from robosc.simulate.generated import make_controller
 from robosc.simulate.machine import Reason
+from robosc.simulate.typed_values import typed_value, within_whole
 from robosc.supervisor import Supervisor
 
 __all__ = ["Departure", "Follower", "Replayed", "replay", "replay_document", "replay_text"]
@@ -206,7 +197,37 @@ class _Part:
     optional: bool
 
     def restored(self, told: Any) -> Any:
-        return None if told is None and self.optional else _value(told, self.type)
+        """The value from JSON.
+
+        Raises:
+            ValueError: it is not of the type.
+        """
+        if told is None and self.optional:
+            return None
+        try:
+            value = typed_value(self.type, _of_type(self.type, told), "it")
+        except InvalidLine:
+            value = None
+        values = domain(self.type)
+        if value is None or (values is not None and told not in values):
+            raise ValueError(f"it carries {describe(self.type)}")
+        return value
+
+
+def _of_type(type_: Type, told: Any) -> Any:
+    """The members that the model declares: a whole message is logged with all of them.
+
+    Raises:
+        InvalidLine: one is not there.
+    """
+    match within_whole(type_), told:
+        case ArrayType(element=element), list():
+            return [_of_type(element, item) for item in told]
+        case ObjectType(properties=properties), dict():
+            if missing := [name for name, _ in properties if name not in told]:
+                raise InvalidLine(f"{missing[0]} is missing")
+            return {name: _of_type(inner, told[name]) for name, inner in properties}
+    return told
 
 
 def _can_step(controller: Controller, tau: Tau) -> bool:
@@ -285,35 +306,6 @@ def _restored(told: Any, parts: dict[str, _Part]) -> Any:
     if not isinstance(told, dict) or set(told) != set(parts):
         raise ValueError(f"it has the parts {', '.join(parts)}")
     return {path: part.restored(told[path]) for path, part in parts.items()}
-
-
-_NUMBERS = {"NaN": float("nan"), "Infinity": float("inf"), "-Infinity": float("-inf")}
-
-
-def _value(told: Any, type_: Type) -> Any:
-    number = isinstance(told, int | float) and not isinstance(told, bool)
-    whole = number and isinstance(told, int)
-    match type_:
-        case BooleanType() if isinstance(told, bool):
-            return told
-        case IntegerType(bounds=(low, high)) if whole and low <= told <= high:
-            return told
-        case IntegerType(bounds=None) if whole:
-            return told
-        case DoubleType() if number:
-            return told
-        case DoubleType() if isinstance(told, str) and told in _NUMBERS:
-            return _NUMBERS[told]
-        case EnumType(values=values) if told in values:
-            return told
-        case StringType() if isinstance(told, str):
-            return told
-        case ArrayType(element=element) if isinstance(told, list):
-            return [_value(item, element) for item in told]
-        case ObjectType(properties=properties) if isinstance(told, dict):
-            members = dict(properties)
-            return SimpleNamespace(**{n: _value(v, members[n]) for n, v in told.items()})
-    raise ValueError(f"it carries {describe(type_)}")
 
 
 # --- results -------------------------------------------------------------------------------------

@@ -180,7 +180,9 @@ class SingleEvents:
         """What leaves of expressions are now, and with the value of an event."""
         state = self.state
         return lambda leaf: (
-            part_given(given, leaf.path) if isinstance(leaf, ValueRef) else state.look(leaf)
+            part_given(given, leaf.path, leaf.type)
+            if isinstance(leaf, ValueRef)
+            else state.look(leaf)
         )
 
     def _values(self, event: Event, given: Given) -> Values:
@@ -193,7 +195,11 @@ class SingleEvents:
             if parameter.test is None:  # a part of what was given as a whole, or nothing was
                 whole = any(parameter.path[: len(path)] == path for path in given)
                 whole &= not is_test(parameter.path)
-                return part_given(given, parameter.path) if whole else parameter.values[0]
+                return (
+                    part_given(given, parameter.path, parameter.type)
+                    if whole
+                    else parameter.values[0]
+                )
             try:
                 return value_of(parameter.test, look)
             except Undefined:
