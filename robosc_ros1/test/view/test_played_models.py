@@ -158,6 +158,9 @@ def test_the_command_prints_its_address_and_ends_when_interrupted(
         ([str(MODEL), "--parameter", "rate=5"], "--execute"),
         ([str(MODEL), "--port", "80000"], "not a port"),
         ([str(MODEL), "--host", "203.0.113.7"], "203.0.113.7"),
+        ([str(MODEL), "--host", ""], "not an address"),
+        ([str(MODEL), "--host", "ü.."], "not an address"),
+        ([str(MODEL), "--host", "x" * 70], "not an address"),
     ],
 )
 def test_wrong_usage_is_told(robosc: Any, arguments: list[str], words: str) -> None:

@@ -19,6 +19,11 @@ from robosc.view.server import Unable
 
 FREE = ("distance", "response", "free")
 OBSTRUCTED = ("distance", "response", "obstructed")
+NOT_A_NUMBER = (
+    '{"version": 1, "number": 1, "time": 1.0, "outcome": "applied", "detail": null,'
+    ' "event": {"kind": "response", "name": "correction", "value": NaN}}'
+)
+"""No JSON, of which a browser could show nothing; a node writes a text instead."""
 
 
 @pytest.fixture
@@ -122,6 +127,15 @@ def test_a_departure_ends_with_its_run(tmp_path: Path) -> None:
     assert found == [(3, len(gap), True), (second + 3, second + len(gap), True)]
 
 
+def test_each_run_has_its_own_reason_to_be_lost(tmp_path: Path) -> None:
+    run = log_of(line_follower(), FREE, 0.3)
+    stray = json.loads(run[-1]) | {"event": {"kind": "error", "name": "grab", "value": None}}
+    path = tmp_path / "runs.jsonl"
+    path.write_text("\n".join([*run[:-1], json.dumps(stray), *run[:2], *run[3:]]), encoding="utf-8")
+    departures = Recording(line_follower(), str(path), Hub()).overview({})["departures"]
+    assert ["are missing" in d["reason"] for d in departures] == [False, True]
+
+
 def test_the_whole_log_is_searched(log: Path) -> None:
     recording = Recording(line_follower(), str(log), Hub())
     documents = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
@@ -163,7 +177,7 @@ def test_moments_outside_the_log_are_refused(log: Path, document: Any) -> None:
         Recording(line_follower(), str(log), Hub()).events({"places": [1, document]})
 
 
-@pytest.mark.parametrize("text", ["", "no log\n", '{"version": 1}\n'])
+@pytest.mark.parametrize("text", ["", "no log\n", '{"version": 1}\n', NOT_A_NUMBER])
 def test_what_is_no_log_is_told(tmp_path: Path, text: str) -> None:
     path = tmp_path / "faulty.jsonl"
     path.write_text(text, encoding="utf-8")

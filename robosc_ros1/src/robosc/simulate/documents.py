@@ -11,7 +11,7 @@ from robosc.simulate.machine import Choice, CommandState, Machine, event_of_docu
 from robosc.simulate.session import Done, Session
 from robosc.synthesis.documents import event_document
 
-__all__ = ["answer", "choice_document", "done_document", "fault_document"]
+__all__ = ["answer", "choice_document", "command_document", "done_document", "fault_document"]
 
 Document = dict[str, Any]
 
@@ -65,7 +65,7 @@ def done_document(session: Session, number: int, done: Done, identity: Any = Non
     document["happened"] = [h.document() for h in done.happenings]
     document["state"] = _state(machine)
     document["choices"] = [choice_document(choice) for choice in session.menu()]
-    document["commands"] = [_command(command) for command in machine.commands()]
+    document["commands"] = [command_document(command) for command in machine.commands()]
     return document
 
 
@@ -101,7 +101,8 @@ def _state(machine: Machine) -> Document:
     return document
 
 
-def _command(command: CommandState) -> Document:
+def command_document(command: CommandState) -> Document:
+    """Whether a command is enabled, else why not, and what it would send."""
     document: Document = {
         "event": event_document(command.event),
         "enabled": command.enabled,

@@ -99,6 +99,8 @@ class Follower:
         self._controller: Controller | None = None
         self._stopped = False
         self._next = 1
+        self.lost: str | None = None
+        """Why the state is not known any more, in the present run."""
         self.runs = self.events = self.mismatches = 0
         self.departures: list[Departure] = []
         self.missing: list[str] = []
@@ -131,21 +133,23 @@ class Follower:
             self._controller.configure({**self._fresh.parameters(), **told})
             self._stopped = False
             self._next = 1
+            self.lost = None
         if self._controller is None:
             return
         if entry.number != self._next:
             place = f"{entry.file}:{entry.line}"
-            self.missing.append(f"{place}: events {self._next} to {entry.number - 1} are missing")
+            self.lost = f"{place}: events {self._next} to {entry.number - 1} are missing"
+            self.missing.append(self.lost)
             self._controller = None
             return
         self._next += 1
         self._stopped |= entry.outcome == "stopped"
         if entry.outcome != "applied":
             return
-        reason = self._leaves(self._controller, entry)
-        if reason is not None:
+        self.lost = self._leaves(self._controller, entry)
+        if self.lost is not None:
             event = self._told(entry)
-            departure = Departure(entry.file, entry.line, entry.number, event, reason)
+            departure = Departure(entry.file, entry.line, entry.number, event, self.lost)
             self.departures.append(departure)
             self._controller = None  # what follows is not known any more
 

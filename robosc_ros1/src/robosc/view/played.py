@@ -9,20 +9,21 @@ from __future__ import annotations
 import random
 import threading
 import time
-from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
 from robosc.emit.modeldata import model_document
 from robosc.emit.naming import file_of
+from robosc.ir.automaton import Event
 from robosc.runtime.telemetry import dump
-from robosc.simulate.event_data import complete, given_json
+from robosc.simulate.documents import choice_document, command_document
+from robosc.simulate.event_data import complete
 from robosc.simulate.faults import LineFault
 from robosc.simulate.literals import parse_raw
-from robosc.simulate.machine import Choice, CommandState, Happening, Machine, find_events, label
-from robosc.synthesis.documents import event_document
+from robosc.simulate.machine import CommandState, Happening, Machine, event_of_document, label
 from robosc.view.hub import Hub
 from robosc.view.server import Answers, Unable
+from robosc.view.tally import Tally
 
 __all__ = ["Played"]
 
@@ -66,12 +67,10 @@ class Played:
         with self._lock:
             try:
                 match document:
-                    case {"event": {"kind": str(kind), "name": str(name)} as event, **more}:
-                        index = event.get("index", 1)
+                    case {"event": {"kind": str(), "name": str()} as event, **more}:
                         text = more.get("text")
                         raw = parse_raw(text) if isinstance(text, str) else event.get("value")
-                        wanted = f"{name}.{kind}{index if kind in ('tau', 'after') else ''}"
-                        self._fire(wanted, raw)
+                        self._fire(event_of_document(self._machine, event), raw)
                     case {"random": int(count)} if 0 < count <= _LONGEST_WALK:
                         self._walk(count)
                     case {"undo": int(count)} if 0 < count <= self._undoable:
@@ -90,10 +89,7 @@ class Played:
         return {}
 
     def _begin(self, happenings: Iterable[Happening]) -> None:
-        self._counts: Counter[tuple[str, str]] = Counter()
-        self._counters = dict.fromkeys(
-            ("inputs", "commands", "taus", "errors", "mismatches", "undefined", "failed", "late"), 0
-        )
+        self._tally = Tally()
         self._undoable = 0
         self._number = 0
         self._epoch = time.time()
@@ -101,8 +97,7 @@ class Played:
         self._tell(happenings)
         self._show()
 
-    def _fire(self, wanted: str, raw: Any) -> None:
-        event = find_events(self._machine, wanted)[0]
+    def _fire(self, event: Event, raw: Any) -> None:
         if event.kind.of_component:
             raw = None
         given = complete(self._machine.plant.robot, event, raw, label(event))
@@ -141,7 +136,7 @@ class Played:
         texts = []
         for happening in happenings:
             self._number += 1
-            self._count(happening)
+            self._tally.take(happening.kind, happening.name, happening.outcome)
             at = time.time() if happening.time is None else self._epoch + happening.time
             document = {
                 "version": 1,
@@ -151,19 +146,6 @@ class Played:
             }
             texts.append(dump(document))
         self._hub.add(texts)
-
-    def _count(self, happening: Happening) -> None:
-        if happening.outcome == "applied":
-            self._counts[happening.name, happening.kind] += 1
-        if happening.outcome in ("mismatch", "failed"):
-            self._counters["mismatches" if happening.outcome == "mismatch" else "failed"] += 1
-        elif happening.kind == "tau":
-            self._counters["taus"] += 1
-        elif happening.kind in ("request", "cancel"):
-            self._counters["commands"] += 1
-        elif happening.kind != "stop":
-            self._counters["inputs"] += 1
-            self._counters["errors"] += happening.kind == "error"
 
     def _show(self) -> None:
         machine = self._machine
@@ -190,34 +172,20 @@ class Played:
                     "faults": [],
                     "unconnected": [],
                     "parameters": {p.name: p.default for p in robot.parameters},
-                    "counters": self._counters,
+                    "counters": self._tally.counters,
                     "latest": [],
                     "marked": state.marked(robot),
-                    "choices": [_choice(choice) for choice in machine.choices()],
+                    "choices": [choice_document(choice) for choice in machine.choices()],
                     "undo": self._undoable,
                 }
             ),
         )  # fmt: skip
 
     def _command(self, command: CommandState) -> Json:
+        document = command_document(command)
         event = command.event
-        count = command.count
         return {
-            "event": {**event_document(event), "value": None},
-            "enabled": command.enabled,
-            "blocked_by": [
-                {"kind": r.kind, "text": r.text} | ({"place": r.place} if r.place else {})
-                for r in command.reasons
-            ],
-            "count": self._counts[event.name, event.kind.value] if count is None else count,
-            "data": command.data,
+            "count": self._tally.counts[event.name, event.kind.value],
+            **document,
+            "event": {**document["event"], "value": None},
         }
-
-
-def _choice(choice: Choice) -> Json:
-    return {
-        "event": {**event_document(choice.event), "value": given_json(choice.given or {})},
-        "text": choice.text,
-        "controllable": choice.event.controllable,
-        "needs": choice.hint or None,
-    }

@@ -6,33 +6,32 @@ follows the log as in ``robosc replay``.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
+from copy import deepcopy
 from functools import cached_property
 from typing import Any
 
 from robosc.emit.modeldata import model_document
 from robosc.emit.naming import file_of
 from robosc.errors import UsageError
+from robosc.language.events import EventKind
 from robosc.runtime.model import Controller
 from robosc.runtime.telemetry import dump, state_document
 from robosc.runtime.values import jsonable
 from robosc.simulate.event_log import LogEntry, read_log
+from robosc.simulate.machine import COMMANDS
 from robosc.simulate.replay import Follower
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.series import Collector
 from robosc.view.server import Answers, Unable
+from robosc.view.tally import Tally
 
 __all__ = ["Recording"]
 
 _STRIDE = 256
 """Events between two moments that are kept; from one of them all others are found."""
 _SHOWN = 200
-
-_COUNTERS = (
-    "inputs", "commands", "taus", "errors", "mismatches", "undefined", "failed", "late",
-)  # fmt: skip
 
 Json = dict[str, Any]
 
@@ -43,51 +42,29 @@ class _Moment:
     def __init__(self, follower: Follower) -> None:
         self.follower = follower
         self.shown: Controller | None = None
-        self.counts: Counter[tuple[str, str]] = Counter()
-        self.counters: Counter[str] = Counter()
+        self.tally = Tally()
         self.stopped: str | None = None
-        self.lost: str | None = None
 
     def fork(self) -> _Moment:
         other = _Moment(self.follower.fork())
         # Where the state is not known any more, the last one that was is not changed any more.
         other.shown = other.follower.controller or self.shown
-        other.counts = self.counts.copy()
-        other.counters = self.counters.copy()
+        other.tally = deepcopy(self.tally)
         other.stopped = self.stopped
-        other.lost = self.lost
         return other
 
     def take(self, entry: LogEntry) -> None:
         runs = self.follower.runs
-        told = len(self.follower.departures) + len(self.follower.missing)
         self.follower.take(entry)
         if self.follower.runs > runs:
-            self.counts.clear()
-            self.counters.clear()
-            self.stopped = self.lost = None
+            self.tally = Tally()
+            self.stopped = None
             if entry.number == 1:  # which may leave the model itself
                 self.shown = self.follower.initial
-        if self.follower.controller is not None:
-            self.shown = self.follower.controller
-        elif len(self.follower.departures) + len(self.follower.missing) > told:
-            departed = self.follower.departures[-1:]
-            self.lost = departed[0].reason if departed else self.follower.missing[-1]
-        self._count(entry)
-
-    def _count(self, entry: LogEntry) -> None:
+        self.shown = self.follower.controller or self.shown
         if entry.outcome == "stopped":
             self.stopped = str(entry.document.get("detail") or "no reason is given")
-        elif entry.outcome in ("mismatch", "failed"):
-            self.counters["mismatches" if entry.outcome == "mismatch" else "failed"] += 1
-        elif entry.kind == "tau":
-            self.counters["taus"] += 1
-        elif entry.kind in ("request", "cancel"):
-            self.counters["commands"] += 1
-            self.counts[entry.name, entry.kind] += 1
-        else:
-            self.counters["inputs"] += 1
-            self.counters["errors"] += entry.kind == "error"
+        self.tally.take(entry.kind, entry.name, entry.outcome)
 
 
 class Recording:
@@ -116,18 +93,17 @@ class Recording:
         robot = supervisor.plant.robot
         names = robot.display_names
         self._series = Collector({names[c.key]: c.component for c in robot.communications.values()})
-        lost = None
+        lost: str | None = None
         for place, entry in enumerate(self._entries):
             if place % _STRIDE == 0:
                 self._moments.append(moment.fork())
             moment.take(entry)
             self._series.take(place + 1, entry, moment.follower.controller)
-            if moment.lost is not None and moment.lost != lost:
-                at = place + 1
-                self._departures.append({"at": at, "until": at, "reason": moment.lost})
-            elif moment.lost is not None:
-                self._departures[-1]["until"] = place + 1
-            lost = moment.lost
+            at, before, lost = place + 1, lost, moment.follower.lost
+            if lost is not None and lost != before:
+                self._departures.append({"at": at, "until": at, "reason": lost})
+            elif lost is not None:
+                self._departures[-1]["until"] = at
 
     @property
     def answers(self) -> Answers:
@@ -217,12 +193,13 @@ class Recording:
         snapshot = {
             "controller": controller,
             "counts": {
-                (c.key, c.kind): moment.counts[names[c.key], c.kind] for c in controller.COMMANDS
+                (c.key, c.kind): moment.tally.counts[names[c.key], c.kind]
+                for c in controller.COMMANDS
             },
             "number": last.number,
             "clocks": {},  # a log does not say when they are due
             "stopped": moment.stopped,
-            "counters": {name: moment.counters[name] for name in _COUNTERS},
+            "counters": moment.tally.counters,
         }
         state: Json = jsonable({**state_document(snapshot, []), "time": _time(last)})
         return state
@@ -238,9 +215,9 @@ def _sort(entry: LogEntry) -> str:
     ``r`` for the robot."""
     if entry.outcome != "applied":
         return "x"
-    if entry.kind == "tau":
+    if entry.kind == EventKind.TAU.value:
         return "t"
-    return "c" if entry.kind in ("request", "cancel") else "r"
+    return "c" if entry.kind in COMMANDS else "r"
 
 
 def _text(entry: LogEntry) -> str:

@@ -68,6 +68,12 @@ class PageServer(ThreadingHTTPServer):
         self.answers = answers
         host, port = where.host, where.port
         self._host = host
+        try:
+            valid = bool(host.encode("idna"))
+        except UnicodeError:
+            valid = False
+        if not valid:
+            raise UsageError(f"{host!r} is not an address or the name of a host")
         if ":" in host:
             self.address_family = socket.AF_INET6
         try:
