@@ -367,3 +367,29 @@ def test_functions_are_tests_and_enums_whose_rules_compare_are_none(engine: str)
     assert synthesize_document(supervisor)["free_tests"] == ["isnan(Battery.charge)"]
     assert supervisor.controlled_states == 6
     assert {guard.status for guard in supervisor.guards} == {"as required"}
+
+
+@ENGINES
+@pytest.mark.parametrize("source", ["integer", "double"])
+def test_a_conversion_of_a_number_with_a_range_is_of_its_exact_value(
+    source: str, engine: str
+) -> None:
+    """The enum compares an unbounded number, but what is converted here has few values."""
+    supervisor = supervisor_of(
+        f"""
+        datatype enum Level from {source} to {{ value > 1 -> high default -> low }}
+        component Lift {{
+            incoming message up with type: none
+            incoming message hold with type: none
+            behaviour {{
+                variable floor: integer(-1..2) = -1
+                initial marked state on_ {{ on request to up do floor := floor + 1 }}
+            }}
+        }}
+        requirement hold needs Level(Lift.floor) = high
+        """,
+        engine,
+    )
+    assert (supervisor.controlled_states, supervisor.controlled_transitions) == (4, 4)
+    states = explore_document(explore(supervisor))["states"]
+    assert [s["variables"] for s in states] == [{"Lift.floor": n} for n in (-1, 0, 1, 2)]

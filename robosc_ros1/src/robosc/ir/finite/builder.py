@@ -169,7 +169,7 @@ class ViewBuilder:
                     compared = compared_with_constant(part)
                     if compared is not None and _is_term(compared[1]):
                         self._compare(scope, *compared)
-                case Convert(argument=argument):
+                case Convert(argument=argument) if _is_term(argument):
                     for operator, constant in compared_in_rules(part) or ():
                         self._compare(scope, operator, argument, constant)
                 case Holds(operand=ValueRef() as asked) if domain(asked.type) is None:
