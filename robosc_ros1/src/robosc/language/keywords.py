@@ -71,21 +71,18 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("component", declaration, _FILES)
     yield Keyword("requirement", declaration, ("robot", "for"))
     yield Keyword("provide", declaration, ("robot", "for"))
-    yield Keyword("prefer", declaration, ("robot", "for"))
-    yield Keyword("for", clause, ("robot", "for"))
-    yield Keyword("constant", declaration, (*_FILES, "component"))
-    yield Keyword("parameter", declaration, (*_FILES, "component"))
-    yield Keyword("condition", declaration, (*_FILES, "component", "for"))
     yield Keyword("datatype", declaration, _FILES)
     yield Keyword("interface", declaration, _FILES)
-    yield Keyword("object", declaration)
-    yield Keyword("enum", declaration)
     yield Keyword("incoming", modifier, ("component",))
     yield Keyword("outgoing", modifier, ("component",))
-    yield Keyword("message", declaration)
     yield Keyword("service", declaration, ("component",))
     yield Keyword("action", declaration, ("component",))
     yield Keyword("behaviour", declaration, ("component",))
+    yield Keyword("constant", declaration, (*_FILES, "component"))
+    yield Keyword("parameter", declaration, (*_FILES, "component"))
+    yield Keyword("condition", declaration, (*_FILES, "component", "for"))
+    yield Keyword("prefer", declaration, ("robot", "for"))
+    yield Keyword("for", clause, ("robot", "for"))
     yield Keyword("variable", declaration, ("behaviour",))
     yield Keyword("initial", modifier, ("behaviour",))
     yield Keyword("marked", modifier, ("behaviour",))
@@ -94,6 +91,8 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("transition", clause, _TRANSITIONS)
     yield Keyword("after", clause, ("state",))
     yield Keyword("default", clause, ("enum",))
+    for word in ("object", "enum", "message"):
+        yield Keyword(word, declaration)
     for word in ("if", "do", "goto", "needs", "disables", "never", "always", "with", "links"):
         yield Keyword(word, clause)
     for word in ("from", "to", "use", "import", "over", "in"):
@@ -198,7 +197,7 @@ def words_of(role: Role) -> tuple[str, ...]:
 
 
 def starts_of(block: str) -> tuple[str, ...]:
-    """Return the keywords that start declarations in a kind of block."""
+    """Return the keywords that start declarations in a kind of block, in the order of messages."""
     return tuple(word for word, keyword in KEYWORDS.items() if block in keyword.blocks)
 
 

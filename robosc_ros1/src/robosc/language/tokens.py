@@ -103,7 +103,7 @@ _CLASSES = {
 }
 
 
-def pattern(text: str) -> str:
+def pattern(text: str) -> re.Pattern[str]:
     """Return a regular expression on kinds from a readable form.
 
     In ``NAME ':' (?! integer )`` words are keywords, symbols are quoted, and capitals are classes
@@ -117,7 +117,7 @@ def pattern(text: str) -> str:
             return f"[{''.join(kinds_of(word))}]"
         return _CLASSES[match["class"]] if match["class"] else match["meta"]
 
-    return _PART.sub(kinds, text).replace(" ", "")
+    return re.compile(_PART.sub(kinds, text).replace(" ", ""))
 
 
 def kind_of(symbol: str) -> str:
@@ -306,10 +306,8 @@ LOOKS = {
 """The first keyword of each declaration, with a pattern that hardly anything else matches."""
 
 _NO_NAME = " | ".join((*LOOKS, *words_of(Role.CLAUSE), *words_of(Role.OPERATOR)))
-_CLAUSE = re.compile(
-    pattern(f"(?: do | goto | needs | disables | not ) (?! {_NO_NAME} ) (?= NAME )")
-)
-_DECLARATION = re.compile("|".join(LOOKS.values()))
+_CLAUSE = pattern(f"(?: do | goto | needs | disables | not ) (?! {_NO_NAME} ) (?= NAME )")
+_DECLARATION = re.compile("|".join(looks.pattern for looks in LOOKS.values()))
 
 
 def _marked(text: str, kinds: str, starts: list[int], ends: list[int]) -> str:

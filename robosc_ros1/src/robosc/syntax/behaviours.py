@@ -8,8 +8,9 @@ from pyparsing import ParserElement
 
 from robosc.errors import listing
 from robosc.language.keywords import Role, words_of
+from robosc.language.tokens import pattern
 from robosc.syntax import terminals as t
-from robosc.syntax.blocks import Block, Child, Items, Rule
+from robosc.syntax.blocks import Block, Child, Rule, items_of
 from robosc.syntax.elements import built, choice, keyword, listed, maybe, symbol, terminal
 from robosc.syntax.expressions import ACCESS, Expression
 from robosc.syntax.leaves import make_access, make_node, make_tuple
@@ -123,18 +124,17 @@ def behaviour_rule() -> Block:
     """The block ``behaviour { … }`` with the blocks of its states."""
     transitions = _transitions()
     advice = (
-        ("if", "'if' comes before 'do' and 'goto'"),
-        ("do", "'do' comes before 'goto', and only after 'on'"),
-        ("':='", "write '=' for an initial value"),
+        (pattern("if"), "'if' comes before 'do' and 'goto'"),
+        (pattern("do"), "'do' comes before 'goto', and only after 'on'"),
+        (pattern("':='"), "write '=' for an initial value"),
     )
-    state_block = Block(Items(("'on'", "'transition'", "'after'"), transitions, advice=advice))
+    state_block = Block(items_of("state", transitions, advice=advice))
     rules = {
         "variable": _variable(),
         **{word: _state(state_block, word) for word in ("initial", "marked", "state")},
-        "on": transitions["on"],
-        "transition": transitions["transition"],
+        **transitions,
     }
     return Block(
-        Items(("'variable'", "'state'", "'on'", "'transition'"), rules, advice=advice),
+        items_of("behaviour", rules, advice=advice),
         child=Child(state_block, lambda node, late: None),
     )

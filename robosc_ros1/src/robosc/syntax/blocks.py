@@ -10,7 +10,7 @@ reopened, as that declaration requires, so that one wrong brace gives one error.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -18,20 +18,17 @@ from typing import Any
 from pyparsing import ParserElement
 
 from robosc.errors import Note, listing
-from robosc.language.tokens import pattern
+from robosc.language.keywords import starts_of
 from robosc.syntax.elements import ended
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.reading import Build, Fault, Reading
-from robosc.syntax.synchronise import Synchroniser, nearest_keyword
+from robosc.syntax.synchronise import Synchroniser, late_brace, nearest_keyword
 
-__all__ = ["Block", "Child", "Header", "Items", "Rule", "late_brace"]
+__all__ = ["Block", "Child", "Header", "Items", "Rule", "items_of"]
 
-_NEVER = r"(?!)"
+_NEVER = re.compile(r"(?!)")
 _MAX_DEPTH = 20
 """Levels of nested blocks that are parsed; a deeper text could exhaust the stack."""
-
-_FAR = 50
-"""How many tokens behind its place a late opening brace is searched for."""
 
 
 class Rule:
@@ -77,12 +74,28 @@ class Items:
     words: tuple[str, ...]
     rules: dict[str, Rule]
     free: Rule | None = None
-    begins: str = _NEVER
-    item: str = _NEVER
-    past: str = _NEVER
+    begins: re.Pattern[str] = _NEVER
+    item: re.Pattern[str] = _NEVER
+    past: re.Pattern[str] = _NEVER
     lines: bool = False
-    advice: tuple[tuple[str, str], ...] = ()
-    meant: tuple[tuple[str, str], ...] = ()
+    advice: tuple[tuple[re.Pattern[str], str], ...] = ()
+    meant: tuple[tuple[re.Pattern[str], str], ...] = ()
+
+
+_IN_MESSAGES = {
+    "incoming": ("'incoming message'",),
+    "outgoing": ("'outgoing message'",),
+    "initial": (),
+    "marked": (),
+}
+"""How messages name the declarations of a first keyword, if not by that alone."""
+
+
+def items_of(block: str, rules: Mapping[str, Rule], **others: Any) -> Items:
+    """The declarations of a kind of block, according to the table of keywords."""
+    starts = starts_of(block)
+    words = (shown for word in starts for shown in _IN_MESSAGES.get(word, (f"'{word}'",)))
+    return Items(tuple(words), {word: rules[word] for word in starts}, **others)
 
 
 @dataclass(frozen=True)
@@ -148,22 +161,13 @@ class Block:
             items.item,
             items.past,
             items.lines,
-            tuple(pattern(kinds) for kinds, _ in items.meant),
+            tuple(kinds for kinds, _ in items.meant),
         )
-
-    @cached_property
-    def _begins(self) -> re.Pattern[str]:
-        return re.compile(self.items.begins)
-
-    @cached_property
-    def _advice(self) -> list[tuple[re.Pattern[str], str]]:
-        advice = (*self.items.advice, *self.items.meant)
-        return [(re.compile(pattern(kinds)), hint) for kinds, hint in advice]
 
     def begins(self, reading: Reading, at: int) -> bool:
         """Whether a declaration of this block seems to begin at a token."""
         if self.items.free:
-            return self._begins.match(reading.kinds, at) is not None
+            return self.items.begins.match(reading.kinds, at) is not None
         return reading.text(at) in self.items.rules
 
     def belongs(self, reading: Reading, at: int) -> bool:
@@ -315,7 +319,7 @@ class Block:
         if reading.kind(at) == "{" and isinstance(nodes[-1], ImportNode):
             message = "an imported component cannot be extended"
             return self._recover(reading, at, Fault(at, message))
-        for kinds, hint in self._advice:
+        for kinds, hint in (*self.items.advice, *self.items.meant):
             if kinds.match(reading.kinds, at):
                 return self._recover(reading, at, Fault(at, message, hint=hint))
         return self._recover(reading, at, reading.expected(at, message))
@@ -365,16 +369,6 @@ class Block:
 
 
 _CLOSE = "'}'"
-
-
-def late_brace(reading: Reading, at: int) -> int | None:
-    """The next ``{`` on the line of a token; None if a ``}`` or the line's end comes first."""
-    for place in range(at, min(at + _FAR, len(reading.kinds))):
-        if reading.kinds[place] == "}" or (place > at and reading.tokens.begins_line(place)):
-            return None
-        if reading.kinds[place] == "{":
-            return place
-    return None
 
 
 def _is_nested(reading: Reading, at: int, header: Header) -> bool:

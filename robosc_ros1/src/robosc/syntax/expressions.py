@@ -8,7 +8,6 @@ exhaust the interpreter's stack.
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 from pyparsing import Empty, ParseException, ParseSyntaxException
@@ -24,16 +23,14 @@ __all__ = ["ACCESS", "Expression"]
 ACCESS = "NAME (?: '.' WORD | '[' INTEGER ']' )*"
 
 # A name with a colon behind it is a property: the brace before it is missing.
-_OPERAND = re.compile(
-    pattern(
-        f"(?! true | false | and | or ) {ACCESS} (?! ':' ) | NUMBER (?: {' | '.join(UNITS)} )"
-        " | NUMBER | STRING | true | false"
-    )
+_OPERAND = pattern(
+    f"(?! true | false | and | or ) {ACCESS} (?! ':' ) | NUMBER (?: {' | '.join(UNITS)} )"
+    " | NUMBER | STRING | true | false"
 )
-_CALLED = re.compile(pattern("(?! true | false | and | or ) QUALIFIED '('"))
-_PARTS = re.compile(pattern("(?: '.' WORD | '[' INTEGER ']' )+"))
-_IN = re.compile(pattern("in '{'"))
-_FOR = re.compile(pattern("for NAME in"))
+_CALLED = pattern("(?! true | false | and | or ) QUALIFIED '('")
+_PARTS = pattern("(?: '.' WORD | '[' INTEGER ']' )+")
+_IN = pattern("in '{'")
+_FOR = pattern("for NAME in")
 _PREFIX = {kind_of(symbol): symbol for symbol in UNARY}
 _INFIX = {kind: symbol for symbol in BINARY for kind in kinds_of(symbol)}
 _FOREIGN = {kind_of(symbol): symbol for symbol in FOREIGN}

@@ -14,9 +14,10 @@ from typing import Any
 
 from pyparsing import ParserElement, ZeroOrMore
 
+from robosc.language.tokens import pattern
 from robosc.syntax import terminals as t
 from robosc.syntax.behaviours import behaviour_rule, condition_part
-from robosc.syntax.blocks import Block, Child, Items, Rule
+from robosc.syntax.blocks import Block, Child, Rule, items_of
 from robosc.syntax.declarations import (
     communication_rule,
     data_part,
@@ -60,27 +61,19 @@ __all__ = ["library_block", "robot_block"]
 
 def _component_block() -> Block:
     behaviour_block = behaviour_rule()
-    values = value_rules()
     rules = {
-        **{
-            word: communication_rule(word) for word in ("incoming", "outgoing", "service", "action")
-        },
+        **{word: communication_rule(word) for word in _COMMUNICATIONS},
         "behaviour": Rule(nothing(), make_node(BehaviourNode), block=lambda parts: behaviour_block),
-        **values,
+        **value_rules(),
     }
-    words: tuple[str, ...] = (
-        "'incoming message'",
-        "'outgoing message'",
-        "'service'",
-        "'action'",
-        "'behaviour'",
-    )
-    words += tuple(f"'{word}'" for word in values)
-    meant = (("message", "write 'incoming message' or 'outgoing message'"),)
+    meant = ((pattern("message"), "write 'incoming message' or 'outgoing message'"),)
     return Block(
-        Items(words, rules, meant=meant),
+        items_of("component", rules, meant=meant),
         child=Child(behaviour_block, _adopt(BehaviourNode)),
     )
+
+
+_COMMUNICATIONS = ("incoming", "outgoing", "service", "action")
 
 
 def _adopt(kind: type[ComponentNode] | type[BehaviourNode]) -> Callable[[Any, list[Any]], Any]:
@@ -186,13 +179,13 @@ def _prefer() -> Rule:
     return Rule(grammar, make_node(PreferNode))
 
 
-def _for(block: Block) -> Rule:
+def _for(block: Callable[[list[Any]], Block]) -> Rule:
     grammar = (
         t.name("a name for the index after 'for'")
         - keyword("in", "'in' after the name")
         - t.range_()
     )
-    return Rule(grammar, make_node(ForNode), block=lambda parts: block)
+    return Rule(grammar, make_node(ForNode), block=block)
 
 
 def _provide() -> Rule:
@@ -212,31 +205,23 @@ def _provide() -> Rule:
 
 def _file_block(kind: str) -> Block:
     component_block, object_block, enum_block = _component_block(), object_rules(), enum_rules()
-    values = value_rules()
-    statements = {
-        "requirement": _requirement(),
-        "provide": _provide(),
-        "prefer": _prefer(),
-        "condition": values["condition"],
-    }
-    for_block = Block(Items(tuple(f"'{word}'" for word in (*statements, "for")), statements))
-    statements["for"] = _for(for_block)
     rules = {
         "component": _component(component_block),
-        "requirement": statements["requirement"],
-        "provide": statements["provide"],
+        "requirement": _requirement(),
+        "provide": _provide(),
         "datatype": datatype_rule(object_block, enum_block),
         "interface": interface_rule(),
-        **values,
-        "prefer": statements["prefer"],
-        "for": statements["for"],
+        **value_rules(),
+        "prefer": _prefer(),
+        "for": _for(lambda parts: for_block),
     }
+    for_block = Block(items_of("for", rules))
     if kind == "library":
         for word, plural in _NOT_IN_LIBRARIES.items():
             refusal = f"a library cannot contain {plural}: write this in the robot that imports it"
             rules[word].refusal = refusal
-    words = tuple(f"'{word}'" for word in rules if not rules[word].refusal)
-    block = Block(Items(words, rules), child=Child(component_block, _adopt(ComponentNode)))
+    items = replace(items_of(kind, rules), rules=rules)
+    block = Block(items, child=Child(component_block, _adopt(ComponentNode)))
     object_block.parent = enum_block.parent = for_block.parent = block
     return block
 

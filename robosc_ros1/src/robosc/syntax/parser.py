@@ -8,11 +8,12 @@ from typing import Any, Literal, cast
 from robosc.errors import Diagnostic, Severity, UsageError, at_most, sort_diagnostics
 from robosc.language.tokens import MAX_FAULTS, is_word, tokenize
 from robosc.source import Source, Span, opened
-from robosc.syntax.blocks import Block, Header, late_brace
+from robosc.syntax.blocks import Block, Header
 from robosc.syntax.grammar import library_block, robot_block
 from robosc.syntax.leaves import make_name
 from robosc.syntax.nodes import FileNode, Name
 from robosc.syntax.reading import Reading
+from robosc.syntax.synchronise import late_brace
 
 __all__ = ["parse", "read_bytes", "read_source", "source_of"]
 

@@ -15,14 +15,11 @@ from functools import cached_property, lru_cache
 from robosc.language.tokens import LOOKS, is_word, pattern
 from robosc.syntax.reading import Reading
 
-__all__ = ["Synchroniser", "nearest_keyword"]
+__all__ = ["Synchroniser", "late_brace", "nearest_keyword"]
 
-_LOOKS = {word: re.compile(looks) for word, looks in LOOKS.items()}
-_NO_START = re.compile(
-    pattern("':' | '.' | '..' | ',' | INFIX | FOREIGN | ')' | ']' | ':='")
-    + "|"
-    + pattern("and | or")
-)
+_NO_START = pattern("':' | '.' | '..' | ',' | INFIX | FOREIGN | ')' | ']' | ':=' | and | or")
+_FAR = 50
+"""How many tokens behind its place a late opening brace is searched for."""
 
 
 @dataclass(frozen=True)
@@ -39,30 +36,18 @@ class Synchroniser:
     own: tuple[str, ...]
     outer: frozenset[str]
     outermost: frozenset[str]
-    item: str
-    past: str
+    item: re.Pattern[str]
+    past: re.Pattern[str]
     lines: bool
-    meant: tuple[str, ...]
+    meant: tuple[re.Pattern[str], ...]
 
     @cached_property
     def _words(self) -> frozenset[str]:
         return self.outer.union(self.own)
 
-    @cached_property
-    def _item(self) -> re.Pattern[str]:
-        return re.compile(self.item)
-
-    @cached_property
-    def _past(self) -> re.Pattern[str]:
-        return re.compile(self.past)
-
-    @cached_property
-    def _meant(self) -> list[re.Pattern[str]]:
-        return [re.compile(kinds) for kinds in self.meant]
-
     def looks_like(self, reading: Reading, at: int, word: str) -> bool:
         """Whether the tokens behind a keyword confirm that it begins a declaration."""
-        return _LOOKS[word].match(reading.kinds, at) is not None
+        return LOOKS[word].match(reading.kinds, at) is not None
 
     def any_in(self, reading: Reading, start: int, end: int) -> bool:
         """Whether parsing could resume at any of the tokens ``start..end``."""
@@ -74,7 +59,7 @@ class Synchroniser:
         return reading.text(at) in self._words and not _is_member(reading, at)
 
     def _item_at(self, reading: Reading, at: int) -> bool:
-        return self._item.match(reading.kinds, at) is not None and not _is_member(reading, at)
+        return self.item.match(reading.kinds, at) is not None and not _is_member(reading, at)
 
     def resume(self, reading: Reading, start: int, failed: int) -> int:
         """The token at which to resume after the declaration at ``start`` failed at ``failed``."""
@@ -91,7 +76,7 @@ class Synchroniser:
                 depth = max(0, depth - 1)
             elif at > start and self._is_synchronising(reading, at, failed, depth):
                 return at
-            elif depth == 0 and (past := self._past.match(kinds, at)):
+            elif depth == 0 and (past := self.past.match(kinds, at)):
                 return past.end()
             at += 1
         return len(kinds)
@@ -136,9 +121,19 @@ class Synchroniser:
         """Whether a word was probably meant as a keyword of this block."""
         if not self._something_follows(reading, at):
             return False
-        if any(kinds.match(reading.kinds, at) for kinds in self._meant):
+        if any(kinds.match(reading.kinds, at) for kinds in self.meant):
             return True
         return nearest_keyword(reading.text(at), self.own) is not None
+
+
+def late_brace(reading: Reading, at: int) -> int | None:
+    """The next ``{`` on the line of a token; None if a ``}`` or the line's end comes first."""
+    for place in range(at, min(at + _FAR, len(reading.kinds))):
+        if reading.kinds[place] == "}" or (place > at and reading.tokens.begins_line(place)):
+            return None
+        if reading.kinds[place] == "{":
+            return place
+    return None
 
 
 def _is_member(reading: Reading, at: int) -> bool:
