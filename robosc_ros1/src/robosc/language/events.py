@@ -13,13 +13,15 @@ from enum import Enum
 from typing import Literal, TypeAlias
 
 __all__ = [
-    "ACTIVE", "COMMUNICATIONS", "CommunicationSort", "Direction", "EventKind", "EventSort", "Kind",
-    "Phases",
+    "ACTIVE", "COMMUNICATIONS", "CommunicationSort", "Direction", "EventKind", "EventSort",
+    "FOLDERS", "Folder", "Kind", "Phases",
 ]  # fmt: skip
 
 
 Direction: TypeAlias = Literal["request", "response", "feedback"]
 """The data of a communication: what is sent, what comes back, and what is reported meanwhile."""
+
+Folder: TypeAlias = Literal["msg", "srv", "action"]
 
 
 class Kind(Enum):
@@ -97,13 +99,17 @@ class EventSort:
 
 @dataclass(frozen=True, slots=True)
 class CommunicationSort:
-    """One kind of communication: its events and phases.
+    """One kind of communication: its events and phases, and its definition in ROS.
 
-    ``name`` is the short name in JSON documents. ``phases_with_timeout``: it has ``phases`` only if
-    it has a timeout.
+    ``name`` is its keyword, and its short name in JSON documents. ``phases_with_timeout``: it has
+    ``phases`` only if it has a timeout. ``folder`` is that of its definition in a ROS package,
+    ``parts`` are the attributes that correspond to the parts of the definition; of a message,
+    the direction decides.
     """
 
     name: str
+    folder: Folder
+    parts: tuple[str, ...]
     events: tuple[EventSort, ...]
     phases: Phases | None = None
     phases_with_timeout: bool = False
@@ -129,9 +135,13 @@ ACTIVE = (_CALL.active, _WATCHED.active)
 """The phases that conditions name: ``grab.busy``, ``scan.fresh``."""
 
 COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
-    Kind.INCOMING: CommunicationSort("incoming", (EventSort(EventKind.REQUEST),)),
+    Kind.INCOMING: CommunicationSort(
+        "incoming", "msg", ("request",), (EventSort(EventKind.REQUEST),)
+    ),
     Kind.OUTGOING: CommunicationSort(
         "outgoing",
+        "msg",
+        ("response",),
         (
             EventSort(EventKind.RESPONSE, ("silent", "fresh"), "fresh", brings="response"),
             EventSort(EventKind.TIMEOUT, ("fresh",), "silent", with_timeout=True),
@@ -139,9 +149,13 @@ COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
         _WATCHED,
         phases_with_timeout=True,
     ),
-    Kind.SERVICE: CommunicationSort("service", (_REQUEST, _RESPONSE, _ERROR), _CALL),
+    Kind.SERVICE: CommunicationSort(
+        "service", "srv", ("request", "response"), (_REQUEST, _RESPONSE, _ERROR), _CALL
+    ),
     Kind.ACTION: CommunicationSort(
         "action",
+        "action",
+        ("request", "response", "feedback"),
         (
             _REQUEST,
             _RESPONSE,
@@ -153,3 +167,6 @@ COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
         _CALL,
     ),
 }
+
+FOLDERS: Mapping[str, Folder] = {sort.name: sort.folder for sort in COMMUNICATIONS.values()}
+"""The folder of the definition of each kind of communication, by its keyword."""

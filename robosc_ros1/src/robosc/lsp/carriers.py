@@ -8,7 +8,6 @@ from robosc.model.entities import Kind
 from robosc.model.file_resolver import FileContents
 from robosc.model.ros.definitions import BASIC, Definition, Field, Interface, MessageDefinitions
 from robosc.model.ros.fit import misfit
-from robosc.model.ros.types import FOLDERS
 from robosc.model.tables import CommunicationInfo
 from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.syntax.nodes import InterfaceNode
@@ -31,7 +30,7 @@ def _definition(
 ) -> Interface | None:
     """What a declared interface is for a communication of this kind."""
     package, type_ = node.package.text, node.type.text
-    found = definitions.interface(package, type_, FOLDERS[type(info.node)])
+    found = definitions.interface(package, type_, info.sort.folder)
     return found if isinstance(found, Interface) else None
 
 

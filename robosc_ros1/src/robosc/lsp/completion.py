@@ -5,9 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.language.attributes import ATTRIBUTES, Value
+from robosc.language.events import FOLDERS
 from robosc.lsp.analysis import Desk
 from robosc.lsp.interfaces import model_type
-from robosc.lsp.offers import BLOCK_WORDS, COMPARISONS, OPERATORS, Candidate, ends_operand, keywords
+from robosc.lsp.offers import (
+    BLOCK_WORDS,
+    COMPARISONS,
+    EVENTS,
+    OPERATORS,
+    Candidate,
+    ends_operand,
+    keywords,
+)
 from robosc.lsp.statement_offers import SENT, StatementOffers
 from robosc.model.entities import EventKind
 from robosc.model.types import ArrayType, ObjectType, Type
@@ -20,7 +29,6 @@ _LABELS = {
     word: tuple(attribute.name for attribute in _TYPES if word in attribute.communications)
     for word in ("service", "action")
 }
-_EVENTS = tuple(kind.value for kind in EventKind if not kind.of_component)
 
 
 def complete(desk: Desk, path: str, offset: int) -> list[Candidate]:
@@ -88,7 +96,7 @@ class _Completer(StatementOffers):
             yield from self._interfaces()
         elif last == ":" and self._context.word(-2) in (a.name for a in _TYPES):
             if first in _LABELS and self._context.word(-2) == "type":
-                yield from self._ros_packages(first)
+                yield from self._ros_packages(FOLDERS[first])
             else:
                 yield from self._types()
         elif last in ("with", ","):
@@ -147,14 +155,14 @@ class _Completer(StatementOffers):
     def _on(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
         if len(words) == 1:
-            for event in _EVENTS:
+            for event in EVENTS:
                 way = "to" if event == "request" else "from"
                 yield Candidate(f"{event} {way}", "keyword")
         elif len(words) == 2:
             yield from keywords(("to",) if last == "request" else ("from", "to"))
         elif len(words) == 3:
             yield from self._communications(
-                (EventKind(self._context.word(1)),) if self._context.word(1) in _EVENTS else ()
+                (EventKind(self._context.word(1)),) if self._context.word(1) in EVENTS else ()
             )
         else:
             yield from self._clauses(("if", "do", "goto"))

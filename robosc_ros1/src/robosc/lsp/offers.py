@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
+from robosc.language.events import FOLDERS
 from robosc.language.keywords import Role, starts_of, words_of
 from robosc.language.operators import BINARY, symbols
 from robosc.lsp.analysis import Analysis, Desk
@@ -28,6 +29,7 @@ from robosc.syntax.nodes import (
 __all__ = [
     "BLOCK_WORDS",
     "COMPARISONS",
+    "EVENTS",
     "OPERATORS",
     "Candidate",
     "Offers",
@@ -73,6 +75,7 @@ BLOCK_WORDS = {
     for block in _BLOCKS
 }
 _BASIC = words_of(Role.TYPE)
+EVENTS = words_of(Role.EVENT)
 OPERATORS = symbols(words=True)
 COMPARISONS = tuple(o.spelling for o in BINARY.values() if o.is_comparison)
 
@@ -205,20 +208,18 @@ class Offers:
                     kind = "enum" if is_enum else "object"
                     yield Candidate(name, kind, f"datatype {kind}", rank=0)
 
-        yield from self._ros_packages("message")
+        yield from self._ros_packages("msg")
 
     def _ros_folder(self) -> str:
         """Which definitions a type of the declaration that is being typed can name."""
-        first = self._context.word(0)
         behind_type = self._context.behind("type") == ":"
-        return {"service": "srv", "action": "action"}.get(first, "msg") if behind_type else "msg"
+        return FOLDERS.get(self._context.word(0), "msg") if behind_type else "msg"
 
     def _is_ros_package(self, name: str) -> bool:
         return self._desk.definitions(self._path).packages.find(name) is not None
 
-    def _ros_packages(self, kind: str) -> Iterator[Candidate]:
+    def _ros_packages(self, folder: str) -> Iterator[Candidate]:
         """Packages with definitions of a kind; behind the slash come their types."""
-        folder = {"service": "srv", "action": "action"}.get(kind, "msg")
         for package, _, of in offered_types(self._desk.definitions(self._path)):
             if of == folder:
                 yield Candidate(package, "ROS package", text=f"{package}/", rank=2)
@@ -313,15 +314,11 @@ class Offers:
                 known = contents.types.known(self._context.block.name)
                 if isinstance(known, EnumType):
                     return known.source
-        if (
-            len(words) < 4
-            or self._context.word(0) != "on"
-            or self._context.word(1) not in {kind.value for kind in EventKind}
-        ):
+        if len(words) < 4 or words[0] != "on" or words[1] not in EVENTS:
             return None
         end = next((i for i, w in enumerate(words) if w in ("if", "do", "goto")), len(words))
         info = self._communication_of(words[3:end])
-        return None if info is None else info.brought(EventKind(self._context.word(1)))
+        return None if info is None else info.brought(EventKind(words[1]))
 
 
 def several(contents: FileContents) -> Mapping[str, RangeNode]:

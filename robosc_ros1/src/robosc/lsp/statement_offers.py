@@ -9,7 +9,7 @@ from robosc.lsp.member_offers import MemberOffers
 from robosc.lsp.offers import BLOCK_WORDS, Candidate, ends_operand, keywords
 from robosc.lsp.snippets import SNIPPETS
 from robosc.model.entities import EventKind
-from robosc.model.tables import Instance
+from robosc.model.file_resolver import FileContents
 from robosc.model.types import Type
 
 __all__ = ["SENT", "StatementOffers"]
@@ -63,7 +63,10 @@ class StatementOffers(MemberOffers):
             for name in self._desk.libraries(self._path):
                 yield Candidate(name, "library")
         elif last == "import":
-            yield from self._library_components(self._context.behind("from"))
+            library = self._context.behind("from")
+            for contents in self._library(library):
+                for name in contents.scope.components:
+                    yield Candidate(name, "component", f"component of {library}", rank=0)
         elif len(words) == 2:
             yield from keywords(("from",))
         elif self._context.word(-2) == "from":
@@ -81,27 +84,19 @@ class StatementOffers(MemberOffers):
     def _arguments(self) -> Iterator[Candidate]:
         """What an import can set of a component: what it has not set yet."""
         words = self._context.words
-        for owner in self._imported(self._context.behind("from"), self._context.behind("import")):
-            for name in owner.types.values.settable:
+        for contents in self._library(self._context.behind("from")):
+            owner = contents.instances.get(self._context.behind("import"))
+            for name in owner.types.values.settable if owner is not None else ():
                 if name not in words[words.index("with") :]:
                     yield Candidate(f"{name}:", "constant", text=f"{name}: ")
 
-    def _imported(self, library: str, component: str) -> Iterator[Instance]:
+    def _library(self, name: str) -> Iterator[FileContents]:
+        """The libraries of a name among the files that may have to do with this one."""
         for file in self._desk.all_files(self._path):
             analysis = self._desk.analysis(file)
             contents = analysis.contents if analysis is not None else None
-            if contents is not None and contents.scope.node.name.text == library:
-                found = contents.instances.get(component)
-                if found is not None:
-                    yield found
-
-    def _library_components(self, library: str) -> Iterator[Candidate]:
-        for file in self._desk.all_files(self._path):
-            analysis = self._desk.analysis(file)
-            contents = analysis.contents if analysis is not None else None
-            if contents is not None and contents.scope.node.name.text == library:
-                for name in contents.scope.components:
-                    yield Candidate(name, "component", f"component of {library}", rank=0)
+            if contents is not None and contents.scope.node.name.text == name:
+                yield contents
 
     def _requirement(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last

@@ -11,6 +11,7 @@ from pyparsing import ParserElement
 
 from robosc.errors import listing
 from robosc.language.attributes import Attribute, Value, attributes_of
+from robosc.language.events import FOLDERS
 from robosc.language.tokens import pattern
 from robosc.syntax import terminals as t
 from robosc.syntax.blocks import Block, Items, Rule
@@ -149,15 +150,12 @@ def communication_rule(word: str) -> Rule:
         name, *pairs = parts
         given = {"identifier": None, "links": None, **dict(pairs)}
         if "type" in given and "type" not in types:
-            definition = replace(given.pop("type"), folder=_FOLDERS[word])
+            definition = replace(given.pop("type"), folder=FOLDERS[word])
             given |= {type_: replace(definition, part=n) for n, type_ in enumerate(types)}
         node: CommunicationNode = kind(name=name, **given, span=reading.span(start, end))
         return node
 
     return Rule(named - start - _attributes(attributes, 0), build, tail=_links_missing)
-
-
-_FOLDERS = {"service": "srv", "action": "action"}
 
 
 def _attributes(attributes: Sequence[Attribute], place: int) -> ParserElement:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
+from robosc.language.events import Folder
 from robosc.source import Span
 
 __all__ = [
@@ -216,7 +217,7 @@ class RosTypeNode(_Node):
     package: Name
     type: Name
     written: Name | None = None
-    folder: Literal["msg", "srv", "action"] = "msg"
+    folder: Folder = "msg"
     part: int = 0
 
 
