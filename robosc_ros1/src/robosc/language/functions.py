@@ -8,7 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from robosc.language.operators import BINARY, PYTHON_ATOM, Operand, Operator, Range, Result, Text
+from robosc.language.operators import (
+    BINARY,
+    PYTHON_ATOM,
+    Operand,
+    Operator,
+    Range,
+    Result,
+    Text,
+    always,
+)
 from robosc.runtime import functions as runtime
 from robosc.runtime.values import widen
 
@@ -19,10 +28,6 @@ _ATOM = 9
 
 def _never(left: Range, right: Range) -> bool:
     return False
-
-
-def _always(left: Range, right: Range) -> bool:
-    return True
 
 
 def _no_function(value: Any) -> Any:
@@ -49,7 +54,7 @@ def _function(
         result,
         scalar,
         array,
-        _always if array else _never,
+        always if array else _never,
         python=Text(f"{name}({{*}})", PYTHON_ATOM),
         arguments=arguments,
         variadic=variadic,

@@ -17,7 +17,8 @@ from robosc.runtime.values import divide, remainder, widen
 
 __all__ = [
     "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "MIRRORED", "PYTHON_ATOM", "UNARY", "Operand",
-    "Operator", "Range", "Result", "Spelled", "Text", "infix_signs", "symbols",
+    "Operator", "Range", "Result", "Spelled", "Text", "always", "infix_signs",
+    "symbols",
 ]  # fmt: skip
 
 
@@ -182,7 +183,7 @@ def _widening(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]
     return widened
 
 
-def _always(left: Range, right: Range) -> bool:
+def always(left: Range, right: Range) -> bool:
     return True
 
 
@@ -226,7 +227,7 @@ def _comparison(
         result=Result.BOOLEAN,
         scalar=scalar,
         array=array,
-        int64=_always,
+        int64=always,
         python=Text(f"{{0:5}} {python} {{1:5}}", 4),
         cif=Text(f"{{0:9}} {spelling} {{1:9}}", 4),
         negation=negation,
@@ -237,13 +238,13 @@ UNARY: Mapping[str, Operator] = {
     o.spelling: o
     for o in (
         Operator(
-            "!", 8, Operand.BOOLEAN, Result.BOOLEAN, operator.not_, "logical_not", _always,
+            "!", 8, Operand.BOOLEAN, Result.BOOLEAN, operator.not_, "logical_not", always,
             python=Text("not {0:3}", 3),
             cif=Text("not {0:9}", 8),
             is_unary=True,
         ),
         Operator(
-            "-", 8, Operand.NUMBER, Result.NUMBER, operator.neg, "negative", _always,
+            "-", 8, Operand.NUMBER, Result.NUMBER, operator.neg, "negative", always,
             python=Text("-{0:8}", 7),
             is_unary=True, name="negative",
         ),
@@ -255,19 +256,19 @@ BINARY: Mapping[str, Operator] = {
     o.spelling: o
     for o in (
         Operator(
-            "=>", 1, Operand.BOOLEAN, Result.BOOLEAN, _implies, "less_equal", _always,
+            "=>", 1, Operand.BOOLEAN, Result.BOOLEAN, _implies, "less_equal", always,
             python=Text("not {0:3} or {1:1}", 1),
             cif=Text("{0:2} => {1:2}", 1),
             decider=False, decided=True, right_associative=True,
         ),
         Operator(
-            "or", 2, Operand.BOOLEAN, Result.BOOLEAN, _or, "logical_or", _always,
+            "or", 2, Operand.BOOLEAN, Result.BOOLEAN, _or, "logical_or", always,
             python=Text("{0:1} or {1:1}", 1),
             cif=Text("{0:3} or {1:3}", 2),
             decider=True, decided=True,
         ),
         Operator(
-            "and", 3, Operand.BOOLEAN, Result.BOOLEAN, _and, "logical_and", _always,
+            "and", 3, Operand.BOOLEAN, Result.BOOLEAN, _and, "logical_and", always,
             python=Text("{0:2} and {1:2}", 2),
             cif=Text("{0:4} and {1:4}", 3),
             decider=False, decided=False,

@@ -10,7 +10,7 @@ from robosc.language.keywords import KEYWORDS, RESERVED, UNITS
 from robosc.lsp.actions import Edit
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
-from robosc.names import IDENTIFIER
+from robosc.names import is_identifier
 from robosc.source import Source
 
 __all__ = ["RenameError", "applied", "may_be_renamed", "references", "rename"]
@@ -48,7 +48,7 @@ def rename(desk: Desk, path: str, symbol: Symbol, name: str) -> Mapping[str, lis
     Raises RenameError if the name is none, or would mean something else somewhere.
     """
     name = name.removeprefix("^")
-    if not re.fullmatch(IDENTIFIER, name, re.ASCII):
+    if not is_identifier(name):
         raise RenameError(f"'{name}' is not a name: letters, digits and '_', no digit first")
     if not may_be_renamed(symbol):
         raise RenameError("this name is not given by a model")
@@ -58,7 +58,7 @@ def rename(desk: Desk, path: str, symbol: Symbol, name: str) -> Mapping[str, lis
         return {file: [Edit(o.span, name) for o in here] for file, here in found.items()}
     for spelling in spellings:
         edits = {file: [Edit(o.span, spelling) for o in here] for file, here in found.items()}
-        if _is_harmless(desk, edits, {file: len(here) for file, here in found.items()}):
+        if _is_harmless(desk, edits):
             return edits
     if symbol.kind is SymbolKind.PROPERTY:
         raise RenameError(f"'{symbol.name}' is named by the ROS definition, or '{name}' is taken")
@@ -83,8 +83,8 @@ def _is_new(desk: Desk, path: str, name: str) -> bool:
     return not any(word.search(text) for text in texts)
 
 
-def _is_harmless(desk: Desk, edits: Mapping[str, list[Edit]], counts: Mapping[str, int]) -> bool:
-    """Do all files say the same with the new name: no new fault, and as many uses of it?
+def _is_harmless(desk: Desk, edits: Mapping[str, list[Edit]]) -> bool:
+    """Whether all files mean the same with the new name: no new fault, and as many uses of it.
 
     The files are read with their edits, libraries and those that import them together.
     """
@@ -97,14 +97,13 @@ def _is_harmless(desk: Desk, edits: Mapping[str, list[Edit]], counts: Mapping[st
         before, after = desk.analysis(file), trial.analysis(file)
         if before is None or after is None:
             return False
-        if _faults(before) != _faults(after):
-            return False
         occurrence = after.index.at(changes[0].span.start)
-        if occurrence is None:
-            return False
-        if sum(1 for _ in after.index.of(occurrence.symbol)) != counts[file]:
-            return False
-        if len(after.index.occurrences) != len(before.index.occurrences):
+        if (
+            occurrence is None
+            or len(list(after.index.of(occurrence.symbol))) != len(changes)
+            or len(after.index.occurrences) != len(before.index.occurrences)
+            or _faults(before) != _faults(after)
+        ):
             return False
     return True
 

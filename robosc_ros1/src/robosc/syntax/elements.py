@@ -45,9 +45,9 @@ def symbol(characters: str, expected: str = "") -> ParserElement:
     return terminal(f"'{characters}'", expected or f"'{characters}'")
 
 
-def label(word: str, expected: str = "") -> ParserElement:
+def label(word: str) -> ParserElement:
     """A keyword and a colon; leaves nothing."""
-    return terminal(f"{word} ':'", expected or f"'{word}:'")
+    return terminal(f"{word} ':'", f"'{word}:'")
 
 
 def _word(reading: Reading, start: int, end: int, parts: list[Any]) -> str:
