@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 
 from robosc.language.attributes import ATTRIBUTES
 from robosc.language.events import EventKind
@@ -196,6 +197,7 @@ def words_of(role: Role) -> tuple[str, ...]:
     return tuple(word for word, keyword in KEYWORDS.items() if role in keyword.roles)
 
 
+@cache
 def starts_of(block: str) -> tuple[str, ...]:
     """Return the keywords that start declarations in a kind of block, in the order of messages."""
     return tuple(word for word, keyword in KEYWORDS.items() if block in keyword.blocks)

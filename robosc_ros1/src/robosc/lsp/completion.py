@@ -9,11 +9,11 @@ from robosc.language.events import FOLDERS
 from robosc.lsp.analysis import Desk
 from robosc.lsp.interfaces import model_type
 from robosc.lsp.offers import (
-    BLOCK_WORDS,
     COMPARISONS,
     EVENTS,
     OPERATORS,
     Candidate,
+    block_words,
     ends_operand,
     keywords,
 )
@@ -237,7 +237,7 @@ class _Completer(StatementOffers):
         elif words == ("default",):
             yield from keywords(("->",))
         elif not words or words[-2:-1] == ("->",):
-            yield from keywords(BLOCK_WORDS["enum"])
+            yield from keywords(block_words("enum"))
         elif ends_operand(last):
             yield from keywords(("->", *OPERATORS, *COMPARISONS))
         else:

@@ -16,10 +16,6 @@ from robosc.source import Source, common_ends
 
 __all__ = ["OpenBlock", "Context", "Landmarks", "context_at"]
 
-_BLOCKS = ("file", "robot", "library", "for", "component", "behaviour", "state", "enum")
-_STARTS = {block: starts_of(block) for block in _BLOCKS}
-"""The first words of the declarations of each block."""
-
 _EXPECT_NAME = frozenset({
     ".", "robot", "library", "component", "constant", "parameter", "condition", "requirement",
     "provide", "interface", "message", "service", "action", "variable", "state", "from", "to",
@@ -169,7 +165,7 @@ def _begins(kind: str, word: str, words: list[str]) -> bool:
         return word == "," and not _is_within(words, "[", "]") and not _is_within(words, "(", ")")
     if word == "for" and _is_within(words, "(", ")"):
         return False  # of an aggregate: any(s.on for s in Station)
-    if word not in _STARTS.get(kind, ()) or last in _EXPECT_NAME:
+    if word not in starts_of(kind) or last in _EXPECT_NAME:
         return False
     return not (word in ("state", "marked") and last in ("initial", "marked"))
 

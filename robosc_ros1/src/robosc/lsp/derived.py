@@ -13,11 +13,12 @@ import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robosc.errors import Diagnostic, Note, Severity, StateSpaceError
+from robosc.language.events import EventKind
 from robosc.source import Source, Span, common_ends
 
 if TYPE_CHECKING:
@@ -84,15 +85,11 @@ def derived_from(source: Source, text: bytes | str) -> Derived | None:
     except ValueError:
         return None
     guards = (
-        ShownGuard(g["communication"], g["event"], g["text"], g["status"], _pairs(g["reasons"]))
-        for g in document["guards"]
+        ShownGuard(**{**guard, "reasons": tuple(map(tuple, guard["reasons"]))})
+        for guard in document["guards"]
     )
     diagnostics = (_diagnostic(source, item) for item in document["diagnostics"])
     return Derived(source, tuple(diagnostics), tuple(guards))
-
-
-def _pairs(items: list[list[str | None]]) -> tuple[tuple[str, str | None], ...]:
-    return tuple((reason or "", remedy) for reason, remedy in items)
 
 
 def _diagnostic(source: Source, item: Mapping[str, Any]) -> Diagnostic:
@@ -170,7 +167,7 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
         "diagnostics": [
             _document(d, source) for d in supervisor.diagnostics if d.span.source is source
         ],
-        "guards": _guards(supervisor),
+        "guards": [asdict(guard) for guard in _guards(supervisor)],
     }
 
 
@@ -188,17 +185,15 @@ def _document(diagnostic: Diagnostic, source: Source) -> dict[str, Any]:
     }
 
 
-def _guards(supervisor: Supervisor) -> list[dict[str, Any]]:
+def _guards(supervisor: Supervisor) -> list[ShownGuard]:
     return [
-        {
-            "communication": guard.event.key,
-            "event": guard.event.kind.value,
-            "text": "\n".join(supervisor.part_names.lines(guard.expr)),
-            "status": guard.status,
-            "reasons": [
-                [e.reason, e.remedy] for e in supervisor.explanations if e.event == guard.event
-            ],
-        }
+        ShownGuard(
+            guard.event.key,
+            guard.event.kind.value,
+            "\n".join(supervisor.part_names.lines(guard.expr)),
+            guard.status,
+            tuple((e.reason, e.remedy) for e in supervisor.explanations if e.event == guard.event),
+        )
         for guard in supervisor.guards
-        if guard.event.kind.value != "tau"
+        if guard.event.kind is not EventKind.TAU
     ]

@@ -27,12 +27,12 @@ from robosc.syntax.nodes import (
 )
 
 __all__ = [
-    "BLOCK_WORDS",
     "COMPARISONS",
     "EVENTS",
     "OPERATORS",
     "Candidate",
     "Offers",
+    "block_words",
     "ends_operand",
     "keywords",
     "several",
@@ -69,11 +69,6 @@ _MORE = {
 }
 """What is offered for a keyword that others must follow."""
 
-_BLOCKS = ("file", "robot", "library", "for", "component", "behaviour", "state", "object", "enum")
-BLOCK_WORDS = {
-    block: tuple(offer for word in starts_of(block) for offer in _MORE.get(word, (word,)))
-    for block in _BLOCKS
-}
 _BASIC = words_of(Role.TYPE)
 EVENTS = words_of(Role.EVENT)
 OPERATORS = symbols(words=True)
@@ -98,7 +93,7 @@ class Offers:
 
     def _next(self) -> Iterator[Candidate]:
         """What may begin behind a declaration that could end here."""
-        yield from keywords(BLOCK_WORDS[self._context.block.kind], rank=2)
+        yield from keywords(block_words(self._context.block.kind), rank=2)
 
     # --- names -----------------------------------------------------------------------------------
 
@@ -329,6 +324,11 @@ def several(contents: FileContents) -> Mapping[str, RangeNode]:
         for node in (written.declarations if written is not None else ())
         if isinstance(node, ComponentNode | ImportNode) and node.indexes is not None
     }
+
+
+def block_words(block: str) -> list[str]:
+    """What the declarations of a kind of block begin with."""
+    return [offer for word in starts_of(block) for offer in _MORE.get(word, (word,))]
 
 
 def keywords(words: Iterable[str], rank: int = 1) -> Iterator[Candidate]:

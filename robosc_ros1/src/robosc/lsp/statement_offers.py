@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from robosc.lsp.interfaces import offered_types
 from robosc.lsp.member_offers import MemberOffers
-from robosc.lsp.offers import BLOCK_WORDS, Candidate, ends_operand, keywords
+from robosc.lsp.offers import Candidate, block_words, ends_operand, keywords
 from robosc.lsp.snippets import SNIPPETS
 from robosc.model.entities import EventKind
 from robosc.model.file_resolver import FileContents
@@ -24,7 +24,7 @@ class StatementOffers(MemberOffers):
     def _beginnings(self) -> Iterator[Candidate]:
         """What a declaration of the block can begin with, and whole declarations to fill in."""
         block = self._context.block.kind
-        yield from keywords(BLOCK_WORDS[block])
+        yield from keywords(block_words(block))
         for one in SNIPPETS.get(block, ()):
             yield Candidate(one.label, "snippet", one.meaning, one.text, rank=2)
 
