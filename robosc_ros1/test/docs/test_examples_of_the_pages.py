@@ -31,7 +31,8 @@ import pytest
 from robosc import cli, pipeline
 from robosc.codes import CODES
 from robosc.errors import Severity, render_all
-from robosc.model.ros.definitions import Interface, MessageDefinitions
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.interfaces import Interface
 from robosc.source import Source
 from robosc.syntax.parser import parse
 

@@ -11,7 +11,7 @@ from lsp_support import cursor, open_text
 from robosc.lsp.analysis import Desk
 from robosc.lsp.completion import complete
 from robosc.lsp.snippets import SNIPPETS
-from robosc.model.ros.definitions import Interface
+from robosc.model.ros.interfaces import Interface
 from robosc.source import Source
 from robosc.syntax.parser import parse
 

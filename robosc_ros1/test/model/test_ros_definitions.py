@@ -9,13 +9,8 @@ import pytest
 from model_text import faults
 
 from robosc.model.ros import definitions as definitions_module
-from robosc.model.ros.definitions import (
-    FieldType,
-    Interface,
-    MessageDefinitions,
-    Missing,
-    install_advice,
-)
+from robosc.model.ros.definitions import MessageDefinitions, install_advice
+from robosc.model.ros.interfaces import FieldType, Interface, Missing
 from robosc.model.ros.packages import Packages, Place
 
 pytest.importorskip("genmsg", reason="genmsg is not installed: definitions cannot be read")

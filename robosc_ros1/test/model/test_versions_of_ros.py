@@ -10,7 +10,8 @@ from test_ros_types import ROS2
 
 from robosc import pipeline
 from robosc.errors import ModelError, Severity
-from robosc.model.ros.definitions import MessageDefinitions, Missing
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.interfaces import Missing
 from robosc.model.ros.packages import is_ros2_package
 
 BUILD_TYPE = "<build_type{}>{}</build_type>"

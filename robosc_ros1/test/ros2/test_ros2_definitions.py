@@ -11,8 +11,8 @@ from ros2.bed import HERE, Bed
 from ros_support import Completed
 
 from robosc.model.ros import rosidl
+from robosc.model.ros.interfaces import Definition
 from robosc.model.ros.packages import is_ros2_package
-from robosc.model.ros.rosidl import MessageFields
 
 PACKAGE = """
 <package format="3">
@@ -51,7 +51,8 @@ builtin_interfaces/Time stamp
 float64 area 1.5
 """)  # fmt: skip
     assert rosidl.read(shapes, "shapes", "Shape", "msg") == (
-        MessageFields(
+        Definition.of(
+            "shapes/Shape",
             (
                 ("name", "string"), ("corners", "int32[]"), ("labels", "string[3]"),
                 ("centre", "shapes/Point"), ("stamp", "builtin_interfaces/Time"),
@@ -66,13 +67,13 @@ def test_services_and_actions_have_their_parts(shapes: Path) -> None:
     write(shapes, "srv/Cut.srv", "bool now\n---\nint32 pieces\n")
     write(shapes, "action/Turn.action", "float64 angle\n---\n---\nfloat64 done\n")
     assert rosidl.read(shapes, "shapes", "Cut", "srv") == (
-        MessageFields((("now", "bool"),)),
-        MessageFields((("pieces", "int32"),)),
+        Definition.of("shapes/CutRequest", (("now", "bool"),)),
+        Definition.of("shapes/CutResponse", (("pieces", "int32"),)),
     )
     assert rosidl.read(shapes, "shapes", "Turn", "action") == (
-        MessageFields((("angle", "float64"),)),
-        MessageFields(()),
-        MessageFields((("done", "float64"),)),
+        Definition.of("shapes/TurnGoal", (("angle", "float64"),)),
+        Definition.of("shapes/TurnResult", ()),
+        Definition.of("shapes/TurnFeedback", (("done", "float64"),)),
     )
 
 
@@ -114,7 +115,8 @@ module shapes { module msg {
 }; };
 """)  # fmt: skip
     assert rosidl.read(shapes, "shapes", "Shape", "msg") == (
-        MessageFields(
+        Definition.of(
+            "shapes/Shape",
             (
                 ("corners", "int32"), ("id", "uint64"), ("name", "string"),
                 ("sides", "float64[]"), ("box", "shapes/Point[4]"),

@@ -17,7 +17,8 @@ from robosc.model.file_resolver import FileContents
 from robosc.model.libraries import LibraryFinder
 from robosc.model.occurrences import NameIndex
 from robosc.model.resolve import ReadResult, read
-from robosc.model.ros.definitions import Definition, MessageDefinitions
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.interfaces import Definition
 from robosc.source import Source
 from robosc.syntax.parser import read_source
 

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 from robosc.model.entities import Kind
 from robosc.model.file_resolver import FileContents
-from robosc.model.ros.definitions import BASIC, Definition, Field, Interface, MessageDefinitions
+from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import misfit
+from robosc.model.ros.interfaces import Definition, Field, Interface
 from robosc.model.tables import CommunicationInfo
 from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.syntax.nodes import InterfaceNode

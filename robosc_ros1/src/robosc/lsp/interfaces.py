@@ -6,7 +6,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from robosc.model.ros.definitions import INTEGERS, KINDS, FieldType, MessageDefinitions
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.interfaces import INTEGERS, KINDS, FieldType
 from robosc.source import Source, Span
 
 __all__ = ["definition_file", "field_place", "model_type", "offered_types"]

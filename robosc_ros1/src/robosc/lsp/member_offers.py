@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from robosc.lsp.chains import names_before
 from robosc.lsp.offers import Candidate, Offers, keywords
-from robosc.model.ros.definitions import Missing
+from robosc.model.ros.interfaces import Missing
 from robosc.model.types import ArrayType, ObjectType, Type
 
 __all__ = ["MemberOffers"]

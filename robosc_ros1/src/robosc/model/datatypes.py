@@ -14,7 +14,7 @@ from robosc.model.diagnostics import Report
 from robosc.model.expr import Expr
 from robosc.model.known_types import KnownTypes
 from robosc.model.occurrences import Symbol, SymbolKind
-from robosc.model.ros.definitions import KINDS, Missing
+from robosc.model.ros.interfaces import KINDS, Missing
 from robosc.model.scope import FileScope, report_duplicate
 from robosc.model.type_declarations import TypeDeclarations, rule_of
 from robosc.model.types import (

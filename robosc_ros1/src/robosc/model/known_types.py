@@ -9,7 +9,7 @@ from robosc.model.compatibility import type_of
 from robosc.model.diagnostics import Report
 from robosc.model.expr import Literal
 from robosc.model.occurrences import Symbol, SymbolKind
-from robosc.model.ros.definitions import Missing
+from robosc.model.ros.interfaces import Missing
 from robosc.model.ros.missing import MissingDefinitions
 from robosc.model.ros.types import is_ros_type
 from robosc.model.scope import FileScope

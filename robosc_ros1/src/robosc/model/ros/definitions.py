@@ -11,113 +11,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 from robosc.model.ros import python_bindings, rosidl
+from robosc.model.ros.interfaces import PARTS, Definition, FieldType, Folder, Interface, Missing
 from robosc.model.ros.packages import Packages, is_ros2_package, is_share
-from robosc.model.types import Value
 
-__all__ = [
-    "BASIC", "Definition", "Field", "FieldType", "Folder", "INTEGERS", "Interface", "KINDS",
-    "MessageDefinitions", "Missing", "install_advice",
-]  # fmt: skip
-
-Folder: TypeAlias = Literal["msg", "srv", "action"]
-"""The folder of a package's messages, services or actions; also part of type names in ROS 2."""
-
-KINDS: Mapping[Folder, str] = {"msg": "message", "srv": "service", "action": "action"}
-"""The kind of interface in each folder, in words."""
-
-INTEGERS: Mapping[str, tuple[int, int]] = {
-    **{f"int{bits}": (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) for bits in (8, 16, 32, 64)},
-    **{f"uint{bits}": (0, 2**bits - 1) for bits in (8, 16, 32, 64)},
-    "byte": (-128, 127),
-    "char": (0, 255),
-}
-"""The least and greatest value of each integer type; byte and char are int8 and uint8 in ROS 1."""
-
-
-@dataclass(frozen=True, slots=True)
-class FieldType:
-    """The type of a field: ``base`` is a built-in type or ``package/Type``.
-
-    ``length`` is that of an array of fixed length, else None.
-    """
-
-    base: str
-    is_array: bool = False
-    length: int | None = None
-
-    def __str__(self) -> str:
-        if not self.is_array:
-            return self.base
-        return f"{self.base}[{'' if self.length is None else self.length}]"
-
-    @property
-    def element(self) -> FieldType:
-        return FieldType(self.base)
-
-    @property
-    def is_message(self) -> bool:
-        return "/" in self.base or self.base in ("time", "duration")
-
-
-@dataclass(frozen=True, slots=True)
-class Field:
-    """A field of a message."""
-
-    name: str
-    type: FieldType
-
-
-@dataclass(frozen=True, slots=True)
-class Definition:
-    """The fields and constants of a message, or of one part of a service or action."""
-
-    name: str
-    fields: tuple[Field, ...]
-    constants: tuple[tuple[str, Value], ...] = ()
-
-    def field(self, name: str) -> Field | None:
-        return next((f for f in self.fields if f.name == name), None)
-
-    def constant(self, name: str) -> Value | None:
-        return dict(self.constants).get(name)
-
-
-@dataclass(frozen=True, slots=True)
-class Interface:
-    """The definition of a message (one part), service (two) or action (three).
-
-    ``type`` is the stem of the file, without the suffix ``Action`` that the model may add.
-    """
-
-    package: str
-    type: str
-    parts: tuple[Definition, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Missing:
-    """The reason why a definition is not available.
-
-    ``reason`` is ``package`` (there is none of that name), ``file`` (it has no such file; ``names``
-    are those that it has), ``faulty`` (the file cannot be read; ``detail`` says why) or ``genmsg``
-    (this Python cannot read definitions).
-    """
-
-    reason: str
-    package: str
-    names: tuple[str, ...] = ()
-    detail: str = ""
+__all__ = ["BASIC", "MessageDefinitions", "install_advice"]
 
 
 def _std(name: str, base: str | None) -> Interface:
-    fields = () if base is None else (Field("data", FieldType(base)),)
-    return Interface("std_msgs", name, (Definition(f"std_msgs/{name}", fields),))
+    fields = () if base is None else (("data", base),)
+    return Interface("std_msgs", name, (Definition.of(f"std_msgs/{name}", fields),))
 
 
 BASIC: Mapping[str, Interface] = {
@@ -133,19 +41,14 @@ Built in, so that models can be checked without ROS.
 """
 
 
-def _time(name: str, seconds: tuple[str, str], nanoseconds: tuple[str, str]) -> Definition:
-    fields = (Field(field, FieldType(base)) for field, base in (seconds, nanoseconds))
-    return Definition(name, tuple(fields))
-
-
 _TIMES = {
     "1": {
-        "time": _time("time", ("secs", "uint32"), ("nsecs", "uint32")),
-        "duration": _time("duration", ("secs", "int32"), ("nsecs", "int32")),
+        "time": Definition.of("time", [("secs", "uint32"), ("nsecs", "uint32")]),
+        "duration": Definition.of("duration", [("secs", "int32"), ("nsecs", "int32")]),
     },
     "2": {
-        "time": _time("builtin_interfaces/Time", ("sec", "int32"), ("nanosec", "uint32")),
-        "duration": _time("builtin_interfaces/Duration", ("sec", "int32"), ("nanosec", "uint32")),
+        of: Definition.of(f"builtin_interfaces/{name}", [("sec", "int32"), ("nanosec", "uint32")])
+        for of, name in (("time", "Time"), ("duration", "Duration"))
     },
 }
 """The definitions of points in time and durations in both versions of ROS."""
@@ -240,7 +143,7 @@ class MessageDefinitions:
         # genmsg belongs to ROS 1: without it, only ROS 2 can be installed.
         return is_ros2_package(folder, self._manifests or ("2" if _genmsg() is None else "1"))
 
-    def _read(self, package: str, type_: str, folder: str) -> Interface | Missing:
+    def _read(self, package: str, type_: str, folder: Folder) -> Interface | Missing:
         home = self.packages.find(package)
         try:
             if home is not None and self._is_ros2_package(home):
@@ -259,7 +162,9 @@ class MessageDefinitions:
         except (OSError, ValueError) as error:
             return Missing("faulty", package, detail=f"{package}/{folder}/{file.name} {error}")
 
-    def _read_ros2(self, home: Path, package: str, type_: str, folder: str) -> Interface | Missing:
+    def _read_ros2(
+        self, home: Path, package: str, type_: str, folder: Folder
+    ) -> Interface | Missing:
         try:
             parts = rosidl.read(home, package, type_, folder)
         except (OSError, ValueError) as error:
@@ -267,14 +172,10 @@ class MessageDefinitions:
         if parts is None:
             files = (*(home / folder).glob(f"*.{folder}"), *(home / folder).glob("*.idl"))
             return Missing("file", package, tuple(sorted({file.stem for file in files})))
-        definitions = (
-            replace(_slotted(f"{package}/{type_}{name}", part.fields), constants=part.constants)
-            for part, name in zip(parts, _PARTS[folder], strict=True)
-        )
-        return Interface(package, type_, tuple(definitions))
+        return Interface(package, type_, parts)
 
     def _generated(
-        self, package: str, type_: str, folder: str, home: Path | None
+        self, package: str, type_: str, folder: Folder, home: Path | None
     ) -> Interface | Missing:
         """A definition from installed Python bindings, or why there is none."""
         names = {p.stem for p in (home / folder).glob(f"*.{folder}")} if home is not None else set()
@@ -282,11 +183,9 @@ class MessageDefinitions:
             bindings = root.parent / "lib" / "python3" / "dist-packages" / package
             if not is_share(root) or not bindings.is_dir():
                 continue
-            parts = python_bindings.read(bindings, type_, folder)
+            parts = python_bindings.read(bindings, package, type_, folder)
             if parts is not None:
-                named = zip(parts, _PARTS[folder], strict=True)
-                definitions = (_slotted(f"{package}/{type_}{part}", p) for p, part in named)
-                return Interface(package, type_, tuple(definitions))
+                return Interface(package, type_, parts)
             names.update(python_bindings.names(bindings, folder))
         if home is None and not names:
             return Missing("package", package)
@@ -306,20 +205,8 @@ def _without_sequence(header: Interface | Missing) -> Interface | Missing:
     return replace(header, parts=(replace(part, fields=fields),))
 
 
-_PARTS = {"msg": ("",), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
-
-
-def _slotted(name: str, slots: python_bindings.Slots) -> Definition:
-    return Definition(name, tuple(Field(field, _parse_type(type_)) for field, type_ in slots))
-
-
-def _parse_type(text: str) -> FieldType:
-    base, bracket, length = text.rstrip("]").partition("[")
-    return FieldType(base, bool(bracket), int(length) if length else None)
-
-
-def _parts(text: str, package: str, type_: str, folder: str) -> Iterator[Definition]:
-    names = _PARTS[folder]
+def _parts(text: str, package: str, type_: str, folder: Folder) -> Iterator[Definition]:
+    names = PARTS[folder]
     texts = [text] if folder == "msg" else re.split(r"^---.*$", text, flags=re.MULTILINE)
     if len(texts) != len(names):
         raise ValueError(f"has {len(texts)} parts instead of {len(names)}, separated by ---")
@@ -334,9 +221,9 @@ def _definition(text: str, name: str) -> Definition:
         spec = genmsg.msg_loader.load_msg_from_string(context, text, name)
     except genmsg.InvalidMsgSpec as error:
         raise ValueError(str(error)) from error
-    fields = (Field(field.name, _parse_type(field.type)) for field in spec.parsed_fields())
+    fields = ((field.name, field.type) for field in spec.parsed_fields())
     constants = ((c.name, bool(c.val) if c.type == "bool" else c.val) for c in spec.constants)
-    return Definition(name, tuple(fields), tuple(constants))
+    return Definition.of(name, fields, constants)
 
 
 @cache

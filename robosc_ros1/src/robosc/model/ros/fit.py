@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosc.model.ros.definitions import INTEGERS, FieldType
+from robosc.model.ros.interfaces import INTEGERS, FieldType
 from robosc.model.types import (
     ArrayType,
     BooleanType,

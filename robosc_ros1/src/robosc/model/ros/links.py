@@ -12,16 +12,9 @@ from dataclasses import dataclass, replace
 from robosc.language.events import Direction
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Binding
-from robosc.model.ros.definitions import (
-    BASIC,
-    KINDS,
-    Definition,
-    FieldType,
-    Interface,
-    MessageDefinitions,
-    Missing,
-)
+from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import misfit
+from robosc.model.ros.interfaces import KINDS, Definition, FieldType, Interface, Missing
 from robosc.model.ros.missing import MissingDefinitions
 from robosc.model.ros.sent import SentData
 from robosc.model.ros.types import FOLDERS, is_ros_type

@@ -5,13 +5,8 @@ from __future__ import annotations
 from difflib import get_close_matches
 
 from robosc.model.diagnostics import Report
-from robosc.model.ros.definitions import (
-    KINDS,
-    Interface,
-    MessageDefinitions,
-    Missing,
-    install_advice,
-)
+from robosc.model.ros.definitions import MessageDefinitions, install_advice
+from robosc.model.ros.interfaces import KINDS, Interface, Missing
 from robosc.source import Span
 from robosc.syntax.nodes import InterfaceNode, RosTypeNode
 

@@ -8,34 +8,28 @@ nothing is imported.
 from __future__ import annotations
 
 import ast
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["Slots", "names", "read"]
+from robosc.model.ros.interfaces import PARTS, Definition, Folder
 
-Slots = tuple[tuple[str, str], ...]
-"""Name and type of each field."""
-
-_CLASS = re.compile(r"^class (\w+)\(", re.MULTILINE)
-_SLOTS = re.compile(r"^  __slots__ = (\[[^\]]*\])", re.MULTILINE)
-_TYPES = re.compile(r"^  _slot_types = (\[.*?\])$", re.MULTILINE)
+__all__ = ["names", "read"]
 
 
-def read(package: Path, type_: str, folder: str) -> tuple[Slots, ...] | None:
+def read(bindings: Path, package: str, type_: str, folder: Folder) -> tuple[Definition, ...] | None:
     """The parts of a message, service or action; None if it is not there or not readable."""
-    if folder == "action":
-        # TAction's bindings exist beside TGoal's; an action T is only what has both.
-        if not (package / "msg" / f"_{type_}Action.py").is_file():
+    # TAction's bindings exist beside TGoal's; an action T is only what has both.
+    if folder == "action" and not (bindings / "msg" / f"_{type_}Action.py").is_file():
+        return None
+    found = []
+    for part in PARTS[folder]:
+        # The bindings of a service are in one file, those of an action's parts in one each.
+        file = f"srv/_{type_}.py" if folder == "srv" else f"msg/_{type_}{part}.py"
+        fields = _fields(bindings / file, f"{type_}{part}")
+        if fields is None:
             return None
-        parts = [_slots(package / "msg", f"{type_}{p}") for p in ("Goal", "Result", "Feedback")]
-    elif folder == "srv":
-        file = package / "srv" / f"_{type_}.py"
-        parts = [_slots_in(file, f"{type_}{p}") for p in ("Request", "Response")]
-    else:
-        parts = [_slots(package / "msg", type_)]
-    found = tuple(p for p in parts if p is not None)
-    return found if len(found) == len(parts) else None
+        found.append(Definition.of(f"{package}/{type_}{part}", fields))
+    return tuple(found)
 
 
 def names(package: Path, folder: str) -> Iterator[str]:
@@ -49,27 +43,17 @@ def names(package: Path, folder: str) -> Iterator[str]:
             yield name.removesuffix("ActionGoal")
 
 
-def _slots(folder: Path, name: str) -> Slots | None:
-    return _slots_in(folder / f"_{name}.py", name)
-
-
-def _slots_in(file: Path, name: str) -> Slots | None:
+def _fields(file: Path, name: str) -> list[tuple[str, str]] | None:
+    """Name and type of each field of a class."""
     try:
-        text = file.read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return None
-    heads = list(_CLASS.finditer(text))
-    for head, following in zip(heads, [*heads[1:], None], strict=True):
-        if head[1] == name:
-            return _fields(text[head.start() : following.start() if following else len(text)])
-    return None
-
-
-def _fields(text: str) -> Slots | None:
-    slots, types = _SLOTS.search(text), _TYPES.search(text)
-    if slots is None or types is None:
-        return None
-    try:
-        return tuple(zip(ast.literal_eval(slots[1]), ast.literal_eval(types[1]), strict=True))
-    except (ValueError, SyntaxError):
+        module = ast.parse(file.read_bytes())
+        (found,) = (n for n in module.body if isinstance(n, ast.ClassDef) and n.name == name)
+        values = {
+            ast.unparse(statement.targets[0]): statement.value
+            for statement in found.body
+            if isinstance(statement, ast.Assign)
+        }
+        slots, types = (ast.literal_eval(values[key]) for key in ("__slots__", "_slot_types"))
+        return list(zip(slots, types, strict=True))
+    except (OSError, SyntaxError, ValueError, KeyError):
         return None

@@ -14,42 +14,29 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
+from robosc.model.ros.interfaces import PARTS, Definition, Folder
 from robosc.model.types import Value
 
-__all__ = ["MessageFields", "read"]
+__all__ = ["read"]
 
 
-@dataclass(frozen=True, slots=True)
-class MessageFields:
-    """A message, or one part of a service or action: fields as (name, type), constants."""
-
-    fields: tuple[tuple[str, str], ...]
-    constants: tuple[tuple[str, Value], ...] = ()
-
-
-_PARTS = {
-    "msg": ("",),
-    "srv": ("_Request", "_Response"),
-    "action": ("_Goal", "_Result", "_Feedback"),
-}
-
-
-def read(package: Path, name: str, type_: str, kind: str) -> tuple[MessageFields, ...] | None:
+def read(package: Path, name: str, type_: str, folder: Folder) -> tuple[Definition, ...] | None:
     """The parts of ``msg/type_.msg`` or the like in the package ``name``; None if it is not there.
 
     Raises:
         ValueError: the file is faulty, with the line and what is wrong there.
         OSError: it cannot be read.
     """
-    file = package / kind / f"{type_}.{kind}"
+    file = package / folder / f"{type_}.{folder}"
     if file.is_file():
-        return tuple(_texts(file.read_text(encoding="utf-8", errors="replace"), name, kind))
+        text = file.read_text(encoding="utf-8", errors="replace")
+        return tuple(_texts(text, name, type_, folder))
     idl = file.with_suffix(".idl")
     if idl.is_file():
-        return _idl(idl.read_text(encoding="utf-8", errors="replace"), type_, kind)
+        text = idl.read_text(encoding="utf-8", errors="replace")
+        return tuple(_idl(text, name, type_, folder))
     return None
 
 
@@ -66,20 +53,20 @@ _LINE = re.compile(
 )
 
 
-def _texts(text: str, package: str, kind: str) -> Iterator[MessageFields]:
+def _texts(text: str, package: str, type_: str, folder: Folder) -> Iterator[Definition]:
     texts: list[list[tuple[int, str]]] = [[]]
     for number, line in enumerate(text.splitlines(), 1):
         if line.startswith("---"):
             texts.append([])
         else:
             texts[-1].append((number, line))
-    if len(texts) != len(_PARTS[kind]):
-        raise ValueError(f"has {len(texts)} parts instead of {len(_PARTS[kind])}")
-    for lines in texts:
-        yield _part(lines, package)
+    if len(texts) != len(PARTS[folder]):
+        raise ValueError(f"has {len(texts)} parts instead of {len(PARTS[folder])}")
+    for lines, part in zip(texts, PARTS[folder], strict=True):
+        yield _part(lines, package, f"{package}/{type_}{part}")
 
 
-def _part(lines: list[tuple[int, str]], package: str) -> MessageFields:
+def _part(lines: list[tuple[int, str]], package: str, name: str) -> Definition:
     fields = []
     constants = []
     for number, line in lines:
@@ -97,7 +84,7 @@ def _part(lines: list[tuple[int, str]], package: str) -> MessageFields:
         if "/" not in base:
             base = _BUILT_IN.get(base, f"{package}/{base}")
         fields.append((match["name"], _spelled(base, match["length"])))
-    return MessageFields(tuple(fields), tuple(constants))
+    return Definition.of(name, fields, constants)
 
 
 def _constant(base: str, text: str, line: int) -> Value:
@@ -142,7 +129,7 @@ _IDL_TYPES = {
 }  # fmt: skip
 
 
-def _idl(text: str, type_: str, kind: str) -> tuple[MessageFields, ...]:
+def _idl(text: str, package: str, type_: str, folder: Folder) -> Iterator[Definition]:
     strings: list[str] = []
 
     def put_aside(match: re.Match[str]) -> str:
@@ -160,14 +147,13 @@ def _idl(text: str, type_: str, kind: str) -> tuple[MessageFields, ...]:
     constants = {
         name: tuple(_idl_constants(body, strings)) for name, body in _CONSTANTS.findall(text)
     }
-    parts = []
-    for suffix in _PARTS[kind]:
-        name = type_ + suffix
+    for part in PARTS[folder]:
+        name = f"{type_}_{part}" if part else type_
         if name not in structs:
             raise ValueError(f"has no struct {name}")
         members = [m.strip() for m in structs[name].split(";") if m.strip()]
-        parts.append(MessageFields(tuple(_members(members, arrays)), constants.get(name, ())))
-    return tuple(parts)
+        fields = _members(members, arrays)
+        yield Definition.of(f"{package}/{type_}{part}", fields, constants.get(name, ()))
 
 
 def _idl_constants(body: str, strings: Sequence[str]) -> Iterator[tuple[str, Value]]:

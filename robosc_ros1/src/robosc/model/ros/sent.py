@@ -6,14 +6,9 @@ from robosc.model.diagnostics import Report
 from robosc.model.entities import Binding, Data, DataArray, DataObject
 from robosc.model.evaluation import constant
 from robosc.model.expr import Expr, ParameterRef, VariableRef
-from robosc.model.ros.definitions import (
-    BASIC,
-    Definition,
-    FieldType,
-    MessageDefinitions,
-    Missing,
-)
+from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import too_wide
+from robosc.model.ros.interfaces import Definition, FieldType, Missing
 from robosc.model.ros.types import FOLDERS
 from robosc.model.types import IntegerType
 from robosc.syntax.nodes import CommunicationNode, MessageNode

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from robosc.model.ros.definitions import (
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.interfaces import (
     INTEGERS,
     KINDS,
     Definition,
     FieldType,
     Folder,
     Interface,
-    MessageDefinitions,
     Missing,
 )
 from robosc.model.types import (

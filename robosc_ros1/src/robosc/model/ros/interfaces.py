@@ -1,0 +1,125 @@
+"""The interfaces of ROS packages: messages, services and actions, with fields and constants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from robosc.model.types import Value
+
+__all__ = [
+    "Definition", "Field", "FieldType", "Folder", "INTEGERS", "Interface", "KINDS", "Missing",
+    "PARTS",
+]  # fmt: skip
+
+Folder: TypeAlias = Literal["msg", "srv", "action"]
+"""The folder of a package's messages, services or actions; also part of type names in ROS 2."""
+
+KINDS: Mapping[Folder, str] = {"msg": "message", "srv": "service", "action": "action"}
+"""The kind of interface in each folder, in words."""
+
+PARTS: Mapping[Folder, tuple[str, ...]] = {
+    "msg": ("",),
+    "srv": ("Request", "Response"),
+    "action": ("Goal", "Result", "Feedback"),
+}
+"""The parts of the interfaces in each folder, as the names of their definitions end."""
+
+INTEGERS: Mapping[str, tuple[int, int]] = {
+    **{f"int{bits}": (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) for bits in (8, 16, 32, 64)},
+    **{f"uint{bits}": (0, 2**bits - 1) for bits in (8, 16, 32, 64)},
+    "byte": (-128, 127),
+    "char": (0, 255),
+}
+"""The least and greatest value of each integer type; byte and char are int8 and uint8 in ROS 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class FieldType:
+    """The type of a field: ``base`` is a built-in type or ``package/Type``.
+
+    ``length`` is that of an array of fixed length, else None.
+    """
+
+    base: str
+    is_array: bool = False
+    length: int | None = None
+
+    def __str__(self) -> str:
+        if not self.is_array:
+            return self.base
+        return f"{self.base}[{'' if self.length is None else self.length}]"
+
+    @property
+    def element(self) -> FieldType:
+        return FieldType(self.base)
+
+    @property
+    def is_message(self) -> bool:
+        return "/" in self.base or self.base in ("time", "duration")
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field of a message."""
+
+    name: str
+    type: FieldType
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """The fields and constants of a message, or of one part of a service or action."""
+
+    name: str
+    fields: tuple[Field, ...]
+    constants: tuple[tuple[str, Value], ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        fields: Iterable[tuple[str, str]],
+        constants: Iterable[tuple[str, Value]] = (),
+    ) -> Definition:
+        """The definition with fields of these names and types, such as ``float64[3]``."""
+        return cls(name, tuple(Field(f, _field_type(t)) for f, t in fields), tuple(constants))
+
+    def field(self, name: str) -> Field | None:
+        return next((f for f in self.fields if f.name == name), None)
+
+    def constant(self, name: str) -> Value | None:
+        return dict(self.constants).get(name)
+
+
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """The definition of a message (one part), service (two) or action (three).
+
+    ``type`` is the stem of the file, without the suffix ``Action`` that the model may add.
+    """
+
+    package: str
+    type: str
+    parts: tuple[Definition, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """The reason why a definition is not available.
+
+    ``reason`` is ``package`` (there is none of that name), ``file`` (it has no such file; ``names``
+    are those that it has), ``faulty`` (the file cannot be read; ``detail`` says why) or ``genmsg``
+    (this Python cannot read definitions).
+    """
+
+    reason: str
+    package: str
+    names: tuple[str, ...] = ()
+    detail: str = ""
+
+
+def _field_type(text: str) -> FieldType:
+    base, bracket, length = text.rstrip("]").partition("[")
+    return FieldType(base, bool(bracket), int(length) if length else None)
