@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
 from model_text import behaviour_of, faults, resolve
 
 from robosc.model.expr import Binary, Literal, PhaseRef, StateRef, Unary, VariableRef
-from robosc.model.resolve import load
+from robosc.model.occurrences import SymbolKind
+from robosc.model.resolve import load, read
+from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.types import BooleanType, EnumType
 from robosc.source import Source
 
@@ -200,3 +204,36 @@ def test_what_is_no_condition_of_a_communication_is_explained(condition: str, to
     assert [(d.span.text, d.message) for d in diagnostics if d.code == "unknown-name"] == [
         (condition, told)
     ]
+
+
+WAY = """
+robot Test {
+    constant near: integer = 3
+    datatype enum Way from integer to { value < near -> near value < 5 -> far default -> wide }
+    component C {
+        outgoing message m with type: Way
+        incoming message go with type: none
+        behaviour { variable way: Way initial marked state s { on response from m do way := value } }
+    }
+    requirement go needs %s
+}
+"""
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_editors_tell_enum_values_from_a_constant_of_the_same_name(seed: int) -> None:
+    """Also after names for which the constant was a candidate and was not chosen."""
+    terms = {
+        "C.way = near": ["near"], "C.way != near": ["near"], "far = C.way": ["far"],
+        "C.way in { near, far }": ["near", "far"], "near > 2": [], "C.s": [],
+    }  # fmt: skip
+    chosen = random.Random(seed).choices(list(terms), k=20)
+    text = WAY % " or ".join(chosen)
+    found = read(Source("model.rscd", text), (), MessageDefinitions())
+    assert found.robot is not None and found.contents is not None
+    values = [
+        o.span.text
+        for o in found.contents.scope.names.index.occurrences
+        if o.symbol.kind is SymbolKind.VALUE and o.span.start > text.index("requirement")
+    ]
+    assert values == [value for term in chosen for value in terms[term]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NamedTuple
 
+from robosc.model.by_identity import ByIdentity
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.expr import Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
@@ -40,7 +41,7 @@ class Meanings:
         self._types = types
         self._symbols = symbols
         self._faults = NameFaults(report, types, symbols)
-        self._named: dict[int, tuple[ValueNode, str]] = {}
+        self._named: ByIdentity[tuple[ValueNode, str]] = ByIdentity()
 
     def of(self, access: Access) -> list[Expr] | None:
         """All meanings of a name; None if an error was reported already."""
@@ -109,8 +110,9 @@ class Meanings:
 
     def record(self, access: Access, meaning: Expr) -> None:
         """Record the meaning of a name for editors."""
-        if id(meaning) in self._named:
-            node, owner_name = self._named[id(meaning)]
+        named = self._named.known(meaning)
+        if named is not None:
+            node, owner_name = named
             self._types.scope.names.use(_last(access), node, owner_name)
             if access.path:
                 library = self._types.libraries.get(access.root.text)
@@ -215,7 +217,7 @@ class Meanings:
     def _value(self, access: Access, node: ValueNode, meaning: Expr, owner: str) -> Expr:
         """A copy of a named value's meaning, with the span of the access."""
         found = replace(meaning, span=access.span)
-        self._named[id(found)] = node, owner
+        self._named.of(found, lambda _: (node, owner))
         return found
 
     def _is_constant(self, root: str, name: str) -> bool:
