@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from robosc.errors import Note
 from robosc.model.behaviour_rules import check_events, check_hiding, check_initial
@@ -62,7 +62,8 @@ class BehaviourResolver:
 
     def resolve(self, node: BehaviourNode) -> Behaviour:
         """The behaviour without the parts that have errors."""
-        variables = [v for v in map(self._variable, self._own_variables()) if v is not None]
+        declared = self._instance.variable_nodes.values()
+        variables = [v for v in map(self._variable, declared) if v is not None]
         states: list[State] = []
         nodes: list[ResultTransitionNode] = []
         results: list[ResultTransition] = []
@@ -89,22 +90,14 @@ class BehaviourResolver:
 
     # --- variables -------------------------------------------------------------------------------
 
-    def _own_variables(self) -> Iterable[VariableNode]:
-        return self._instance.variable_nodes.values()
-
     def _variable(self, node: VariableNode) -> Variable | None:
-        type_ = self._instance.variables[node.name.text]
-        if type_ is None:
+        name, type_ = node.name, self._instance.variables[node.name.text]
+        starts_empty = node.initial is None and isinstance(type_, ArrayType | ObjectType)
+        initial = None if type_ is None or starts_empty else self._initial(node, type_)
+        if type_ is None or (initial is None and not starts_empty):
             self._is_sound = False
             return None
-        name = self._instance.name
-        if node.initial is None and isinstance(type_, ArrayType | ObjectType):
-            return Variable(node.name.text, name, type_, None, False, span=node.name.span)
-        initial = self._initial(node, type_)
-        if initial is None:
-            self._is_sound = False
-            return None
-        return Variable(node.name.text, name, type_, initial, False, span=node.name.span)
+        return Variable(name.text, self._instance.name, type_, initial, False, span=name.span)
 
     def _initial(self, node: VariableNode, type_: Type) -> Value | None:
         if node.initial is None:

@@ -29,6 +29,7 @@ from robosc.syntax.nodes import (
     DataNode,
     DataObjectNode,
     DurationNode,
+    ExprNode,
     LiteralNode,
 )
 
@@ -45,52 +46,42 @@ class DataTyper:
 
     def typed(self, node: DataNode, type_: Type, place: str) -> Data | None:
         """The data of a type; None after a reported error. ``place`` is a text for messages."""
-        if isinstance(node, DataObjectNode):
-            if isinstance(type_, ObjectType):
+        if not isinstance(node, DataObjectNode | ArrayNode):
+            return self._expression(node, type_, place)
+        match node, type_:
+            case DataObjectNode(), ObjectType():
                 return self._object(node, type_)
-            self._report.add(
-                "type-mismatch",
-                _opening(node.span),
-                f"{place} needs {describe(type_)}, this is an object",
-            )
-            return None
-        if isinstance(node, ArrayNode):
-            if isinstance(type_, ArrayType):
+            case ArrayNode(), ArrayType():
                 return self._array(node, type_, place)
-            self._report.add(
-                "type-mismatch",
-                _opening(node.span),
-                f"{place} needs {describe(type_)}, this is an array",
-            )
-            return None
-        duration = signed_duration(node)
-        if isinstance(type_, ObjectType) and duration is not None:
-            return self._duration(duration, type_, place)
-        if isinstance(type_, ObjectType) and type_.name in TIMES and _is_now(node):
-            return Literal(NOW, type_, node.span)
-        if isinstance(type_, ObjectType) and type_.name in DURATIONS and isinstance(node, Access):
-            return self._named_duration(node, type_, place)
-        if isinstance(type_, ArrayType | ObjectType) and not isinstance(node, LiteralNode):
-            return self._typer.check(node, expected_type(type_), place)
-        if isinstance(type_, ObjectType):
-            names = ", ".join(f"{name}: …" for name, _ in type_.properties)
-            self._report.add(
-                "type-mismatch",
-                node.span,
-                f"{place} needs {describe(type_)}",
-                f"write {{ {names} }}",
-            )
-            return None
-        if isinstance(type_, ArrayType):
-            self._report.add(
-                "type-mismatch", node.span, f"{place} needs {describe(type_)}", "write [ … ]"
-            )
-            return None
+        what = "an array" if isinstance(node, ArrayNode) else "an object"
+        self._mismatch(_opening(node.span), type_, place, f", this is {what}")
+        return None
+
+    def _expression(self, node: ExprNode, type_: Type, place: str) -> Data | None:
+        match type_:
+            case ObjectType() if duration := signed_duration(node):
+                return self._duration(duration, type_, place)
+            case ObjectType(name=name) if name in TIMES and _is_now(node):
+                return Literal(NOW, type_, node.span)
+            case ObjectType(name=name) if name in DURATIONS and isinstance(node, Access):
+                return self._named_duration(node, type_, place)
+            case ArrayType() | ObjectType() if isinstance(node, LiteralNode):
+                form = "[ … ]"
+                if isinstance(type_, ObjectType):
+                    form = f"{{ {', '.join(f'{name}: …' for name, _ in type_.properties)} }}"
+                self._mismatch(node.span, type_, place, hint=f"write {form}")
+                return None
         expr = self._typer.check(node, expected_type(type_), place)
         if expr is None:
             return None
         check_range(expr, type_, place, self._report)
         return coerce(expr, type_)
+
+    def _mismatch(
+        self, span: Span, type_: Type, place: str, given: str = "", hint: str | None = None
+    ) -> None:
+        message = f"{place} needs {describe(type_)}{given}"
+        self._report.add("type-mismatch", span, message, hint)
 
     def _array(self, node: ArrayNode, type_: ArrayType, place: str) -> DataArray | None:
         elements = [self.typed(e, type_.element, f"an element of {place}") for e in node.elements]
@@ -100,9 +91,7 @@ class DataTyper:
     def _duration(self, node: DurationNode, type_: ObjectType, place: str) -> DataObject | None:
         """A literal duration as a message of ROS: whole seconds and nanoseconds."""
         if type_.name not in DURATIONS:
-            self._report.add(
-                "type-mismatch", node.span, f"{place} needs {describe(type_)}, this is a duration"
-            )
+            self._mismatch(node.span, type_, place, ", this is a duration")
             return None
         fields = duration_fields(node, type_.name).items()
         return DataObject(
@@ -164,7 +153,7 @@ class DataTyper:
         declarations.miss(type_, name, diagnostic)
 
 
-def _is_now(node: DataNode) -> bool:
+def _is_now(node: ExprNode) -> bool:
     """Whether a node is the call ``now()``."""
     return isinstance(node, CallNode) and node.span.text.replace(" ", "") == "now()"
 

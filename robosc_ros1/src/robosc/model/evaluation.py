@@ -69,10 +69,7 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
         result: Value = node.operation.scalar(results)
         return result
 
-    def total(operand: Callable[[], Value]) -> Value:
-        return is_so(operand)
-
-    return fold(expr, leaf, _apply, _lazily, bound=aggregate, total=total)
+    return fold(expr, leaf, _apply, _lazily, bound=aggregate, total=is_so)
 
 
 def part_of_value(value: Any, path: tuple[str | int, ...]) -> Value:

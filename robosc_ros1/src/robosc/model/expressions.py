@@ -51,7 +51,7 @@ from robosc.model.types import (
     ObjectType,
     Type,
 )
-from robosc.model.typing_messages import VALUE_PLACES, alternatives, may_be_compared, of_three
+from robosc.model.typing_messages import VALUE_PLACES, alternatives, of_three
 from robosc.model.unknown import NameFaults, last_name
 from robosc.syntax.nodes import (
     Access,
@@ -217,7 +217,7 @@ class Typer:
         if known is None:
             self._silently(second, place)
             return None
-        if not may_be_compared(known.type):
+        if not comparable(known.type, known.type):
             self._report.add(
                 "type-mismatch",
                 first.span,

@@ -9,7 +9,7 @@ from typing import cast
 
 from robosc.language.functions import AGGREGATES, FUNCTIONS
 from robosc.language.operators import Operand, Operator, Result
-from robosc.model.compatibility import describe, result_type
+from robosc.model.compatibility import comparable, describe, result_type
 from robosc.model.diagnostics import Report
 from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
@@ -17,7 +17,6 @@ from robosc.model.expr import Binary, Call, Expr, Literal
 from robosc.model.presence import defined
 from robosc.model.quantified import chain
 from robosc.model.types import ArrayType, BooleanType, IntegerType, Type, Value, is_number
-from robosc.model.typing_messages import may_be_compared
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ArrayNode,
@@ -120,7 +119,7 @@ def _nested(function: Operator, arguments: Sequence[Expr], span: Span) -> Expr:
 def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:
     """``E in { a, b }`` as a disjunction of comparisons with E; None after a reported error."""
     operand = check(node.operand, ANY, "'in'")
-    if operand is not None and not may_be_compared(operand.type):
+    if operand is not None and not comparable(operand.type, operand.type):
         message = f"'in' cannot compare {describe(operand.type)}"
         report.add("type-mismatch", node.operand.span, message)
         operand = None

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from robosc.language.operators import BINARY
-from robosc.model.compatibility import comparable, describe
+from robosc.model.compatibility import describe
 from robosc.model.expr import Expr, StateRef
-from robosc.model.types import Type
 from robosc.syntax.nodes import BinaryNode, ExprNode
 
-__all__ = ["VALUE_PLACES", "alternatives", "may_be_compared", "of_three"]
+__all__ = ["VALUE_PLACES", "alternatives", "of_three"]
 
 
 def of_three(node: ExprNode, place: str) -> str | None:
@@ -26,11 +25,6 @@ VALUE_PLACES = (
     "'value' can be used in enum rules and after 'on response', 'on feedback' and an action's"
     " 'on error'"
 )
-
-
-def may_be_compared(type_: Type) -> bool:
-    """Whether values of a type can be compared with each other by ``=``."""
-    return comparable(type_, type_)
 
 
 def alternatives(meanings: list[Expr]) -> str:
