@@ -18,16 +18,14 @@ from robosc.model.ros.interfaces import KINDS, Missing
 from robosc.model.scope import FileScope, report_duplicate
 from robosc.model.type_declarations import TypeDeclarations, rule_of
 from robosc.model.types import (
+    TYPES_BY_WORD,
     ArrayType,
-    BooleanType,
-    DoubleType,
     DurationType,
     EnumRule,
     EnumType,
     IntegerType,
     NoneType,
     ObjectType,
-    StringType,
     Type,
 )
 from robosc.model.value_scope import ValueScope
@@ -222,27 +220,18 @@ class TypeTable(KnownTypes):
                 "use the type of the message: builtin_interfaces/Duration, or a double of seconds",
             )
             return
-        basic = ("string", "boolean", "double", "integer", "none")
+        known = [*self.scope.datatypes, *TYPES_BY_WORD, "integer"]
         meant = _FOREIGN.get(node.name.text.lower().rstrip("0123456789"))
         self._report.add(
             "unknown-type",
             node.name.span,
             f"there is no datatype '{node.name.text}'",
-            f"write '{meant}'"
-            if meant
-            else self._report.suggest(node.name.text, [*self.scope.datatypes, *basic]),
+            f"write '{meant}'" if meant else self._report.suggest(node.name.text, known),
         )
 
     def _basic(self, node: BasicTypeNode) -> Type | None:
-        match node.name:
-            case "string":
-                return StringType()
-            case "boolean":
-                return BooleanType()
-            case "double":
-                return DoubleType()
-            case "none":
-                return NoneType()
+        if node.name != "integer":
+            return TYPES_BY_WORD[node.name]
         if node.bounds is not None and node.bounds[0] > node.bounds[1]:
             low, high = node.bounds
             self._report.add(

@@ -70,9 +70,7 @@ def read(
 
     ``reader`` reads libraries: that of an editor returns texts that are not saved yet.
     """
-    loader = _Loader(library_path, definitions, strict, reader)
-    robot, diagnostics = loader.load(source)
-    return ReadResult(robot, diagnostics, loader.contents, loader.libraries)
+    return _Loader(library_path, definitions, strict, reader).read(source)
 
 
 @dataclass(frozen=True)
@@ -110,7 +108,6 @@ class _Loader:
         self._definitions = definitions
         self._reader = reader
         self._finder = LibraryFinder(library_path, definitions.packages.library_folders, reader)
-        self.contents: FileContents | None = None
         self._strict = strict
         self._type_declarations = TypeDeclarations(ros=RosTypes(definitions))
         self._libraries: dict[str, ResolvedFile] = {}
@@ -118,18 +115,17 @@ class _Loader:
         self._robot: str | None = None
         self._open: list[str] = []
 
-    def load(self, source: Source) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
+    def read(self, source: Source) -> ReadResult:
         file = self._file(source)
-        self.contents = file.contents
         diagnostics = list(file.diagnostics)
         for library in self._libraries.values():
             # Warnings about a library are for its author, who gets them by checking the library.
             diagnostics += [d for d in library.diagnostics if d.severity is Severity.ERROR]
         ordered = tuple(at_most(sort_diagnostics(diagnostics), _MOST_ERRORS))
-        if file.contents is None or has_errors(ordered):
-            return None, ordered
-        is_robot = file.contents.scope.node.kind == "robot"
-        return file.contents.robot if is_robot else None, ordered
+        robot = None if file.contents is None or has_errors(ordered) else file.contents.robot
+        if file.contents is not None and file.contents.scope.node.kind == "library":
+            robot = None
+        return ReadResult(robot, ordered, file.contents, self._libraries)
 
     def _file(self, source: Source) -> ResolvedFile:
         report = Report(self._strict)
@@ -152,10 +148,6 @@ class _Loader:
         self._open.pop()
         kept = tuple(d for d in report.diagnostics if d in syntax or not scope.is_cut_short(d.span))
         return ResolvedFile(contents, kept)
-
-    @property
-    def libraries(self) -> Mapping[str, ResolvedFile]:
-        return self._libraries
 
     def _library(self, node: ImportNode, scope: FileScope, report: Report) -> FileContents | None:
         """The library that an import names; None after an error, here or in the library."""

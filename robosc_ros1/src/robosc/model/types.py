@@ -6,13 +6,14 @@ stands for "no value".
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
 __all__ = [
-    "ArrayType", "BooleanType", "DoubleType", "DurationType", "EnumRule", "EnumType", "IntegerType",
-    "NoneType", "ObjectType", "StringType", "Type", "Value", "domain", "is_number",
+    "TYPES_BY_WORD", "ArrayType", "BooleanType", "DoubleType", "DurationType", "EnumRule",
+    "EnumType", "IntegerType", "NoneType", "ObjectType", "StringType", "Type", "Value", "domain",
+    "is_number",
 ]  # fmt: skip
 
 Value: TypeAlias = bool | int | float | str
@@ -139,6 +140,12 @@ Type: TypeAlias = (
     | EnumType
     | ObjectType
 )
+
+
+TYPES_BY_WORD: Mapping[str, Type] = {
+    str(type_): type_ for type_ in (StringType(), BooleanType(), DoubleType(), NoneType())
+}
+"""The types that are one word of the language, except for those with bounds."""
 
 
 def is_number(type_: Type) -> bool:

@@ -34,22 +34,10 @@ class NameFaults:
             access.path and scope.is_unresolved(last_name(access))
         ):
             return
-        symbols = self._symbols
         if access.path:
-            if symbols is not None and (infos := symbols.communications(name)):
-                self.no_condition(access, infos[0])
-                return
-            if name in self._types.libraries:
-                self._of_library(access, last_name(access))
-                return
-            known = [*(symbols.components if symbols else ()), *scope.datatypes]
-            self._report.add(
-                "unknown-name",
-                access.root.span,
-                f"there is no component or enum '{name}'",
-                self._report.suggest(name, known),
-            )
+            self._unknown_owner(access)
             return
+        symbols = self._symbols
         if symbols is not None and (about := self._not_a_value(symbols, name)):
             self._report.add("unknown-name", access.span, *about)
             return
@@ -67,11 +55,26 @@ class NameFaults:
             if name.lower() in ("true", "false"):
                 candidates.append(name.lower())
             known_text = "there are"
-        hint = None
-        if symbols is not None:
-            hint = self._elsewhere(symbols, name)
+        hint = self._elsewhere(symbols, name) if symbols is not None else None
         hint = hint or self._report.suggest(name, candidates, known_text)
         self._report.add("unknown-name", access.span, message, hint)
+
+    def _unknown_owner(self, access: Access) -> None:
+        """Report a name before a dot that is no component and no enum."""
+        symbols, name = self._symbols, access.root.text
+        infos = symbols.communications(name) if symbols is not None else ()
+        if infos:
+            self.no_condition(access, infos[0])
+        elif name in self._types.libraries:
+            self._of_library(access, last_name(access))
+        else:
+            known = [*(symbols.components if symbols else ()), *self._types.scope.datatypes]
+            self._report.add(
+                "unknown-name",
+                access.root.span,
+                f"there is no component or enum '{name}'",
+                self._report.suggest(name, known),
+            )
 
     def _of_library(self, access: Access, member: str) -> None:
         """Report ``Library.name`` that is no constant, parameter or condition."""
