@@ -70,6 +70,8 @@ def test_conditions_in_a_list(text: str, expected: Callable[[int], bool]) -> Non
         ("count(x > 1 for x in [A.level, B.level]) = 1", lambda a, b: (a > 1) + (b > 1) == 1),
         ("all(x > 0 for x in [A.level, B.level] if x != 2)", lambda a, b: 0 not in (a, b)),
         ("any(x = A.level for x in [1, 2])", lambda a, b: a in (1, 2)),
+        ("count(x for x in [true, false]) + A.level < 3", lambda a, b: a < 2),
+        ("any(x for x in []) or A.level = 1", lambda a, b: a == 1),
     ],
 )
 def test_numbers_in_a_list(text: str, expected: Callable[[int, int], bool]) -> None:

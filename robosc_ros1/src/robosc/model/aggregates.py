@@ -235,8 +235,10 @@ def _takes_elements(node: AggregateNode) -> bool:
 
 
 def _is_array(node: AggregateNode, elements: Sequence[Expr]) -> bool:
-    """Whether a list is an array of constants, about which an aggregate asks something."""
-    return not _takes_elements(node) and all(constant(element) is not None for element in elements)
+    """Whether a list is an array of constants; an empty one has no type to ask anything about."""
+    if not elements and _takes_elements(node):
+        return False
+    return all(constant(element) is not None for element in elements)
 
 
 def _kind(array: ArrayNode) -> str:

@@ -220,7 +220,7 @@ class TypeTable(KnownTypes):
                 "use the type of the message: builtin_interfaces/Duration, or a double of seconds",
             )
             return
-        known = [*self.scope.datatypes, *TYPES_BY_WORD, "integer"]
+        known = [*self.scope.datatypes, *TYPES_BY_WORD]
         meant = _FOREIGN.get(node.name.text.lower().rstrip("0123456789"))
         self._report.add(
             "unknown-type",
@@ -230,9 +230,9 @@ class TypeTable(KnownTypes):
         )
 
     def _basic(self, node: BasicTypeNode) -> Type | None:
-        if node.name != "integer":
+        if node.bounds is None:
             return TYPES_BY_WORD[node.name]
-        if node.bounds is not None and node.bounds[0] > node.bounds[1]:
+        if node.bounds[0] > node.bounds[1]:
             low, high = node.bounds
             self._report.add(
                 "empty-range",

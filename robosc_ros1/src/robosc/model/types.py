@@ -143,9 +143,10 @@ Type: TypeAlias = (
 
 
 TYPES_BY_WORD: Mapping[str, Type] = {
-    str(type_): type_ for type_ in (StringType(), BooleanType(), DoubleType(), NoneType())
+    str(type_): type_
+    for type_ in (StringType(), BooleanType(), DoubleType(), IntegerType(), NoneType())
 }
-"""The types that are one word of the language, except for those with bounds."""
+"""The types that are one word of the language."""
 
 
 def is_number(type_: Type) -> bool:
