@@ -13,7 +13,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import combinations, count, product
+from itertools import chain, combinations, count, product
+from operator import itemgetter
 from string import ascii_lowercase
 from typing import NamedTuple
 
@@ -194,40 +195,42 @@ class PartNames:
         enough."""
         written = self._written(roots)
         lengths = self._lengths(written)
-        chains = [n for n in written if n in self._chains and len(self._chains[n]) > 1]
+        counts = (
+            (_saved(uses, lengths[number]), number)
+            for number, uses in written.items()
+            if isinstance(self._nodes[number].expr, Count) and number not in self._references
+        )
+        candidates = chain[tuple[int, _Node | int]](counts, self._common(written, lengths))
+        saved, best = max(candidates, key=itemgetter(0), default=(0, None))
+        return best if saved >= _LEAST_SAVED else None
+
+    def _common(
+        self, written: Counter[int], lengths: dict[int, int]
+    ) -> Iterator[tuple[int, _Node]]:
+        """Yield the operands that chains of one operator share, with what their name saves."""
+        chains = [n for n in written if len(self._chains.get(n, ())) > 1]
         chains = list(self._longest(chains, lengths))
         own = {number: frozenset(self._chains[number]) for number in chains}
-        alike = [(number, number) for number in chains if written[number] > 1]
-        alike += [
-            (a, b)
-            for a, b in combinations(chains, 2)
-            if self._nodes[a].operator == self._nodes[b].operator
-        ]
-        most = _LEAST_SAVED - 1
-        best: _Node | int | None = None
-        for number, uses in written.items():
-            if isinstance(self._nodes[number].expr, Count) and number not in self._references:
-                saved = _saved(uses, lengths[number])
-                if saved > most:
-                    most, best = saved, number
+        pairs = [(number, number) for number in chains if written[number] > 1]
         seen = set()
-        for first, second in alike:
-            common = own[first] & own[second]
+        for first, second in (*pairs, *combinations(chains, 2)):
             operator = self._nodes[first].operator
-            if len(common) < 2 or (operator, common) in seen:
+            common = own[first] & own[second]
+            if (
+                self._nodes[second].operator != operator
+                or len(common) < 2
+                or (operator, common) in seen
+            ):
                 continue
             seen.add((operator, common))
             uses = sum(
                 written[n]
                 for n in chains
-                if common <= own[n] and self._nodes[n].operator == operator
+                if self._nodes[n].operator == operator and common <= own[n]
             )
             length = sum(lengths[n] + _JOINT for n in common) - _JOINT
-            saved = _saved(uses, length)
-            if saved > most:
-                kept = tuple(n for n in self._chains[first] if n in common)
-                most, best = saved, _Node(operator, kept, self._nodes[first].expr)
-        return best
+            kept = tuple(n for n in self._chains[first] if n in common)
+            yield _saved(uses, length), _Node(operator, kept, self._nodes[first].expr)
 
     def _written(self, roots: Sequence[int]) -> Counter[int]:
         """Return how often each expression occurs in the texts of the roots."""

@@ -22,6 +22,7 @@ from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.projection import projected_layout
 from robosc.synthesis.dense.search import DenseSystem
 from robosc.synthesis.dense.transitions import Compiler
+from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.formatting import amount, contributors
 from robosc.synthesis.guards import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
@@ -132,8 +133,8 @@ def favours_symbolic(plant: Plant) -> bool:
         return True
     if max(map(partial(_pairs, plant), _expressions(plant)), default=0) > _MOST_VALUES:
         return False
-    pairs = (prod(len(p.values) for p in event.parameters) for event in plant.events)
-    return size > _DENSE or max(pairs, default=0) > _DENSE_PAIRS or bool(_crowded(plant, _DENSE))
+    combinations = max(map(weight, plant.events), default=0)
+    return size > _DENSE or combinations > _DENSE_PAIRS or bool(_crowded(plant, _DENSE))
 
 
 def _expressions(plant: Plant) -> Iterator[Expr]:

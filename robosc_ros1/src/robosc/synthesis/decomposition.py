@@ -9,7 +9,7 @@ a command of one that is preferred to a command of the other.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import prod
 from typing import TypeAlias
@@ -29,8 +29,6 @@ _SMALL = 2**12
 
 _Identity: TypeAlias = tuple[EventKind, str, int]
 """What identifies an event of a plant: its kind, key and index."""
-_Node: TypeAlias = int | _Identity | str | tuple[str, str]
-"""A state variable by number, an event, a component by name, a topic."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +51,7 @@ def independent_parts(plant: Plant, size: int) -> list[Plant]:
     Small parts are joined up to a product of ``size`` combinations of values.
     """
     sets = _sets(plant)
-    groups: dict[_Node, _Group] = {}
+    groups: dict[Hashable, _Group] = {}
     for variable in range(len(plant.variables)):
         groups.setdefault(sets.find(variable), _Group()).variables.append(variable)
     # What reads and writes no variable may be in any part: it goes to the first.
@@ -87,9 +85,9 @@ def _bundles(plant: Plant, groups: Iterable[_Group], size: int) -> list[_Group]:
     ]
 
 
-def _sets(plant: Plant) -> DisjointSets[_Node]:
-    """Return which variables, events, components and topics belong together."""
-    sets: DisjointSets[_Node] = DisjointSets()
+def _sets(plant: Plant) -> DisjointSets:
+    """Return which state variables (numbers), events, components and topics belong together."""
+    sets = DisjointSets()
     robot = plant.robot
     for number, variable in enumerate(plant.variables):
         if variable.kind is not VariableKind.TEST:

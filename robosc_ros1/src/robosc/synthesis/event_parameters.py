@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Edge, Event, values_read
+from robosc.ir.disjoint_sets import DisjointSets
 from robosc.ir.formulas import conjunction, disjunction, junction, negation
 from robosc.ir.partial_evaluation import PartValues, holds
 from robosc.ir.step import is_consistent, missing_together
@@ -158,17 +159,11 @@ def _conjuncts(parts: Iterable[_Signed]) -> Iterator[_Signed]:
 
 def _by_values(parts: Iterable[_Signed]) -> list[list[_Signed]]:
     """Return the parts in groups; no two groups read the same parameter."""
-    groups: list[tuple[set[Path], list[_Signed]]] = []
-    for part in parts:
-        read, members = set(values_read([part[0]])), [part]
-        apart = []
-        for paths, others in groups:
-            if paths & read:
-                read, members = paths | read, others + members
-            else:
-                apart.append((paths, others))
-        groups = [*apart, (read, members)]
-    return [members for _, members in groups]
+    listed = list(parts)
+    sets = DisjointSets()
+    for number, (expr, _) in enumerate(listed):
+        sets.join([number, *values_read([expr])])
+    return [[listed[number] for number in group] for group in sets.groups(range(len(listed)))]
 
 
 # --- missing parameters --------------------------------------------------------------------------
@@ -197,9 +192,7 @@ def _may_be_missing(event: Event, number: int, implied: Mapping[int, set[int]]) 
 
 def _connected(rest: frozenset[int], implied: Mapping[int, set[int]]) -> list[frozenset[int]]:
     """Return the parameters in parts that are missing independently of each other."""
-    parts: list[frozenset[int]] = []
+    sets = DisjointSets()
     for one in rest:
-        own = frozenset({one} | (implied[one] & rest))
-        apart = [part for part in parts if not part & own]
-        parts = [*apart, own.union(*(part for part in parts if part & own))]
-    return parts
+        sets.join([one, *(implied[one] & rest)])
+    return [frozenset(group) for group in sets.groups(rest)]

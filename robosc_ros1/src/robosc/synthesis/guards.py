@@ -29,7 +29,7 @@ from robosc.synthesis.dropping import drop
 from robosc.synthesis.lasting_counts import lasting_counts
 from robosc.synthesis.precondition import next_precondition, precondition
 from robosc.synthesis.sum_of_products import TooLarge
-from robosc.synthesis.vectorised import step_support, support
+from robosc.synthesis.vectorised import event_support, step_support, support
 
 __all__ = ["CareSet", "GuardInputs", "make_guard"]
 
@@ -207,19 +207,13 @@ def _pruned(care_set: CareSet, rank: Callable[[int], Any]) -> CareSet:
 
 
 def _variable_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, bool, int]]:
-    near = _touched(plant, event)
+    near = event_support(plant, event)
 
     def rank(variable: int) -> tuple[bool, bool, int]:
         # A phase cannot be written in a model, so among equals it is dropped first.
         return variable in near, plant.variables[variable].kind is not VariableKind.PHASE, -variable
 
     return rank
-
-
-def _touched(plant: Plant, event: Event) -> set[int]:
-    """Return the state variables that an event's automata or its requirement read or write."""
-    required = () if event.requirement is None else support(plant, event.requirement)
-    return step_support(plant, event).union(required)
 
 
 def _short(found: Sequence[Expr]) -> Expr | None:

@@ -20,6 +20,7 @@ from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.counting import counts, tighter
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.expr import Binary, Count, Expr
+from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explore import reaching
 from robosc.synthesis.minimise import Table, condition_of
 from robosc.synthesis.vectorised import event_support, support
@@ -66,7 +67,7 @@ def _lasting_condition(plant: Plant, condition: Expr, may: bool) -> Expr | None:
         return condition
     order = sorted(variables, key=lambda variable: (variable in read, variable))
     shape = [plant.variables[variable].size for variable in order]
-    if prod(shape) * sum(_valuations(event) for event in events) > _MOST_STEPS:
+    if prod(shape) * sum(map(weight, events)) > _MOST_STEPS:
         return None
     states = [_state(plant, order, values) for values in product(*map(range, shape))]
     targets = {state for state in states if holds(plant, condition, state) == may}
@@ -107,10 +108,6 @@ def _component(plant: Plant, read: Sequence[int]) -> tuple[set[int], list[Event]
         size = prod(plant.variables[variable].size for variable in variables)
         if not further or size > _MOST_STEPS:
             return variables, list(found.values())
-
-
-def _valuations(event: Event) -> int:
-    return prod(len(parameter.values) for parameter in event.parameters)
 
 
 def _state(plant: Plant, variables: Sequence[int], values: Sequence[int]) -> PlantState:

@@ -55,8 +55,8 @@ def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
 
 
 def step_support(plant: Plant, event: Event) -> set[int]:
-    """Return the state variables that an event's automata read or write."""
-    found: set[int] = set()
+    """Return the state variables that an event in the plant reads or writes."""
+    found = set() if event.phase is None else {event.phase.variable}
     for automaton in event.automata:
         found.add(automaton.variable)
         found.update(automaton.writes, *(support(plant, expr) for expr in automaton.expressions))
@@ -64,13 +64,9 @@ def step_support(plant: Plant, event: Event) -> set[int]:
 
 
 def event_support(plant: Plant, event: Event) -> set[int]:
-    """Return the same with what the event's phase and requirement read or write."""
-    found = step_support(plant, event)
-    if event.phase is not None:
-        found.add(event.phase.variable)
-    if event.requirement is not None:
-        found.update(support(plant, event.requirement))
-    return found
+    """Return the same with what the event's requirement reads."""
+    required = () if event.requirement is None else support(plant, event.requirement)
+    return step_support(plant, event).union(required)
 
 
 def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArray[Any]:

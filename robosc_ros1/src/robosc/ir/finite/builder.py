@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TypeGuard
@@ -77,7 +77,7 @@ class ViewBuilder:
         self.states: dict[StateTerm, None] = {}
         """Terms of the state, in order of appearance; also the work list of :meth:`build`."""
         self.comparisons: dict[ScopedTerm, set[Comparison]] = {}
-        self.groups: DisjointSets[ScopedTerm] = DisjointSets()
+        self.groups = DisjointSets()
         """Terms that are compared with the same constants, since one is assigned to the other."""
         self.turned: list[ScopedTerm] = []
         """Terms to which the negation of another term is assigned."""
@@ -340,7 +340,7 @@ class ViewBuilder:
     def _classes(self) -> dict[ScopedTerm, Classes]:
         find = self.groups.find
         turned = set(map(find, self.turned))
-        groups: dict[ScopedTerm, set[Comparison]] = {}
+        groups: dict[Hashable, set[Comparison]] = {}
         for node, found in self.comparisons.items():
             leader = find(node)
             more = {(MIRRORED[op], c) for op, c in found} if leader in turned else set()

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import TypeAlias
 
 from robosc.ir.automaton import Plant, values_read
 from robosc.model.expr import Expr, Leaf
 from robosc.model.traversal import walk
-from robosc.synthesis.vectorised import event_support, support
+from robosc.synthesis.vectorised import event_support, step_support, support
 
 __all__ = ["LeafSource", "leaves", "touched_together"]
 
@@ -34,7 +33,7 @@ def touched_together(plant: Plant, items: Sequence[LeafSource]) -> Iterator[list
                 for variable, expr in edge.updates:
                     read = (places[path] for path in values_read([expr]))
                     yield [variable, *support(plant, expr), *read]
-        yield [*places.values(), *event_support(plant, replace(event, requirement=None))]
+        yield [*places.values(), *step_support(plant, event)]
         if event.requirement is not None:
             yield [*places.values(), *event_support(plant, event)]
     for condition, _ in plant.invariants:
