@@ -248,6 +248,10 @@ class Plant:
                 return self.variable_index[VariableKind.PHASE, key]
         return None
 
+    def sizes(self, variables: Iterable[int]) -> tuple[int, ...]:
+        """Return the number of values of each of some state variables."""
+        return tuple(self.variables[variable].size for variable in variables)
+
     def leaf_of(self, variable: StateVariable) -> VariableRef | TestRef:
         """Return the leaf that reads a variable or a test of data."""
         return variable.test or reference_to(self.robot.variables[variable.name])

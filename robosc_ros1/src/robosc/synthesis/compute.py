@@ -155,9 +155,7 @@ def _pairs(plant: Plant, expr: Expr) -> int:
     if expr.operation.is_comparison and all(map(is_linear, expr.operands)):
         return 0
     variables = support(plant, expr)
-    return (
-        prod(plant.variables[variable].size for variable in variables) if len(variables) > 1 else 0
-    )
+    return prod(plant.sizes(variables)) if len(variables) > 1 else 0
 
 
 def _symbolic(plant: Plant, progress: Progress | None) -> Supervisor:

@@ -70,7 +70,7 @@ def _bundles(plant: Plant, groups: Iterable[_Group], size: int) -> list[_Group]:
     found: list[_Group] = []
     open_, total = _Group(), size + 1
     for group in groups:
-        own = prod(plant.variables[variable].size for variable in group.variables)
+        own = prod(plant.sizes(group.variables))
         if own > _SMALL:
             found.append(group)
             continue

@@ -66,7 +66,7 @@ def _lasting_condition(plant: Plant, condition: Expr, may: bool) -> Expr | None:
     if not events:
         return condition
     order = sorted(variables, key=lambda variable: (variable in read, variable))
-    shape = [plant.variables[variable].size for variable in order]
+    shape = plant.sizes(order)
     if prod(shape) * sum(map(weight, events)) > _MOST_STEPS:
         return None
     states = [_state(plant, order, values) for values in product(*map(range, shape))]
@@ -105,8 +105,7 @@ def _component(plant: Plant, read: Sequence[int]) -> tuple[set[int], list[Event]
         found |= further
         for event in further.values():
             variables |= event_support(plant, event)
-        size = prod(plant.variables[variable].size for variable in variables)
-        if not further or size > _MOST_STEPS:
+        if not further or prod(plant.sizes(variables)) > _MOST_STEPS:
             return variables, list(found.values())
 
 

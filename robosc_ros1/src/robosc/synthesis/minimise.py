@@ -18,6 +18,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 from robosc.ir.automaton import Plant, StateVariable, VariableKind
+from robosc.ir.finite.cases import has_value
 from robosc.ir.finite.classes import Classes, intervals
 from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.model.expr import (
@@ -268,18 +269,10 @@ def _literal(plant: Plant, index: StateVariable, needed: int, free: int) -> Expr
                 index.size, needed, free, lambda v: StateRef(index.name, str(index.values[v]))
             )
     variable = plant.leaf_of(index)
-    type_ = variable.type
     if isinstance(index.values, Classes):
         return index.values.condition(_values(needed), _values(free)).of(variable)
-    if isinstance(type_, BooleanType):
-        value = bool(index.values[_values(needed)[0]])
-        return variable if value else negation(variable)
-
-    def equals(value: int) -> Expr:
-        return Binary("=", variable, Literal(index.values[value], type_), _BOOLEAN)
-
-    members = _member(index.size, needed, free, equals)
-    if isinstance(type_, IntegerType):
+    members = _member(index.size, needed, free, lambda v: has_value(variable, index.values[v]))
+    if isinstance(variable.type, IntegerType):
         return min(_interval(index, variable, needed, free), members, key=_cost)
     return members
 

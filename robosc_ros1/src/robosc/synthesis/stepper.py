@@ -41,6 +41,8 @@ _MOST_KEPT = 2**16
 
 StepFunction: TypeAlias = Callable[[PlantState, Values], Outcome]
 Test: TypeAlias = Callable[[PlantState], bool]
+_Slots: TypeAlias = Mapping[tuple[str | int, ...], tuple[int, bool]]
+"""The place of each part of the value, and whether it may be missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,9 +247,7 @@ class Stepper:
             yield from self._automaton_lines(automaton, slots)
         yield "return tuple(t) if inside else OUT_OF_RANGE"
 
-    def _automaton_lines(
-        self, automaton: LocalAutomaton, slots: Mapping[tuple[str | int, ...], tuple[int, bool]]
-    ) -> Iterator[str]:
+    def _automaton_lines(self, automaton: LocalAutomaton, slots: _Slots) -> Iterator[str]:
         yield "while True:"
         for edge in automaton.edges:
             yield f"    if s[{automaton.variable}] == {edge.source}:"
@@ -266,7 +266,7 @@ class Stepper:
         self,
         automaton: LocalAutomaton,
         edge: Edge,
-        slots: Mapping[tuple[str | int, ...], tuple[int, bool]],
+        slots: _Slots,
     ) -> Iterator[str]:
         yield f"t[{automaton.variable}] = {edge.target}"
         for variable, expr in edge.updates:
@@ -291,7 +291,7 @@ class Stepper:
                 yield "except Undefined: pass"
         yield "break"
 
-    def _python(self, expr: Expr, slots: Mapping[tuple[str | int, ...], tuple[int, bool]]) -> str:
+    def _python(self, expr: Expr, slots: _Slots) -> str:
         return to_python(expr, lambda leaf: self._leaf(leaf, slots), convert=self._converted)
 
     def _converted(self, enum: EnumType, text: str) -> str:
@@ -299,7 +299,7 @@ class Stepper:
         self._namespace[name] = cache(partial(converted, enum))
         return f"{name}({text})"
 
-    def _leaf(self, leaf: Leaf, slots: Mapping[tuple[str | int, ...], tuple[int, bool]]) -> str:
+    def _leaf(self, leaf: Leaf, slots: _Slots) -> str:
         if isinstance(leaf, ValueRef):
             slot, undefined = slots[leaf.path]
             return f"need(v[{slot}])" if undefined else f"v[{slot}]"

@@ -31,7 +31,7 @@ from robosc.model.expr import (
 from robosc.model.traversal import fold, may_be_undefined, parameters_of, walk, with_operands
 from robosc.model.types import ArrayType, BooleanType, Value, domain
 
-__all__ = ["by_state", "by_value", "reads_arrays", "reads_states"]
+__all__ = ["by_state", "by_value", "has_value", "reads_arrays", "reads_states"]
 
 
 def reads_states(expr: Expr) -> bool:
@@ -81,13 +81,14 @@ def _by_values(expr: Expr, read: Sequence[Leaf], given: Mapping[Leaf, Value]) ->
     cases: dict[Expr, list[Expr]] = {}
     for value in domain(first.type) or ():
         found = _by_values(expr, others, {**given, first: value})
-        cases.setdefault(found, []).append(_is_value(first, value))
+        cases.setdefault(found, []).append(has_value(first, value))
     if len(cases) == 1:
         return next(iter(cases))
     return disjunction(conjunction([disjunction(values), found]) for found, values in cases.items())
 
 
-def _is_value(leaf: Leaf, value: Value) -> Expr:
+def has_value(leaf: Leaf, value: Value) -> Expr:
+    """Return the condition that a leaf has a value."""
     if isinstance(leaf.type, BooleanType):
         return leaf if value else negation(leaf)
     return Binary("=", leaf, Literal(value, leaf.type), BooleanType())

@@ -175,19 +175,20 @@ class Classes(Sequence[Any]):
         return tuple(sorted(self.comparisons, key=repr))
 
     @cached_property
-    def _members(self) -> tuple[tuple[int, ...], ...]:
+    def _by_outcomes(self) -> dict[tuple[bool, ...], list[int]]:
         """For each class its regions: those with equal results of all comparisons."""
         found: dict[tuple[bool, ...], list[int]] = {}
         for number, region in enumerate(self._regions):
             found.setdefault(self._outcomes(region.representative), []).append(number)
-        return tuple(tuple(members) for members in found.values())
+        return found
+
+    @cached_property
+    def _members(self) -> tuple[list[int], ...]:
+        return tuple(self._by_outcomes.values())
 
     @cached_property
     def _numbers(self) -> dict[tuple[bool, ...], int]:
-        return {
-            self._outcomes(self._regions[members[0]].representative): number
-            for number, members in enumerate(self._members)
-        }
+        return {outcomes: number for number, outcomes in enumerate(self._by_outcomes)}
 
     @cached_property
     def _values(self) -> tuple[Value | None, ...]:

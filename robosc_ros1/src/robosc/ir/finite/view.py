@@ -100,15 +100,6 @@ class FiniteView:
         received."""
         return self._terms.computed(Holds(variable))
 
-    def initial(self, test: TestRef) -> Value:
-        """Return the initial outcome of a test, with the defaults of parameters."""
-
-        def look(leaf: Leaf) -> Value | None:
-            assert isinstance(leaf, VariableRef)
-            return self.robot.variables[f"{leaf.component}.{leaf.variable}"].initial
-
-        return value_of(test, look)
-
     def starts(self, test: TestRef, outcomes: Sequence[Value]) -> tuple[int, ...]:
         """Return the indexes of the possible initial outcomes of a test, that of the defaults
         first.
@@ -116,7 +107,12 @@ class FiniteView:
         A test that reads parameters can have any outcome, but not NaN if it only compares
         parameters, variables and constants.
         """
-        first = outcomes.index(self.initial(test))
+
+        def initial(leaf: Leaf) -> Value | None:
+            assert isinstance(leaf, VariableRef)
+            return self.robot.variables[f"{leaf.component}.{leaf.variable}"].initial
+
+        first = outcomes.index(value_of(test, initial))
         fixed = not any(map(reads_parameters, test.sides))
         if fixed or (isinstance(test.subject, Holds) and self._needs_nothing(test.subject.operand)):
             return (first,)

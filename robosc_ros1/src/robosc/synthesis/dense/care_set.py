@@ -45,9 +45,7 @@ class DenseCareSet:
 
     @property
     def size(self) -> int:
-        return prod(
-            self.plant.variables[variable].size for dim in self.dims for variable in dim.variables
-        )
+        return prod(self.plant.sizes(variable for dim in self.dims for variable in dim.variables))
 
     def without(self, parts: Sequence[tuple[int, ...]]) -> DenseCareSet | None:
         dims, allowed, refused = self.dims, self.allowed, self.refused
@@ -147,12 +145,12 @@ class DenseCareSet:
     def condition(self, order: Callable[[int], Any]) -> Expr:
         variables = tuple(sorted(variable for dim in self.dims for variable in dim.variables))
         if self.size <= LARGEST_TABLE:
-            shape = tuple(self.plant.variables[variable].size for variable in variables)
-            flags = [
+            shape = self.plant.sizes(variables)
+            flags = (
                 _table(self._rows(states, variables), shape)
                 for states in (self.allowed, self.refused)
-            ]
-            return condition_of(self.plant, Table(variables, flags[0], flags[1]).reduced(order))
+            )
+            return condition_of(self.plant, Table(variables, *flags).reduced(order))
         allowed, refused = self._rows(self.allowed, variables), self._rows(self.refused, variables)
         for variable in sorted(variables, key=order):
             kept = [number for number, other in enumerate(variables) if other != variable]
@@ -160,7 +158,7 @@ class DenseCareSet:
             if len(_distinct(np.concatenate(fewer))) == len(fewer[0]) + len(fewer[1]):
                 variables = tuple(variables[number] for number in kept)
                 allowed, refused = fewer
-        diagrams = Diagrams([self.plant.variables[variable].size for variable in variables])
+        diagrams = Diagrams(self.plant.sizes(variables))
         sets = diagrams.of_rows(_distinct(allowed)), diagrams.of_rows(_distinct(refused))
         return condition_of_products(self.plant, variables, diagrams, *sets)
 

@@ -160,43 +160,40 @@ def _split(
     whole: bool,
 ) -> Iterator[Operation]:
     views = [view for source in sources for view in source.masks]
-    sizes, merged = _merge(shape.sizes, [shape.strides, *(view.strides for view in views)])
-    cut = _cut(sizes, bool(views) or not whole or len(sources) > 1)
-    if cut is None:
-        strides = iter(merged[1:])
-        yield Operation(
-            tuple(sizes),
-            tuple(merged[0]),
-            tuple(
-                SourceSlice(
-                    s.offset, tuple(MaskView(v.memory, v.offset, next(strides)) for v in s.masks)
-                )
-                for s in sources
-            ),
-            tuple(targets),
-            shift_masks,
-            whole,
-        )
-        return
-    dim, length = cut
-    for start in range(0, sizes[dim], length):
-        part = list(sizes)
-        part[dim] = min(length, sizes[dim] - start)
-        shift = start * merged[0][dim]
-        strides = iter(merged[1:])
-        moved = [
+    sizes, (strides, *of_views) = _merge(
+        shape.sizes, [shape.strides, *(view.strides for view in views)]
+    )
+
+    def sources_at(position: Sequence[int]) -> tuple[SourceSlice, ...]:
+        """Return the sources from a position on, with the merged strides."""
+        own = iter(of_views)
+        return tuple(
             SourceSlice(
-                source.offset + shift,
+                source.offset + _offset(position, strides),
                 tuple(
-                    MaskView(v.memory, v.offset + start * own[dim], own)
-                    for v, own in zip(source.masks, strides, strict=False)
+                    MaskView(view.memory, view.offset + _offset(position, steps), steps)
+                    for view, steps in zip(source.masks, own, strict=False)
                 ),
             )
             for source in sources
-        ]
-        yield from _split(
-            Shape(part, merged[0]), moved, [t + shift for t in targets], shift_masks, whole
         )
+
+    cut = _cut(sizes, bool(views) or not whole or len(sources) > 1)
+    if cut is None:
+        slices = sources_at(())
+        yield Operation(tuple(sizes), strides, slices, tuple(targets), shift_masks, whole)
+        return
+    dim, length = cut
+    for start in range(0, sizes[dim], length):
+        part = Shape([*sizes[:dim], min(length, sizes[dim] - start), *sizes[dim + 1 :]], strides)
+        position = [0] * dim + [start]
+        moved = [target + _offset(position, strides) for target in targets]
+        yield from _split(part, sources_at(position), moved, shift_masks, whole)
+
+
+def _offset(position: Sequence[int], strides: Sequence[int]) -> int:
+    """Return the distance of a position, given for the first dimensions only, from the start."""
+    return sum(at * stride for at, stride in zip(position, strides, strict=False))
 
 
 def _cut(sizes: Sequence[int], intermediate: bool) -> tuple[int, int] | None:

@@ -82,7 +82,7 @@ class Compiler:
 
     def is_wide(self, expr: Expr) -> bool:
         """Whether an expression reads too many combinations of values to be one test."""
-        return self._size(support(self.plant, expr)) > _WIDE
+        return prod(self.plant.sizes(support(self.plant, expr))) > _WIDE
 
     def event(self, event: Event) -> EventRules:
         """Return the rules of an event of the plant."""
@@ -154,9 +154,6 @@ class Compiler:
         size = self.plant.variables[variable].size
         values = np.broadcast_to(test({variable: np.arange(size)}), (size,)).copy()
         return Condition({variable: values}) if values.any() else None
-
-    def _size(self, variables: Iterable[int]) -> int:
-        return prod(self.plant.variables[variable].size for variable in variables)
 
     def values(self, variable: int, chosen: Collection[int]) -> Bools:
         """Return for each value of a state variable whether its index is among the chosen."""
@@ -330,13 +327,10 @@ class Compiler:
         indexes: Callable[[IndexArrays], NDArray[Any]],
     ) -> list[int]:
         """Return the indexes that an update can assign; all if computing them is too costly."""
-        if self._size(variables) > _WIDE:
+        shape = self.plant.sizes(variables)
+        if prod(shape) > _WIDE:
             return list(range(self.plant.variables[variable].size))
-        grid = (
-            np.ogrid[tuple(slice(self.plant.variables[a].size) for a in variables)]
-            if variables
-            else []
-        )
+        grid = np.ogrid[tuple(map(slice, shape))] if variables else []
         return [int(v) for v in np.unique(indexes(dict(zip(variables, grid, strict=True))))]
 
     def _index_test(
