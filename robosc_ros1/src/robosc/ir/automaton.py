@@ -24,7 +24,7 @@ from robosc.ir.finite.view import FiniteView, reference_to
 from robosc.ir.formulas import exact
 from robosc.model.by_identity import ByIdentity
 from robosc.model.entities import Assignment, EventKind, Robot
-from robosc.model.expr import Expr, Leaf, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
+from robosc.model.expr import Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.model.traversal import walk
 from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
@@ -75,7 +75,7 @@ class StateVariable:
         """A value as users see it."""
         return self.values[index] if self.labels is None else self.labels[index]
 
-    def read(self, leaf: Leaf, index: int) -> Value:
+    def read(self, leaf: Expr, index: int) -> Value:
         """Return the value of a leaf that reads this variable, where the variable has an index."""
         match leaf:
             case StateRef(state=name):

@@ -93,20 +93,15 @@ def _component(plant: Plant, read: Sequence[int]) -> tuple[set[int], list[Event]
     variables that those read or write. It is cut short once it is too large to be explored.
     """
     variables = set(read)
-    found: dict[int, Event] = {}
+    found: list[Event] = []
+    left = [event for event in plant.events if not event.controllable]
     while True:
-        further = {
-            number: event
-            for number, event in enumerate(plant.events)
-            if number not in found
-            and not event.controllable
-            and not event.writes.isdisjoint(variables)
-        }
-        found |= further
-        for event in further.values():
-            variables |= event_support(plant, event)
+        further = [event for event in left if not event.writes.isdisjoint(variables)]
+        left = [event for event in left if event.writes.isdisjoint(variables)]
+        found += further
+        variables = variables.union(*(event_support(plant, event) for event in further))
         if not further or prod(plant.sizes(variables)) > _MOST_STEPS:
-            return variables, list(found.values())
+            return variables, found
 
 
 def _state(plant: Plant, variables: Sequence[int], values: Sequence[int]) -> PlantState:

@@ -12,9 +12,9 @@ from math import prod
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.formulas import conjunction, disjunction, junction, negation
-from robosc.model.expr import FALSE, TRUE, Binary, Expr, Leaf, Literal, PhaseRef, StateRef, Unary
+from robosc.model.expr import FALSE, TRUE, Binary, Expr, Leaf, Literal, Unary
 from robosc.model.traversal import rewritten
-from robosc.synthesis.system import location_name, stays_in_range, taken_where
+from robosc.synthesis.system import stays_in_range, taken_where
 from robosc.synthesis.vectorised import support
 
 __all__ = ["next_precondition", "precondition"]
@@ -111,12 +111,11 @@ def _after(plant: Plant, event: Event, edges: tuple[Edge, ...], condition: Expr)
 
     def leaf(node: Literal | Leaf) -> Expr:
         index = plant.variable_of(node)
+        if index is None:
+            return node
         if index in places:
-            if isinstance(node, StateRef):
-                return TRUE if location_name(plant, index, places[index]) == node.state else FALSE
-            if isinstance(node, PhaseRef):
-                return TRUE if places[index] else FALSE
-        return values.get(index, node) if index is not None else node
+            return TRUE if plant.variables[index].read(node, places[index]) else FALSE
+        return values.get(index, node)
 
     return rewritten(condition, leaf)
 
