@@ -15,7 +15,7 @@ from robosc import pipeline
 from robosc.errors import Diagnostic, StateSpaceError
 from robosc.ir.lower import lower
 from robosc.supervisor import Supervisor
-from robosc.synthesis import compute, synthesize
+from robosc.synthesis import compute, stepper, synthesize
 from robosc.synthesis.explain import properties as explain_properties
 
 CONTROL = ("livelock", "order-matters", "blocking-under-control")
@@ -227,6 +227,54 @@ def test_an_order_without_end_is_no_other_end() -> None:
     )
     assert properties(found)["confluence"]
     assert [d for d in found.diagnostics if d.code in CONTROL] == []
+
+
+def going_round(commands: str) -> str:
+    """After a command A goes round for ever."""
+    return behaviour(
+        "initial marked state a { on request to leave goto b on request to stay goto b }"
+        " marked state b { transition goto c } state c { transition goto b }",
+        "component B { incoming message leave with type: none"
+        f" incoming message stay with type: none }} {commands} ",
+    )
+
+
+def test_trace_has_the_preferred_command() -> None:
+    """Both commands lead to the same state, but only the preferred one is sent."""
+    found = supervisor_of(going_round("prefer stay over leave"))
+    assert diagnostic(found).message == (
+        "the internal transitions never end: after stay.request they repeat A: b->c, A: c->b"
+    )
+    assert "after leave.request they" in diagnostic(supervisor_of(going_round(""))).message
+
+
+def test_trace_through_one_of_very_many_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only one value leads on: it is not found by changing one part after the other."""
+    monkeypatch.setattr(stepper, "_MOST_KEPT", 10)
+    found = supervisor_of(
+        """
+        datatype object Place { x: integer(0..9) y: integer(0..9) }
+        component A {
+            outgoing message at with type: Place links link
+            behaviour {
+                variable x: integer(0..9)
+                variable y: integer(0..9)
+                initial marked state a {
+                    on response from at if value.x = 5 and value.y = 5
+                        do x := value.x, y := value.y goto b
+                }
+                marked state b { transition goto c }
+                state c { transition goto b }
+            }
+        }
+        requirement never A.x = 7
+        requirement never A.y = 7
+        """
+    )
+    assert diagnostic(found).message == (
+        "the internal transitions never end: after at.response(x: 5, y: 5) they repeat"
+        " A: b->c, A: c->b"
+    )
 
 
 # --- systems with too many states to walk through

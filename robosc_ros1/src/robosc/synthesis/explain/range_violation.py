@@ -18,13 +18,14 @@ def why_out_of_range(plant: Plant, step: Step, state: PlantState) -> Cause:
     look = lookup(plant, step.event, step.values, state)
     for automaton in step.event.automata:
         edge = taken_edge(automaton, state, look)
-        for variable, expr in edge.updates if edge is not None else ():
+        if edge is None:
+            continue
+        for variable, expr in edge.updates:
             try:
                 value = evaluate(expr, look)
             except Undefined:
                 continue
             if value not in plant.variables[variable].values:
-                assert edge is not None
                 return _cause(plant, automaton, edge, variable, expr, value, step)
     raise AssertionError("no variable leaves its range")
 

@@ -143,9 +143,7 @@ class _Explainer:
         """Return why a command never happens that the plant or the requirements never allow."""
         event = guard.event
         name = event_text(event)
-        path = self.system.nearest(possible(self.plant, event))
-        trace: tuple[Step, ...] = ()
-        if path is None:
+        if self.system.nearest(possible(self.plant, event)) is None:
             reason = f"{name} never happens: {self._impossible(event)}"
         elif event.kind is EventKind.CANCEL and guard.required == FALSE:
             reason = f"{name} never happens: no requirement concerns {event.name}"
@@ -155,7 +153,7 @@ class _Explainer:
                 " in which it is possible"
             )
         diagnostic = Diagnostic(Severity.WARNING, "never-allowed", reason, event.span)
-        return Explanation(event, reason, trace, None, diagnostic)
+        return Explanation(event, reason, (), None, diagnostic)
 
     def _impossible(self, event: Event) -> str:
         if event.kind is EventKind.CANCEL:
