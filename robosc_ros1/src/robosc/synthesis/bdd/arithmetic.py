@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from operator import or_
 
 from robosc.model.expr import Binary, Expr, Leaf, Literal, TestRef, Unary, ValueRef, VariableRef
 from robosc.model.types import IntegerType
@@ -31,8 +30,7 @@ def of_index(manager: Manager, variables: Sequence[int], values: range) -> Numbe
     """Return the value of a variable or parameter, given its index's bits, the highest first."""
     bits = [manager.literal(variable, True) for variable in reversed(variables)]
     index = Number((*bits, manager.false), 0, (1 << len(bits)) - 1)
-    found = _sum(manager, index, _constant(manager, values[0]))
-    return Number(found.bits, found.low, found.high)
+    return _sum(manager, index, _constant(manager, values[0]))
 
 
 def number_of(manager: Manager, expr: Expr, leaf: Callable[[Leaf], Number | None]) -> Number | None:
@@ -80,9 +78,7 @@ def compared(manager: Manager, operator: str, left: Number, right: Number) -> Bd
         return difference.bits[-1]
     if operator in ("<=", ">="):
         return ~difference.bits[-1]
-    differs = manager.false
-    for bit in difference.bits:
-        differs = or_(differs, bit)
+    differs = manager.union(difference.bits)
     return ~differs if operator == "=" else differs
 
 

@@ -7,10 +7,10 @@ sum of products is found, it is covered by boxes computed on the diagrams themse
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import prod
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -32,6 +32,8 @@ from robosc.synthesis.sum_of_products import END, NOTHING, Diagrams, TooLarge
 from robosc.synthesis.vectorised import Bools
 
 __all__ = ["BddCareSet", "wide_condition"]
+
+_Result = TypeVar("_Result")
 
 _MOST_VARIABLES = 200
 """State variables above which no sum of products is tried: it recurses over them."""
@@ -130,63 +132,63 @@ class BddCareSet:
         if len(variables) > _MOST_VARIABLES:
             raise TooLarge("a guard reads too many state variables")
         diagrams = Diagrams([plant.variables[variable].size for variable in variables])
-        sets = [
-            self._diagram(diagrams, variables, states) for states in (self.allowed, self.refused)
-        ]
-        return condition_of_products(plant, variables, diagrams, *sets)
-
-    def _diagram(self, diagrams: Diagrams, variables: Sequence[int], states: Bdd) -> int:
-        manager = self.encoding.manager
-        cubes = [self.encoding.now([variable]) for variable in variables]
-        known: dict[tuple[int, Bdd], int] = {}
         calls = 0
 
-        def number(depth: int, states: Bdd) -> int:
+        def node(children: list[int]) -> int:
             nonlocal calls
+            calls += len(children)
+            if calls > _MOST_CALLS:
+                raise TooLarge("a guard reads too many values")
+            return diagrams.node(children)
+
+        allowed, refused = (
+            self._folded(states, variables, lambda depth: NOTHING, END, node)
+            for states in (self.allowed, self.refused)
+        )
+        return condition_of_products(plant, variables, diagrams, allowed, refused)
+
+    def _array(self, states: Bdd, variables: Sequence[int]) -> Bools:
+        """Return a set as a boolean array with one dimension per state variable."""
+        shape = [self.encoding.plant.variables[variable].size for variable in variables]
+
+        def nothing(depth: int) -> Bools:
+            return np.zeros(shape[depth:], np.bool_)
+
+        return self._folded(states, variables, nothing, np.array(True), np.stack)
+
+    def _folded(
+        self,
+        states: Bdd,
+        variables: Sequence[int],
+        nothing: Callable[[int], _Result],
+        end: _Result,
+        node: Callable[[list[_Result]], _Result],
+    ) -> _Result:
+        """Return the result for a set over state variables, computed from those for its subsets.
+
+        ``node`` is called with the results for each value of a state variable, over those that
+        follow; ``nothing`` returns the result for the empty set of those from a place on, ``end``
+        is that for the empty combination. Each subset is visited once.
+        """
+        encoding, manager = self.encoding, self.encoding.manager
+        cubes = [encoding.now([variable]) for variable in variables]
+        known: dict[tuple[int, Bdd], _Result] = {}
+
+        def result(depth: int, states: Bdd) -> _Result:
             if states == manager.false:
-                return NOTHING
+                return nothing(depth)
             if depth == len(variables):
-                return END
+                return end
             if (depth, states) not in known:
-                calls += diagrams.sizes[depth]
-                if calls > _MOST_CALLS:
-                    raise TooLarge("a guard reads too many values")
-                known[depth, states] = diagrams.node(
-                    [
-                        number(
-                            depth + 1,
-                            manager.and_exists(
-                                states, self.encoding.value(variables[depth], index), cubes[depth]
-                            ),
-                        )
-                        for index in range(diagrams.sizes[depth])
-                    ]
+                variable = variables[depth]
+                values = range(encoding.plant.variables[variable].size)
+                sets = (encoding.value(variable, index) for index in values)
+                known[depth, states] = node(
+                    [result(depth + 1, manager.and_exists(states, s, cubes[depth])) for s in sets]
                 )
             return known[depth, states]
 
-        return number(0, states)
-
-    def _array(self, states: Bdd, variables: Sequence[int]) -> Bools:
-        manager = self.encoding.manager
-        shape = tuple(self.encoding.plant.variables[variable].size for variable in variables)
-        known: dict[tuple[int, Bdd], Bools] = {}
-
-        def array(depth: int, states: Bdd) -> Bools:
-            if depth == len(variables) or states == manager.false:
-                return np.full(shape[depth:], states != manager.false, np.bool_)
-            if (depth, states) not in known:
-                variable = variables[depth]
-                cube = self.encoding.now([variable])
-                known[depth, states] = np.stack([
-                    array(
-                        depth + 1,
-                        manager.and_exists(states, self.encoding.value(variable, index), cube),
-                    )
-                    for index in range(shape[depth])
-                ])  # fmt: skip
-            return known[depth, states]
-
-        return array(0, states)
+        return result(0, states)
 
 
 # --- guards over very many state variables -------------------------------------------------------
@@ -233,8 +235,8 @@ class _Cover:
             grown = [
                 self._grow(seed, outside, order) for order in (self.variables, self.variables[::-1])
             ]
-            best = max(grown, key=lambda box: self.encoding.count(left & self._set(box)))
-            left = left & ~self._set(best)
+            best = max(grown, key=lambda box: self.encoding.count(left & self.encoding.box(box)))
+            left = left & ~self.encoding.box(best)
             yield best
 
     def literals(self, box: _Box, positive: bool) -> Iterator[Expr]:
@@ -264,9 +266,3 @@ class _Cover:
                 box[variable] = values
                 outside = outside & encoding.values(variable, values)
         return box
-
-    def _set(self, box: Mapping[int, frozenset[int]]) -> Bdd:
-        result = self.encoding.manager.true
-        for variable in sorted(box, key=self.encoding.place, reverse=True):
-            result = self.encoding.values(variable, box[variable]) & result
-        return result

@@ -75,9 +75,8 @@ class SymbolicController:
         moves = [self._moves(event.number, enabled) for event in self._taus_of_plant()]
         self._taus = [several for several in moves if several]
         self._moving = self.manager.union(move.before for tau in self._taus for move in tau)
-        relations = {event.number: event for event in self.engine.events}
         self._inputs = {
-            numbers[0]: self._steps([relations[n] for n in numbers if n in relations], enabled)
+            numbers[0]: self._steps([self.engine.events[n] for n in numbers], enabled)
             for numbers in inputs(self.plant)
         }
         self._reached: list[_Reached] = []
@@ -91,7 +90,7 @@ class SymbolicController:
         return Runs(
             livelock=self._chain(livelock),
             differing=self._differing(),
-            stuck=self._chain_to_rest(self._rests & ~self._reaching()),
+            stuck=self._chain(self._leading(self._rests & ~self._reaching())),
             longest=None if livelock != self._false else self._longest(),
         )
 
@@ -205,7 +204,7 @@ class SymbolicController:
                 return states
 
     def _limit(self) -> None:
-        self.manager.collect_garbage()
+        self.manager.make_room()
         if self.manager.nodes > self._most:
             raise MemoryError
 
@@ -289,13 +288,6 @@ class SymbolicController:
         for place, reached in enumerate(self._reached):
             if reached.starts & starts != self._false:
                 return self._chain_from(place, self.encoding.least(reached.starts & starts))
-        return None
-
-    def _chain_to_rest(self, rests: Bdd) -> tuple[PlantState, ...] | None:
-        """Return a chain to the start of a step that ends in one of ``rests``, if there is one."""
-        for place, reached in enumerate(self._reached):
-            if reached.rests & rests != self._false:
-                return self._chain_from(place, self._start_of(place, rests & reached.rests))
         return None
 
     def _start_of(self, place: int, rests: Bdd) -> PlantState:

@@ -8,22 +8,22 @@ Codes that encode no value are in no set of states.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
-from robosc.ir.automaton import Event, Plant, PlantState
+from robosc.ir.automaton import Plant, PlantState
 from robosc.ir.step import missing_together
 from robosc.model.by_identity import ByIdentity
 from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import Binary, Expr, Leaf, Operation, Unary, ValueRef
-from robosc.model.traversal import fold
+from robosc.model.traversal import fold, walk
 from robosc.model.types import Value
 from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import order_items
 from robosc.synthesis.bdd.partition import Partition, combined, key_of
-from robosc.synthesis.bdd.sources import LeafSource, leaves, touched_together
+from robosc.synthesis.bdd.sources import LeafSource, touched_together
 
 __all__ = ["Encoding"]
 
@@ -89,6 +89,8 @@ class Encoding:
 
     def values(self, source: LeafSource, indexes: Collection[int]) -> Bdd:
         """Return where a state variable (or parameter) has a value with one of these indexes."""
+        if len(indexes) == 1:
+            return self.value(source, *indexes)
         return self._indexes(self._blocks[source].now, indexes)
 
     def value_after(self, variable: int, index: int) -> Bdd:
@@ -147,31 +149,32 @@ class Encoding:
     @cached_property
     def initial(self) -> Bdd:
         """The initial states."""
-        result = self.manager.true
-        for variable in self._upwards:
-            result = self.values(variable, self.plant.variables[variable].start_indexes) & result
-        return result
+        variables = self.plant.variables
+        return self.box({n: variable.start_indexes for n, variable in enumerate(variables)})
+
+    @cached_property
+    def marked(self) -> Bdd:
+        """The marked states."""
+        found = ((n, variable.marked) for n, variable in enumerate(self.plant.variables))
+        return self.box({n: marked for n, marked in found if marked is not None})
 
     def state(self, state: PlantState) -> Bdd:
+        """Return the set of one state."""
+        return self.box({variable: (index,) for variable, index in enumerate(state)})
+
+    def box(self, values: Mapping[int, Collection[int]]) -> Bdd:
+        """Return where each of some state variables has one of the values with some indexes."""
         result = self.manager.true
         for variable in self._upwards:
-            result = self.value(variable, state[variable]) & result
+            if variable in values:
+                result = self.values(variable, values[variable]) & result
         return result
 
     @cached_property
     def _upwards(self) -> tuple[int, ...]:
-        """The state variables in reverse order: conjunctions are built bottom-up."""
+        """The state variables from the last in the order to the first: the fastest to conjoin."""
         variables = range(len(self.plant.variables))
         return tuple(sorted(variables, key=self.place, reverse=True))
-
-    @cached_property
-    def marked(self) -> Bdd:
-        result = self.manager.true
-        for variable in self._upwards:
-            marked = self.plant.variables[variable].marked
-            if marked is not None:
-                result = self.values(variable, marked) & result
-        return result
 
     def pick(self, states: Bdd) -> PlantState:
         """Return some state of a set that is not empty."""
@@ -288,8 +291,9 @@ class Encoding:
     def _sources(self, node: Expr, event: int | None, most: int | None = None) -> set[LeafSource]:
         """Return the sources that an expression reads, or the first ``most`` of them."""
         found: set[LeafSource] = set()
-        for leaf in leaves(node):
-            found.add(self._source(leaf, event))
+        for leaf in walk(node):
+            if isinstance(leaf, Leaf):
+                found.add(self._source(leaf, event))
             if len(found) == most:
                 break
         return found
@@ -329,10 +333,8 @@ class Encoding:
         if variable is not None:
             return variable
         assert event is not None and isinstance(leaf, ValueRef)
-        return event, self._parameter(self.plant.events[event], leaf)
-
-    def _parameter(self, event: Event, leaf: ValueRef) -> int:
-        return next(n for n, p in enumerate(event.parameters) if p.path == leaf.path)
+        parameters = self.plant.events[event].parameters
+        return event, next(n for n, p in enumerate(parameters) if p.path == leaf.path)
 
     def _of_one_source(self, expr: Expr, sources: set[LeafSource], event: int | None) -> Partition:
         """Return the partition of an expression that reads one source, evaluated for each value."""
@@ -341,17 +343,16 @@ class Encoding:
         (source,) = sources
         found: dict[object, tuple[Value | None, list[int]]] = {}
         for index in range(self._blocks[source].size):
-            value = _value(expr, lambda leaf, i=index: self._read(leaf, event, i))  # type: ignore[misc]
+            value = _value(expr, partial(self._read, source, index))
             found.setdefault(key_of(value), (value, []))[1].append(index)
         return [(value, self.values(source, indexes)) for value, indexes in found.values()]
 
-    def _read(self, leaf: Leaf, event: int | None, index: int) -> Value | None:
-        variable = self.plant.variable_of(leaf)
-        if variable is None:
-            assert event is not None and isinstance(leaf, ValueRef)
-            taken = self.plant.events[event]
-            return taken.parameters[self._parameter(taken, leaf)].values[index]
-        return self.plant.variables[variable].read(leaf, index)
+    def _read(self, source: LeafSource, index: int, leaf: Leaf) -> Value | None:
+        """Return the value of a leaf, given the index of the value of its source."""
+        if isinstance(source, int):
+            return self.plant.variables[source].read(leaf, index)
+        event, parameter = source
+        return self.plant.events[event].parameters[parameter].values[index]
 
 
 def _is_costly(node: Expr) -> bool:

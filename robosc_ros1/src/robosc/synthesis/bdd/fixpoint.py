@@ -108,7 +108,7 @@ class Fixpoint:
                 try:
                     found = chained(states, strategy, budget)
                 except _OverBudgetError as over:
-                    self.manager.collect()
+                    self.manager.collect_garbage()
                     if over.states is not None:
                         states = over.states
                         strategies.sort(key=lambda strategy: strategy[1], reverse=True)

@@ -182,20 +182,19 @@ class Manager:
         found: int = self._manager.approx_num_inner_nodes()
         return found
 
-    def collect_garbage(self) -> None:
+    def make_room(self) -> None:
         """Collect garbage if more than half of the nodes are in use."""
         if self.nodes > self.capacity // 2:
-            self._manager.gc()
+            self.collect_garbage()
 
-    def collect(self) -> None:
-        """Collect garbage now."""
+    def collect_garbage(self) -> None:
         self._manager.gc()
 
     def run(self, operation: Callable[[], _Result]) -> _Result:
         """Return an operation's result; on MemoryError try once more after garbage collection."""
-        self.collect_garbage()
+        self.make_room()
         try:
             return operation()
         except MemoryError:
-            self._manager.gc()
+            self.collect_garbage()
             return operation()

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from robosc.ir.automaton import Edge, LocalAutomaton
 from robosc.model.expr import TRUE
+from robosc.model.types import Value
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd, Renaming
 from robosc.synthesis.bdd.partition import Partition
@@ -22,7 +23,7 @@ from robosc.synthesis.bdd.sources import LeafSource
 from robosc.synthesis.event_parameters import private_parameters
 from robosc.synthesis.vectorised import event_support
 
-__all__ = ["EventRelation", "Disjunct", "Relations"]
+__all__ = ["MOST_DISJUNCTS", "Disjunct", "EventRelation", "Relations"]
 
 MOST_DISJUNCTS = 3
 """Disjuncts of one event that assign constants; if there were more, a relation is used.
@@ -97,7 +98,7 @@ class _LocalRelation:
 class Relations:
     """Builds the relations of a plant's events and computes with them."""
 
-    def __init__(self, encoding: Encoding, most_disjuncts: int = MOST_DISJUNCTS) -> None:
+    def __init__(self, encoding: Encoding, most_disjuncts: int) -> None:
         self.encoding = encoding
         self.manager = encoding.manager
         self.most_disjuncts = most_disjuncts
@@ -227,15 +228,23 @@ class Relations:
             partition = self.encoding.partition(expr, event)
             if variable in found:
                 values = self.encoding.plant.variables[variable].values
-                partition = [
-                    (first if keep else second, both)
-                    for first, states in found[variable]
-                    for second, others in partition
-                    if (both := states & others) != self.manager.false
-                    for keep in [second is None or (first is not None and first not in values)]
-                ]
+                partition = self._assigned_twice(found[variable], partition, values)
             found[variable] = partition
         return found
+
+    def _assigned_twice(
+        self, first: Partition, second: Partition, values: Sequence[Value]
+    ) -> Partition:
+        def assigned(one: Value | None, other: Value | None) -> Value | None:
+            keep = other is None or (one is not None and one not in values)
+            return one if keep else other
+
+        return [
+            (assigned(one, other), both)
+            for one, states in first
+            for other, others in second
+            if (both := states & others) != self.manager.false
+        ]
 
     def _merge(self, cases: Iterable[_Case]) -> list[_Case]:
         """Join cases with the same effect; drop those that never happen."""

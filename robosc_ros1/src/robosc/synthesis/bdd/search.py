@@ -62,7 +62,7 @@ class SymbolicSystem:
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         """Return a path to a state with the condition: a shortest one unless that is too costly."""
-        self.encoding.manager.collect_garbage()
+        self.encoding.manager.make_room()
         wanted = self.encoding.holds(condition) & self.solution.states
         if wanted == self._false:
             return None
@@ -83,7 +83,7 @@ class SymbolicSystem:
         while len(self._layers) <= number:
             if self._nodes_left <= 0:
                 return None
-            self.encoding.manager.collect_garbage()
+            self.encoding.manager.make_room()
             try:
                 new = self.engine.successors(self._layers[-1]) & self.solution.states & ~self._seen
                 self._seen = self._seen | new

@@ -6,21 +6,12 @@ from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
 from robosc.ir.automaton import Plant, values_read
-from robosc.model.expr import Expr, Leaf
-from robosc.model.traversal import walk
 from robosc.synthesis.vectorised import event_support, step_support, support
 
-__all__ = ["LeafSource", "leaves", "touched_together"]
+__all__ = ["LeafSource", "touched_together"]
 
 LeafSource: TypeAlias = int | tuple[int, int]
 """What a leaf reads: a state variable, or (number of the event, number of its parameter)."""
-
-
-def leaves(expr: Expr) -> Iterator[Leaf]:
-    """Yield the leaves of an expression that are no literals."""
-    for node in walk(expr):
-        if isinstance(node, Leaf):
-            yield node
 
 
 def touched_together(plant: Plant, items: Sequence[LeafSource]) -> Iterator[list[int]]:

@@ -18,7 +18,7 @@ from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.fixpoint import Fixpoint, Iterates, related_events
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
-from robosc.synthesis.bdd.relations import Disjunct, EventRelation, Relations
+from robosc.synthesis.bdd.relations import MOST_DISJUNCTS, Disjunct, EventRelation, Relations
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import weight
 
@@ -95,13 +95,12 @@ class SymbolicEngine:
         plant: Plant,
         progress: Progress | None = None,
         memory: int = DEFAULT_MEMORY,
-        most_disjuncts: int | None = None,
+        most_disjuncts: int = MOST_DISJUNCTS,
     ) -> None:
         self.plant = plant
         self.encoding = Encoding(plant, memory)
         self.manager = self.encoding.manager
-        options = {} if most_disjuncts is None else {"most_disjuncts": most_disjuncts}
-        self.relations = Relations(self.encoding, **options)
+        self.relations = Relations(self.encoding, most_disjuncts)
         self.events = self.relations.events
         places = [self._place(event) for event in self.events]
         self._required = tuple(_guarded(event.disjuncts, event.required) for event in self.events)
@@ -184,7 +183,7 @@ class SymbolicEngine:
         left = states
         length = 0
         while left != self.manager.false:
-            self.manager.collect_garbage()
+            self.manager.make_room()
             before = self.manager.union(
                 self.relations.preimage(disjunct, left) & left for disjunct in transitions
             )
@@ -233,7 +232,7 @@ class SymbolicEngine:
 
     def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
         """Return a condition that separates two sets, and the few state variables that it reads."""
-        self.manager.collect_garbage()
+        self.manager.make_room()
 
         def without(left: _Narrowed, variables: Sequence[int]) -> _Narrowed | None:
             cube = self.encoding.now(variables)

@@ -12,7 +12,6 @@ from robosc.model.expr import TRUE
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
-from robosc.synthesis.bdd.manager import available, install_hint
 from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
 from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
@@ -22,7 +21,7 @@ from robosc.synthesis.guards import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
 from robosc.synthesis.sum_of_products import TooLarge
 
-__all__ = ["available", "install_hint", "synthesize_bdd"]
+__all__ = ["synthesize_bdd"]
 
 
 def synthesize_bdd(
@@ -57,7 +56,7 @@ def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
     event = plant.events[relation.number]
     requirement = event.requirement or TRUE
     encoding = solution.engine.encoding
-    encoding.manager.collect_garbage()
+    encoding.manager.make_room()
     enabled = solution.enabled(relation)
     possible = solution.possible(relation)
     required = possible & relation.required

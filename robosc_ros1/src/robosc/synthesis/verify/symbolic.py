@@ -121,7 +121,7 @@ class _Proof:
         while True:
             before = states
             for relation, allowed in zip(self.relations, where, strict=True):
-                self.manager.collect_garbage()
+                self.manager.make_room()
                 states = states | self._image(relation, states & allowed & left)
             if states == before:
                 return states
@@ -132,7 +132,7 @@ class _Proof:
         while True:
             before = found
             for relation, allowed in zip(self.relations, where, strict=True):
-                self.manager.collect_garbage()
+                self.manager.make_room()
                 found = found | (self._preimage(relation, found) & allowed & within)
             if found == before:
                 return found
@@ -144,7 +144,7 @@ class _Proof:
             before = kept
             for relation in self.relations:
                 if not relation.event.controllable:
-                    self.manager.collect_garbage()
+                    self.manager.make_room()
                     kept = kept & ~self._preimage(relation, ~kept)
             if kept != before:
                 continue
