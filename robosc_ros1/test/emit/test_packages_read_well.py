@@ -7,6 +7,7 @@ import re
 import tokenize
 
 import pytest
+from emit.generated_code import controller_source, supervisor_of
 from emit.golden_packages import PACKAGES, package_of
 
 
@@ -42,3 +43,27 @@ def test_a_comparison_is_not_negated(model: str, target: str, mode: str) -> None
             negated = re.findall(r"not [\w.]+ [!=]= |not \([\w.]+ [!=]= [^ ]+\)", file.content)
             assert negated == [], path
             assert not re.search(r"if not .*:\n +return None", file.content), path
+
+
+GOAL = """
+robot Gate {
+    interface link use Point from geometry_msgs
+    datatype object Point { x: double y: double }
+    component Operator {
+        outgoing message goal with type: Point links link
+        incoming message go with type: none
+        behaviour {
+            variable last: Point
+            initial marked state s { on response from goal do last := value }
+        }
+    }
+    requirement go needs defined(Operator.last)
+}
+"""
+
+
+def test_only_what_the_code_uses_is_imported() -> None:
+    """Not what a comment says: a requirement's text has words that the runtime has, too."""
+    source = controller_source(supervisor_of(GOAL))
+    assert "defined(" in source
+    assert "from ._runtime.functions import is_so\n" in source

@@ -25,6 +25,7 @@ from robosc.emit.python import (
     literal,
 )
 from robosc.emit.reactions import Reactions, alike, attributes_read
+from robosc.emit.rendering import instantiated
 from robosc.emit.views import (
     AfterView,
     AttributeView,
@@ -66,7 +67,8 @@ def controller_context(supervisor: Supervisor, robot_file: str) -> ControllerCon
     builder = _Builder(supervisor)
     context = builder.build(robot_file)
     context = with_copies(context, builder.robot, builder.attributes, builder.names)
-    return replace(context, imports=imports_of(context))
+    source = instantiated("common/controller.py.jinja", context)
+    return replace(context, imports=imports_of(source))
 
 
 class _Builder:

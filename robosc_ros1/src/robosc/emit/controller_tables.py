@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
+import ast
 from math import prod
 
 from robosc.emit.literals import literal
-from robosc.emit.views import ControllerContext
 from robosc.ir.automaton import VariableKind
 from robosc.language.functions import HELPERS
 from robosc.model.entities import EventKind
@@ -19,38 +18,29 @@ STEP_LIMIT = 10_000
 """No run to completion takes more steps, whatever the product of the components' states is."""
 
 
-def _tables(context: ControllerContext) -> tuple[str, ...]:
-    used = {
-        "Command": context.tables["commands"],
-        "Communication": context.tables["communications"],
-        "Input": context.tables["inputs"],
-        "Requirement": context.tables["requirements"],
-        "After": context.tables["afters"],
-        "Parameter": context.parameters,
-        "Rows": context.copies,
-        "Tau": context.tables["taus"],
-    }
-    return tuple(sorted(["Controller", *(name for name, entries in used.items() if entries)]))
+def _helpers(module: str) -> set[str]:
+    return {n for n, function in HELPERS.items() if function.__module__.endswith(f".{module}")}
 
 
-def imports_of(context: ControllerContext) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """What is used of each module of the runtime: all expressions are text in the context."""
-    called = set(re.findall(r"(?<!\w)\w+(?=\()", repr(context).replace("\\n", " ")))
-    modules = {
-        "functions": [],
-        "values": ["copied", "given", "in_range", "now", "only_field", "optional"],
-    }
-    for name, function in HELPERS.items():
-        modules[function.__module__.rpartition(".")[2]].append(name)
-    used = {
-        module: [name for name in sorted(names) if name in called]
-        for module, names in modules.items()
-    }
-    reactions = [i.reaction for i in context.inputs] + [c.reaction for c in context.commands]
-    if "Mismatch" in called or any(reaction.busy for reaction in reactions):
-        used["values"].insert(0, "Mismatch")
-    used["model"] = list(_tables(context))
-    return tuple((module, tuple(names)) for module, names in sorted(used.items()) if names)
+_OF_RUNTIME = {
+    "functions": _helpers("functions"),
+    "model": {
+        "After", "Command", "Communication", "Controller", "Input", "Parameter", "Requirement",
+        "Rows", "Tau",
+    },
+    "values": {
+        "Mismatch", "copied", "given", "in_range", "now", "only_field", "optional",
+        *_helpers("values"),
+    },
+}  # fmt: skip
+"""What a controller may import, by module of the runtime."""
+
+
+def imports_of(source: str) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """The names that the source of a controller uses of the runtime, by module."""
+    used = {node.id for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Name)}
+    found = {module: used & names for module, names in _OF_RUNTIME.items()}
+    return tuple((module, tuple(sorted(names))) for module, names in found.items() if names)
 
 
 def bound_of_steps(supervisor: Supervisor) -> int:
