@@ -191,6 +191,13 @@ def test_an_enum_of_no_variable_is_compared_by_classes() -> None:
     assert "u_name_response_is_empty" in text
 
 
+def test_names_have_no_letters_but_those_of_cif() -> None:
+    text = ENUM.replace('!= ""', '!= "café ☕"').replace('= ""', '= "naïve"')
+    check_data(f"robot R {{ {text} }}")
+    code = re.sub("//.*", "", cif_plant(lower(robot_of(f"robot R {{ {text} }}"))))
+    assert code.isascii()
+
+
 RANDOM = [(seed, "") for seed in range(6)] + [(seed, "parameter") for seed in range(1, 4)]
 RANDOM += [(0, "enum"), (1, "enum"), (2, "enum"), (0, "failure")]
 
@@ -262,6 +269,21 @@ def test_names_that_are_words_of_cif() -> None:
             " marked state edge { on request to go goto alphabet } } } }"
         )
     )
+
+
+def test_names_inside_an_automaton_hide_none_outside() -> None:
+    text = cif_plant(
+        lower(
+            robot_of(
+                "robot R { component C { incoming message go with type: none behaviour {"
+                " initial marked state c_go_request { on request to go goto C }"
+                " state C { on request to go goto c_go_request } } } }"
+            )
+        )
+    )
+    assert "location c_go_request_:" in text
+    assert "location C_:" in text
+    assert "edge c_go_request goto C_;" in text
 
 
 @pytest.mark.slow

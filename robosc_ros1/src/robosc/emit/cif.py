@@ -171,7 +171,7 @@ class _Writer:
                 note = f" // minus {variable.offset}" if variable.offset else ""
                 starts = [variable.text(state.values[number]) for number in state.start_indexes]
                 start = f"= {starts[0]}" if len(starts) == 1 else f"in {{{', '.join(starts)}}}"
-                yield f"disc {variable.type} {variable.name} {start};{note}"
+                yield f"disc {variable.type} {self.scope.own_name(variable)} {start};{note}"
 
     def _edges(
         self, occurrence: _Occurrence, automaton: LocalAutomaton, location: int
@@ -183,7 +183,8 @@ class _Writer:
             updates = []
             for target, expr in self._updates(edge, occurrence):
                 conditions += in_range(self.scope, target, expr)
-                updates.append(f"{target.name} := {update(self.scope, target, expr)}")
+                name = self.scope.own_name(target)
+                updates.append(f"{name} := {update(self.scope, target, expr)}")
             yield self._edge(occurrence, automaton, edge, conditions, updates)
             guards.append(guard)
         if not automaton.blocking and TRUE not in guards:

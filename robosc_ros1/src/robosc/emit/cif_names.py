@@ -46,13 +46,13 @@ _LONGEST = 24
 class CifVariable:
     """A variable of a component's automaton: data of the plant's state, or a test of data.
 
-    ``type`` is that in CIF. ``literals`` are the values of its enumeration, in the order of the
-    plant's (empty: it is an integer or a boolean). An integer is kept from 0 upwards: CIF has it
-    plus ``offset``.
+    ``wanted`` is the name that it should have there, ``type`` its type in CIF. ``literals`` are the
+    values of its enumeration, in the order of the plant's (empty: it is an integer or a boolean).
+    An integer is kept from 0 upwards: CIF has it plus ``offset``.
     """
 
     component: str
-    name: str
+    wanted: str
     state: StateVariable
     type: str
     literals: tuple[str, ...] = ()
@@ -68,6 +68,8 @@ class CifVariable:
 class CifScope:
     """The names of everything in a plant; ``notes`` say what the values of enumerations mean.
 
+    A name inside an automaton must not hide one outside, so all these are given first.
+
     Raises:
         UsageError: a test reads data of several components.
     """
@@ -80,6 +82,7 @@ class CifScope:
         """The component of the node's parameters; empty if nothing reads them."""
         self._taken: set[str] = set()
         self._inner: dict[str, set[str]] = {}
+        self._locals: dict[tuple[str, str], str] = {}
         self._enums_of_model: dict[EnumType, str] = {}
         robot = plant.robot
         self._automata = {c.name: self.fresh(c.name) for c in robot.components}
@@ -93,12 +96,6 @@ class CifScope:
             for index, variable in enumerate(plant.variables)
             if variable.kind in (VariableKind.DATA, VariableKind.TEST)
         }
-        self._locations = {
-            (variable.name, state): self._local(variable.name, str(state))
-            for variable in plant.variables
-            if variable.kind is VariableKind.LOCATION
-            for state in variable.values
-        }
 
     # --- names
 
@@ -106,9 +103,12 @@ class CifScope:
         """A name for something of the specification itself."""
         return _unused(wanted, self._taken, frozenset())
 
-    def _local(self, component: str, wanted: str) -> str:
-        """A name inside an automaton, which must not hide one outside."""
-        return _unused(wanted, self._inner.setdefault(component, set()), self._taken)
+    def _local(self, component: str, key: str, wanted: str) -> str:
+        """The name inside an automaton of what has this key."""
+        if (component, key) not in self._locals:
+            inner = self._inner.setdefault(component, set())
+            self._locals[component, key] = _unused(wanted, inner, self._taken)
+        return self._locals[component, key]
 
     def automaton(self, component: str) -> str:
         return self._automata[component]
@@ -117,7 +117,11 @@ class CifScope:
         return self._phases[communication]
 
     def location(self, component: str, state: Value) -> str:
-        return self._locations[component, state]
+        return self._local(component, f"location {state}", str(state))
+
+    def own_name(self, variable: CifVariable) -> str:
+        """The name of a variable in its automaton."""
+        return self._local(variable.component, variable.state.name, variable.wanted)
 
     def variable(self, leaf: Leaf) -> CifVariable:
         match leaf:
@@ -136,7 +140,7 @@ class CifScope:
             case PhaseRef(communication=key, phase=phase):
                 return f"{self.phase(key)}.{phase}"
         variable = self.variable(leaf)
-        return f"{self.automaton(variable.component)}.{variable.name}"
+        return f"{self.automaton(variable.component)}.{self.own_name(variable)}"
 
     def literal(self, value: Value, enum: EnumType) -> str | None:
         """A value of an enum of the model; None if no variable has that type."""
@@ -152,7 +156,7 @@ class CifScope:
             type_ = self.plant.robot.variables[variable.name].type
         else:
             component, wanted, type_ = self._owner(test), _identifier(test.name), test.type
-        own = component, self._local(component, wanted), variable
+        own = component, wanted, variable
         if variable.labels is not None:
             words = _class_names(variable, variable.name)
             enum = self._enumeration(f"{component}_{wanted}_class", words)
@@ -234,7 +238,7 @@ def _identifier(text: str) -> str:
     """A condition as a name: ``charge_above_0_2``."""
     for sign, word in _WORDS.items():
         text = text.replace(sign, f" {word} ")
-    return re.sub(r"\W+", "_", text).strip("_")
+    return re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_")
 
 
 def _value_name(value: Value | None) -> str:
