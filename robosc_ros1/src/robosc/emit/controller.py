@@ -14,7 +14,7 @@ from robosc.emit.config import ATTRIBUTES, declared_communications, declared_par
 from robosc.emit.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.copies import with_copies
 from robosc.emit.guards import GuardTexts, holds_where
-from robosc.emit.messages import converting_enums, provide_view, reading
+from robosc.emit.messages import converting_enums, provided_data, reading
 from robosc.emit.naming import PythonNames, place
 from robosc.emit.python import (
     Attributes,
@@ -139,7 +139,7 @@ class _Builder:
                 inputs.append(self._input(event))
         called = self._called(
             [command.guard_text for command in commands]
-            + [condition for tau in taus for condition, _ in tau.moves]
+            + [line for tau in taus for line in tau.body]
         )
         return ControllerContext(
             robot=self.robot.name,
@@ -155,7 +155,7 @@ class _Builder:
             requirements=self.requirements,
             inputs=tuple(inputs),
             commands=self._with_preferences(commands),
-            taus=tuple(t for t in taus if t.moves),
+            taus=tuple(t for t in taus if t.body),
             afters=tuple(afters),
             guard_parts=tuple(part for part in self.parts if part.method in called),
             parameters=tuple(
@@ -183,24 +183,27 @@ class _Builder:
         return ", ".join(parts)
 
     def _enum_view(self, enum: EnumType) -> EnumView:
-        rules = tuple(
-            (
-                in_enum_rule(condition, self.attributes),
-                literal(rule.value),
-                "" if condition.span is None else place(condition.span),
-                may_be_undefined(condition),
-            )
-            for rule in enum.rules
-            for condition in (condition_of(rule),)
-        )
+        parameters = [self.attributes.parameters[key] for key in converter_parameters(enum)]
         return EnumView(
             self.attributes.enums[enum],
             enum.name,
-            converter_counts(enum),
-            rules,
-            literal(enum.default),
-            tuple(self.attributes.parameters[key] for key in converter_parameters(enum)),
+            ("value", *["undefined"] * converter_counts(enum), *parameters),
+            (*self._rules(enum), f"return {literal(enum.default)}"),
         )
+
+    def _rules(self, enum: EnumType) -> Iterator[str]:
+        """The statements of an enum's function: the first rule that holds decides."""
+        for rule in enum.rules:
+            condition = condition_of(rule)
+            where = "" if condition.span is None else place(condition.span)
+            indent = "    " if may_be_undefined(condition) else ""
+            if indent:
+                yield "try:"
+            yield f"{indent}if {in_enum_rule(condition, self.attributes)}:  # {where}"
+            yield f"{indent}    return {literal(rule.value)}"
+            if indent:
+                yield "except IndexError:"
+                yield f"    undefined({literal(where)})"
 
     def _components(self) -> Iterator[ComponentView]:
         for component in self.robot.components:
@@ -267,7 +270,6 @@ class _Builder:
         return InputView(
             key=event.key,
             kind=event.kind.value,
-            name=event.name,
             place=place(event.span),
             description=self._description(event),
             read=read,
@@ -283,17 +285,14 @@ class _Builder:
         kind = event.kind.value
         reaction = self.reactions.reaction(event)
         synchronisation = self.reactions.synchronisation(event)
-        provides = tuple(
-            provide_view(p, self.robot.communications[event.key], self.attributes)
-            for p in self.robot.provides
-            if p.communication == event.key and event.kind is EventKind.REQUEST
-        )
+        data: tuple[str, ...] = ()
+        if event.kind is EventKind.REQUEST:
+            data = provided_data(event.key, self.robot, self.attributes)
         text = self.guards.guard(guard)
         changes = reaction.body or reaction.writes
         return CommandView(
             key=event.key,
             kind=kind,
-            name=event.name,
             place=place(event.span),
             description=self._description(event),
             permission=f"{event.name} may be {_PERMITTED[event.kind]}",
@@ -305,8 +304,8 @@ class _Builder:
             ),
             synchronisation_text=synchronisation,
             busy=self.attributes.phases.get(event.key),
-            data=self.names.take(f"data_for_{word}") if provides else None,
-            provides=provides,
+            data=self.names.take(f"data_for_{word}") if data else None,
+            data_body=data,
             applier=self.names.take(f"{kind}_{word}") if changes else None,
             reaction=reaction,
             reads=self._reads(text.text, synchronisation),
@@ -349,8 +348,16 @@ class _Builder:
         )
         (automaton,) = event.automata
         condition = self.reactions.condition(automaton)
+        reaction = self.reactions.reaction(event, tested=True)
         location = self.attributes.locations[event.key]
         delay = duration(after.delay)
+        body = [
+            f"before = self.{location}",
+            *reaction.body,
+            f'return before + "->" + self.{location}',
+        ]
+        if condition:
+            body = [f"if {condition}:", *(f"    {line}" for line in body), "return None"]
         return AfterView(
             event.name,
             event.index,
@@ -361,16 +368,19 @@ class _Builder:
             f"~{delay}" if isinstance(delay, str) else f"{delay} s",
             location,
             self.attributes.entries[event.key],
-            condition,
-            self.reactions.reaction(event, tested=True),
+            tuple(body),
             self._reads(condition),
+            reaction.writes,
         )
 
     def _tau(self, guard: Guard) -> TauView:
         event = guard.event
         (automaton,) = event.automata
         variable = self.plant.variables[automaton.variable]
-        moves = []
+        location = self.attributes.locations[event.key]
+        entries = self.attributes.entries.get(event.key)
+        conditions = []
+        body = []
         for edges in alike(automaton.edges):
             edge = edges[0]
             moved = [e for e in edges if e.source != e.target]  # others would change nothing
@@ -380,18 +390,20 @@ class _Builder:
             for condition in (edge.guard, self.part_names.of_guard(guard.expr)):
                 if condition is not None and condition != TRUE:
                     parts.append(self.attributes.operand(condition))
-            text = " and ".join(part for part in parts if part) or "True"
-            moves.append((text, str(variable.values[edge.target])))
-        location = self.attributes.locations[event.key]
-        entries = self.attributes.entries.get(event.key)
+            conditions.append(" and ".join(part for part in parts if part) or "True")
+            target = variable.values[edge.target]
+            body += [
+                f"if {conditions[-1]}:",
+                f'    before, self.{location} = self.{location}, "{target}"',
+                *([] if entries is None else [f"    self.{entries} += 1"]),
+                f'    return before + "->{target}"',
+            ]
         return TauView(
             event.name,
             event.index,
             self.names.take(f"step_{event.index}_of_{snake_case(event.key)}"),
             place(event.span),
-            location,
-            entries,
-            tuple(moves),
-            self._reads(*(text for text, _ in moves)),
+            (*body, "return None") if body else (),
+            self._reads(*conditions),
             (location,) if entries is None else (location, entries),
         )

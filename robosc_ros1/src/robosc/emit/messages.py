@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from robosc.emit.naming import field_attribute, place
 from robosc.emit.python import Attributes, access, converted, literal
-from robosc.emit.views import ProvideView
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.ir.formulas import may_be_huge
 from robosc.model.entities import (
@@ -29,7 +28,7 @@ from robosc.model.types import (
     Type,
 )
 
-__all__ = ["converting_enums", "provide_view", "reading"]
+__all__ = ["converting_enums", "provided_data", "reading"]
 
 
 def reading(
@@ -65,16 +64,28 @@ def reading(
     return f"optional(lambda: {text})" if optional else text, ()
 
 
-def provide_view(
-    provide: Provide, communication: Communication, attributes: Attributes
-) -> ProvideView:
-    """A provide statement: its condition and the dict of the fields that it sets."""
+def provided_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str, ...]:
+    """The statements that return the fields that a command sets; empty if it provides none."""
+    found = [provide for provide in robot.provides if provide.communication == key]
+    lines: list[str] = []
+    for provide in found:
+        where, text = place(provide.span), _fields(provide, robot.communications[key], attributes)
+        if provide.condition is None:
+            lines += [f"# {where}", f"return {text}"]
+        else:
+            condition = attributes.text(provide.condition)
+            lines += [f"if {condition}:  # {where}", f"    return {text}"]
+    if found and all(provide.condition is not None for provide in found):
+        lines.append("return None")
+    return tuple(lines)
+
+
+def _fields(provide: Provide, communication: Communication, attributes: Attributes) -> str:
+    """A dict of the fields that a provide statement sets, as Python source."""
     text = _data(provide.data, communication.request, attributes)
-    if not isinstance(communication.request, ObjectType):
-        field = communication.binding.request_field
-        text = f"{{{literal(field or '')}: {text}}}"
-    condition = None if provide.condition is None else attributes.text(provide.condition)
-    return ProvideView(condition, text, place(provide.span))
+    if isinstance(communication.request, ObjectType):
+        return text
+    return f"{{{literal(communication.binding.request_field or '')}: {text}}}"
 
 
 def _data(data: Data, type_: Type, attributes: Attributes) -> str:

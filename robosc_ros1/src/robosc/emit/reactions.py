@@ -81,15 +81,16 @@ class Reactions:
         body = list(_body(parts))
         changed = {name: None for part in parts for b in part.branches for name, _ in b.effects}
         phase = event.phase
-        if phase is None:
-            return ReactionView(None, "", tuple(body), tuple(changed))
-        busy = self.attributes.phases[event.key]
-        if phase.sources != (phase.target,):
-            body.append(f"self.{busy} = {phase.target == 1}")
-            changed[busy] = None
-        needed = busy if phase.sources == (1,) else None
-        wrong = "silent" if event.kind is EventKind.TIMEOUT else "not under way"
-        return ReactionView(needed, wrong, tuple(body), tuple(changed))
+        if phase is not None:
+            busy = self.attributes.phases[event.key]
+            if phase.sources == (1,):
+                wrong = "silent" if event.kind is EventKind.TIMEOUT else "not under way"
+                mismatch = f'    raise Mismatch("{event.name} is {wrong}")'
+                body = [f"if not self.{busy}:", mismatch, *body]
+            if phase.sources != (phase.target,):
+                body.append(f"self.{busy} = {phase.target == 1}")
+                changed[busy] = None
+        return ReactionView(tuple(body), tuple(changed))
 
     def _branch(self, event: Event, automaton: LocalAutomaton, edges: list[Edge]) -> _Branch:
         edge = edges[0]

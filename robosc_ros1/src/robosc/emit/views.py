@@ -8,23 +8,18 @@ from dataclasses import dataclass, field
 __all__ = [
     "AttributeView", "CommandView", "ComponentView", "ControllerContext", "CopiedRows",
     "CopiesView", "CopyView", "EnumView", "InputView", "GuardPartView", "PartnerView",
-    "ProvideView", "ReactionView", "RequirementView", "TauView",
+    "ReactionView", "RequirementView", "TauView",
 ]  # fmt: skip
 
 
 @dataclass(frozen=True)
 class EnumView:
-    """A conversion function; ``rules`` are (condition, value, place, may be undefined).
-
-    ``parameters`` are names of arguments for the parameters that the rules read.
-    """
+    """A conversion function with its arguments and statements."""
 
     function: str
     name: str
-    counts: bool
-    rules: tuple[tuple[str, str, str, bool], ...]
-    default: str
-    parameters: tuple[str, ...] = ()
+    arguments: tuple[str, ...]
+    body: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -45,13 +40,8 @@ class ComponentView:
 
 @dataclass(frozen=True)
 class ReactionView:
-    """What an event does: the statements, and the attributes that they may change.
+    """What an event does: the statements, and the attributes that they may change."""
 
-    ``busy`` is the phase that must be true, else the event is a mismatch; None: there is no such.
-    """
-
-    busy: str | None
-    wrong_phase: str
     body: tuple[str, ...]
     writes: tuple[str, ...]
 
@@ -62,7 +52,6 @@ class InputView:
 
     key: str
     kind: str
-    name: str
     place: str
     description: str
     read: str | None
@@ -70,15 +59,6 @@ class InputView:
     reader: str | None
     applier: str
     reaction: ReactionView
-
-
-@dataclass(frozen=True)
-class ProvideView:
-    """A provide statement; ``data`` is a dict as Python source."""
-
-    condition: str | None
-    data: str
-    place: str
 
 
 @dataclass(frozen=True)
@@ -96,7 +76,6 @@ class CommandView:
 
     key: str
     kind: str
-    name: str
     place: str
     description: str
     permission: str
@@ -108,7 +87,7 @@ class CommandView:
     synchronisation_text: str
     busy: str | None
     data: str | None
-    provides: tuple[ProvideView, ...]
+    data_body: tuple[str, ...]
     applier: str | None
     reaction: ReactionView
     reads: tuple[str, ...]
@@ -124,21 +103,20 @@ class CommandView:
 
 @dataclass(frozen=True)
 class TauView:
+    """An internal transition; ``body`` are the statements of its method."""
+
     component: str
     number: int
     step: str
     place: str
-    attribute: str
-    entries: str | None
-    moves: tuple[tuple[str, str], ...]
-    """(condition, target) per way to take it."""
+    body: tuple[str, ...]
     reads: tuple[str, ...]
     writes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class AfterView:
-    """A transition that waits; ``reaction`` is what it does where ``condition`` holds.
+    """A transition that waits; ``body`` are the statements of its method.
 
     ``delay`` is Python source, ``waits`` how people read it.
     """
@@ -152,9 +130,9 @@ class AfterView:
     waits: str
     location: str
     entries: str
-    condition: str
-    reaction: ReactionView
+    body: tuple[str, ...]
     reads: tuple[str, ...]
+    writes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
