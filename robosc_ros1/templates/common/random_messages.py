@@ -248,17 +248,24 @@ def cards(type_, pool):
 def literals_by_field():
     """Return the literals that a field is compared with, directly or after an assignment to a
     variable, by communication and name of the field."""
-    compared = literals_by_variable()
     found = {}
+    for communication, tree, compared in expressions_of_transitions():
+        for atom in atoms_of(tree):
+            _note(found, communication, atom, compared)
+    return found
+
+
+def expressions_of_transitions():
+    """Yield the guards and the assigned expressions of transitions: the communication of the event,
+    the expression, and the literals that a variable is compared with after the assignment."""
+    compared = literals_by_variable()
     for component in PLANT["components"]:
         for transition in component["transitions"]:
-            of = transition["communication"]
-            for atom in atoms_of(transition["guard"]) if transition["guard"] else ():
-                _note(found, of, atom, [])
+            communication = transition["communication"]
+            if transition["guard"] is not None:
+                yield communication, transition["guard"], []
             for variable, tree in transition["assign"]:
-                for atom in atoms_of(tree):
-                    _note(found, of, atom, compared.get(component["name"] + "." + variable, []))
-    return found
+                yield communication, tree, compared.get(component["name"] + "." + variable, [])
 
 
 def literals_by_variable():
@@ -353,19 +360,13 @@ def places_of(key):
     and the ends of slices) and those next to them; each with a number that the element is compared
     with, and whether it should equal it.
     """
-    compared = literals_by_variable()
-    read = []  # expressions, each with what else it is compared with
-    for component in PLANT["components"]:
-        for transition in component["transitions"]:
-            if transition["communication"] == key:
-                read.append((transition["guard"], []))
-                for variable, tree in transition["assign"]:
-                    read.append((tree, compared.get(component["name"] + "." + variable, [])))
+    # Expressions, each with what else it is compared with.
+    read = [(tree, compared) for of, tree, compared in expressions_of_transitions() if of == key]
     read += [(rule, []) for enum in PLANT["enums"].values() for rule, _ in enum["rules"]]
     read += [(tree, []) for tree in trees_of([p["data"] for p in PLANT["provides"]])]
     found = set()
     for tree, others in read:
-        for atom in atoms_of(tree) if tree else ():
+        for atom in atoms_of(tree):
             places = set(_places_in(atom))
             numbers = set(_without_places(atom)) - set(_NOT_FINITE) | set(others)
             numbers = {v for v in numbers if not isinstance(v, str)}
