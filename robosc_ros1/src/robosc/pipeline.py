@@ -205,7 +205,7 @@ def explore(
 
     if plant:
         return walk(lower(robot), limit)
-    return walk(_existing(synthesize(robot, progress=progress)), limit)
+    return walk(supervise(robot, progress), limit)
 
 
 def verify(robot: Robot, progress: Progress | None = None) -> VerifyReport:
@@ -217,7 +217,7 @@ def verify(robot: Robot, progress: Progress | None = None) -> VerifyReport:
     """
     from robosc.synthesis.verify.verification import verify as prove
 
-    return prove(_existing(synthesize(robot, progress=progress)))
+    return prove(supervise(robot, progress))
 
 
 def export(robot: Robot, format_: Format, *, with_supervisor: bool = False) -> str:

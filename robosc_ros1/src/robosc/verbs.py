@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robosc import __version__, arguments
+from robosc import __version__, arguments, pipeline
 from robosc.console import complain, in_color, tell
 from robosc.errors import (
     EmptySupervisorError,
@@ -29,7 +29,8 @@ from robosc.errors import (
 )
 
 if TYPE_CHECKING:
-    from robosc.pipeline import Options
+    from robosc.model.entities import Robot
+    from robosc.supervisor import Supervisor
 
 __all__ = ["VERBS", "Arguments", "Verb"]
 
@@ -48,7 +49,7 @@ class Verb:
 
 
 def _check(args: Arguments) -> int:
-    from robosc import pipeline, report
+    from robosc import report
 
     options = _options(args)
     results: list[pipeline.Checked] = []
@@ -78,7 +79,7 @@ def _check(args: Arguments) -> int:
 
 
 def _synthesize(args: Arguments) -> int:
-    from robosc import pipeline, report
+    from robosc import report
     from robosc.synthesis.documents import synthesize_document
 
     loaded = pipeline.load(args.model, _options(args))
@@ -97,14 +98,11 @@ def _synthesize(args: Arguments) -> int:
 
 
 def _explore(args: Arguments) -> int:
-    from robosc import pipeline, report
+    from robosc import report
     from robosc.synthesis.documents import explore_json
 
-    loaded = pipeline.load(args.model, _options(args))
-    tell(loaded.diagnostics)
-    graph = pipeline.explore(
-        loaded.robot, plant=args.plant, limit=args.limit, progress=args.progress
-    )
+    robot = _load(args)
+    graph = pipeline.explore(robot, plant=args.plant, limit=args.limit, progress=args.progress)
     if args.json:
         sys.stdout.writelines(explore_json(graph))
     else:
@@ -113,13 +111,11 @@ def _explore(args: Arguments) -> int:
 
 
 def _verify(args: Arguments) -> int:
-    from robosc import pipeline, report
+    from robosc import report
     from robosc.synthesis.documents import step_document
     from robosc.synthesis.verify.findings import verify_document
 
-    loaded = pipeline.load(args.model, _options(args))
-    tell(loaded.diagnostics)
-    found = pipeline.verify(loaded.robot, args.progress)
+    found = pipeline.verify(_load(args), args.progress)
     if args.json:
         _print_json(verify_document(found, step_document))
     else:
@@ -128,7 +124,7 @@ def _verify(args: Arguments) -> int:
 
 
 def _generate(args: Arguments) -> int:
-    from robosc import pipeline, report
+    from robosc import report
 
     result = pipeline.generate(
         args.model,
@@ -143,11 +139,7 @@ def _generate(args: Arguments) -> int:
 
 
 def _export(args: Arguments) -> int:
-    from robosc import pipeline
-
-    loaded = pipeline.load(args.model, _options(args))
-    tell(loaded.diagnostics)
-    text = pipeline.export(loaded.robot, args.format, with_supervisor=args.supervisor)
+    text = pipeline.export(_load(args), args.format, with_supervisor=args.supervisor)
     if args.output is None:
         print(text, end="")
     else:
@@ -156,8 +148,6 @@ def _export(args: Arguments) -> int:
 
 
 def _format(args: Arguments) -> int:
-    from robosc import pipeline
-
     worst = 0
     for path in args.files:
         try:
@@ -180,7 +170,6 @@ def _format(args: Arguments) -> int:
 
 
 def _simulate(args: Arguments) -> int:
-    from robosc import pipeline
     from robosc.simulate.faults import InvalidLine
     from robosc.simulate.junit import junit_text
     from robosc.simulate.render import Style
@@ -191,10 +180,7 @@ def _simulate(args: Arguments) -> int:
 
     if args.junit is not None and args.script is None:
         raise UsageError("--junit reports the outcome of a script: give it with --script FILE")
-    loaded = pipeline.load(args.model, _options(args))
-    tell(loaded.diagnostics)
-    supervisor = pipeline.supervise(loaded.robot, args.progress)
-    args.progress.clear()
+    supervisor = _supervise(args)
     try:
         given = parameters(args.parameter)
         session = Session(machine_maker(supervisor, execute=args.execute), given)
@@ -204,7 +190,7 @@ def _simulate(args: Arguments) -> int:
     if lines is not None:
         done = follow_script(session, lines, args.script, sys.stdout, sys.stderr, args.json)
         if args.junit is not None:
-            text = junit_text(args.script, loaded.robot.name, done.cases)
+            text = junit_text(args.script, supervisor.plant.robot.name, done.cases)
             pipeline.write_text(args.junit, text)
         return done.exit_code
     if args.json:
@@ -217,15 +203,11 @@ _MODELS = (".rscd", ".rsc")
 
 
 def _replay(args: Arguments) -> int:
-    from robosc import pipeline
     from robosc.simulate.replay import replay, replay_document, replay_text
 
     if Path(args.log).suffix in _MODELS and Path(args.model).suffix not in _MODELS:
         args.model, args.log = args.log, args.model  # this order was the only one at first
-    loaded = pipeline.load(args.model, _options(args))
-    tell(loaded.diagnostics)
-    supervisor = pipeline.supervise(loaded.robot, args.progress)
-    found = replay(supervisor, args.log)
+    found = replay(_supervise(args), args.log)
     if args.json:
         _print_json(replay_document(found))
     else:
@@ -262,13 +244,9 @@ def _view(args: Arguments) -> int:
         return 0
     if args.model is None:
         raise UsageError("what is to be viewed? Give a MODEL, or a running node with --ros NODE")
-    from robosc import pipeline
     from robosc.view.start import export_log, view_log, view_model
 
-    loaded = pipeline.load(args.model, _options(args))
-    tell(loaded.diagnostics)
-    supervisor = pipeline.supervise(loaded.robot, args.progress)
-    args.progress.clear()
+    supervisor = _supervise(args)
     if args.export is not None:
         pipeline.write_text(args.export, export_log(supervisor, args.log))
     elif args.log is not None:
@@ -278,9 +256,20 @@ def _view(args: Arguments) -> int:
     return 0
 
 
-def _options(args: Arguments) -> Options:
-    from robosc import pipeline
+def _load(args: Arguments) -> Robot:
+    """The robot of the model; its warnings are shown."""
+    loaded = pipeline.load(args.model, _options(args))
+    tell(loaded.diagnostics)
+    return loaded.robot
 
+
+def _supervise(args: Arguments) -> Supervisor:
+    supervisor = pipeline.supervise(_load(args), args.progress)
+    args.progress.clear()
+    return supervisor
+
+
+def _options(args: Arguments) -> pipeline.Options:
     return pipeline.Options(tuple(args.library_path), args.strict, args.progress)
 
 

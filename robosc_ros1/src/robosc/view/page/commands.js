@@ -9,6 +9,15 @@ const lampWord = ({ enabled, blocked_by: reasons }) =>
   enabled ? "enabled" : reasons.length > 0 && reasons.every(isWaiting) ? "waiting" : "forbidden";
 const LAMPS = { enabled: "lamp on", waiting: "lamp wait", forbidden: "lamp off" };
 
+/** Show a lamp's word: `owner` is marked with it, `named` gets it, or a longer text, as its name. */
+function setLamp(lamp, word, owner, named, text = word) {
+  if (owner.dataset.is === word) return;
+  owner.dataset.is = word;
+  lamp.className = LAMPS[word];
+  named.title = text;
+  named.setAttribute("aria-label", text);
+}
+
 class CommandRow {
   constructor(event, hasData) {
     this.lamp = make("span", { className: "lamp", role: "img" });
@@ -32,13 +41,7 @@ class CommandRow {
   }
 
   show(command) {
-    const word = lampWord(command);
-    if (this.element.dataset.is !== word) {
-      this.element.dataset.is = word;
-      this.lamp.className = LAMPS[word];
-      this.lamp.setAttribute("aria-label", word);
-      this.lamp.title = word;
-    }
+    setLamp(this.lamp, lampWord(command), this.element, this.lamp);
     write(this.tally, command.count ? `${command.count}×` : "");
     if (!this.last && command.data) {
       this.sent.hidden = false;

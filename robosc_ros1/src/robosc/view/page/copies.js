@@ -72,12 +72,9 @@ class Folded {
     this.link = make("a", { href: `#component-${number}` }, `${general.name} `, this.tile);
     this.chips = make("ul", { className: "copies", ariaLabel: `Copies of ${general.name}` });
     this.opened = make("div", { className: "opened" });
-    const count = `${components.length} copies`;
-    const title = make("h2", {}, general.name, make("small", {}, `${count} · ${general.place}`));
-    const drawing = make("div", { className: "drawing" }, this.diagram.element);
-    this.element = make("article", { className: "card folded", id: `component-${number}`, tabIndex: -1 }, title,
-      new Zoom(drawing, general.name).buttons, drawing, this.chips, this.opened);
-    this.element.dataset.component = general.name;
+    this.element = cardElement(this.diagram, `${components.length} copies · ${general.place}`);
+    this.element.classList.add("folded");
+    this.element.append(this.chips, this.opened);
     this.copies = components.map((component, i) => new Copy(component, this, `${number}-${i}`, fire));
     this.chips.append(...this.copies.map((copy) => copy.chip));
   }
@@ -208,12 +205,7 @@ class CopyLamp {
   show(command) {
     this.command = command;
     const word = lampWord(command);
-    if (this.button.dataset.is !== word) {
-      this.button.dataset.is = word;
-      this.lamp.className = LAMPS[word];
-      this.button.title = `${this.key}: ${word}`;
-      this.button.setAttribute("aria-label", this.button.title);
-    }
+    setLamp(this.lamp, word, this.button, this.button, `${this.key}: ${word}`);
     if (this.rows.lamp === this) this.rows.row.show(command);
   }
 

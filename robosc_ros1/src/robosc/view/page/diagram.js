@@ -113,17 +113,14 @@ class Diagram {
   drawWords(lines, x, y, anchor, flash) {
     const words = draw("g");
     const top = y - ((lines.length - 1) * LINE) / 2;
-    let text = null;
-    lines.forEach((line, i) => {
-      const at = { x: round(x), y: round(top + i * LINE), "text-anchor": anchor, "dominant-baseline": "central" };
-      if (line.transition) {
-        text = draw("text", { class: "words", ...at }, line.text);
-        text.append(draw("title", {}, wholeText(line.transition)));
-        this.remember(line.transition, text, flash);
-      } else {
-        text = draw("text", { class: "words", ...at }, draw("tspan", { class: "more" }, line.text));
-      }
-      words.append(text);
+    lines.forEach(({ text, transition }, i) => {
+      const line = draw("text", {
+        class: "words", x: round(x), y: round(top + i * LINE), "text-anchor": anchor, "dominant-baseline": "central",
+      }, transition ? text : draw("tspan", { class: "more" }, text));
+      words.append(line);
+      if (!transition) return;
+      line.append(draw("title", {}, wholeText(transition)));
+      this.remember(transition, line, flash);
     });
     return words;
   }

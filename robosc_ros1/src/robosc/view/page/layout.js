@@ -131,18 +131,14 @@ function untangle(rows) {
 
 /** Columns: each row is drawn to its neighbours, again and again. */
 function giveColumns(rows) {
-  for (const row of rows) {
-    const places = settle(row, row.map(() => 0), 16);
-    row.forEach((box, i) => (box.x = places[i]));
-  }
+  const put = (row, wished) => settle(row, wished, 16).forEach((x, i) => (row[i].x = x));
+  for (const row of rows) put(row, row.map(() => 0));
   for (let sweep = 0; sweep < 24; sweep++) {
     for (const row of sweep % 2 ? [...rows].reverse() : rows) {
-      const wished = row.map((box) => {
+      put(row, row.map((box) => {
         const near = sweep < 20 ? (sweep % 2 ? box.down : box.up) : [...box.up, ...box.down];
         return near.length ? near.reduce((s, b) => s + b.x, 0) / near.length : box.x;
-      });
-      const places = settle(row, wished, 16);
-      row.forEach((box, i) => (box.x = places[i]));
+      }));
     }
   }
 }

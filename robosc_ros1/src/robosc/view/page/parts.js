@@ -1,6 +1,16 @@
 // Cards of components, rows of events.
 "use strict";
 
+/** What cards have in common: the name, a note beside it, and the diagram with its zoom. */
+function cardElement({ component: { name }, number, element: picture }, note) {
+  const title = make("h2", {}, name, make("small", {}, note));
+  const drawing = make("div", { className: "drawing" }, picture);
+  const card = make("article", { className: "card", id: `component-${number}`, tabIndex: -1 }, title,
+    new Zoom(drawing, name).buttons, drawing);
+  card.dataset.component = name;
+  return card;
+}
+
 class Card {
   constructor(component, number, fire) {
     this.component = component;
@@ -9,11 +19,8 @@ class Card {
     this.tile = make("b");
     this.link = make("a", { href: `#component-${number}` }, `${component.name} `, this.tile);
     this.values = new Map();
-    const title = make("h2", {}, component.name, make("small", {}, component.place));
-    const drawing = make("div", { className: "drawing" }, this.diagram.element);
-    this.element = make("article", { className: "card", id: `component-${number}`, tabIndex: -1 }, title, this.now,
-      new Zoom(drawing, component.name).buttons, drawing);
-    this.element.dataset.component = component.name;
+    this.element = cardElement(this.diagram, component.place);
+    this.element.firstElementChild.after(this.now);
     toggle(this.element, "wide", this.diagram.element.width.baseVal.value > 1.5 * WIDE);
     this.addEverywhere(component);
     this.addVariables(component);

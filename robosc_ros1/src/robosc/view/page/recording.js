@@ -37,7 +37,7 @@ const recording = {
         const next = this.wanted;
         this.show(next, await post("moment", { at: next }));
       }
-    } catch (fault) {
+    } catch {
       this.pause();
     } finally {
       this.asking = false;
