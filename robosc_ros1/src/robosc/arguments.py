@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import get_args
+
+from robosc.pipeline import Mode, Target
 
 __all__ = [
-    "check",
-    "explore",
-    "export",
-    "format",
-    "generate",
-    "lsp",
-    "replay",
-    "simulate",
-    "synthesize",
-    "verify",
-    "view",
-]
+    "check", "explore", "export", "format", "generate", "lsp", "replay", "simulate", "synthesize",
+    "verify", "view",
+]  # fmt: skip
 
 
 def _common(parser: argparse.ArgumentParser) -> None:
@@ -96,10 +90,10 @@ def verify(parser: argparse.ArgumentParser) -> None:
 
 def generate(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
-    parser.add_argument("--target", choices=["ros1", "ros2"], default="ros1")
+    parser.add_argument("--target", choices=get_args(Target), default="ros1")
     parser.add_argument(
         "--mode",
-        choices=["controller", "supervisor"],
+        choices=get_args(Mode),
         default="controller",
         help="a controller, or a supervisor that guards one (default: controller)",
     )

@@ -88,7 +88,7 @@ def _parser() -> argparse.ArgumentParser:
             verb.name,
             help=verb.summary,
             description=f"{verb.summary[0].upper()}{verb.summary[1:]}.",
-            epilog=f"example: {verb.example}",
+            epilog=f"example: robosc {verb.name} {verb.example}",
         )
         verb.add_arguments(sub)
         sub.set_defaults(verb=verb)

@@ -72,8 +72,7 @@ def _supervisor_lines(result: Supervisor) -> Iterator[str]:
         yield from (f"    {text}: {reason}" for text, reason in result.plant.view.free.items())
     if result.properties:
         yield ""
-        for name, holds in result.properties:
-            yield f"{name}: {'yes' if holds else 'no'}"
+        yield from (_property_text(name, holds) for name, holds in result.properties)
 
 
 def sizes(result: Supervisor) -> str:
@@ -136,13 +135,17 @@ def verify_text(found: VerifyReport) -> str:
     if found.method == "symbolic":
         lines.append("too many states to visit one by one: verified with sets of states")
     for check in found.checks:
-        lines.append(f"{check.name}: {'yes' if check.holds else 'no'}")
+        lines.append(_property_text(check.name, check.holds))
         if check.detail:
             lines.append(f"    {check.detail}")
         if check.trace:
             lines.append(f"    trace: {trace_text(check.trace)}")
-    lines += [f"{name}: {'yes' if holds else 'no'}" for name, holds in found.properties]
+    lines += [_property_text(name, holds) for name, holds in found.properties]
     return "\n".join(lines) + "\n"
+
+
+def _property_text(name: str, holds: bool) -> str:
+    return f"{name}: {'yes' if holds else 'no'}"
 
 
 # --- explore -------------------------------------------------------------------------------------

@@ -39,7 +39,7 @@ Arguments = argparse.Namespace
 
 @dataclass(frozen=True)
 class Verb:
-    """One verb: its help, its own arguments, what it does."""
+    """One verb: its help, with arguments as an example, its own arguments, what it does."""
 
     name: str
     summary: str
@@ -279,81 +279,26 @@ def _print_json(document: object) -> None:
 
 
 VERBS = (
-    Verb(
-        "check",
-        "report all errors and warnings of a model",
-        "robosc check line_follower.rscd",
-        arguments.check,
-        _check,
-    ),
-    Verb(
-        "generate",
-        "write a ROS package with the controller",
-        "robosc generate line_follower.rscd --output ~/catkin_ws/src",
-        arguments.generate,
-        _generate,
-    ),
-    Verb(
-        "synthesize",
-        "compute the supervisor: guards, sizes, explanations",
-        "robosc synthesize line_follower.rscd --json",
-        arguments.synthesize,
-        _synthesize,
-    ),
-    Verb(
-        "explore",
-        "list the controlled (or uncontrolled) transition system",
-        "robosc explore line_follower.rscd --plant --limit 1000",
-        arguments.explore,
-        _explore,
-    ),
-    Verb(
-        "verify",
-        "prove a computed supervisor by independent means",
-        "robosc verify line_follower.rscd",
-        arguments.verify,
-        _verify,
-    ),
-    Verb(
-        "export",
-        "write the model for other tools: CIF, a picture, JSON",
-        "robosc export line_follower.rscd --format svg --output line_follower.svg",
-        arguments.export,
-        _export,
-    ),
-    Verb(
-        "format",
-        "give model files their canonical layout",
-        "robosc format --check *.rscd",
-        arguments.format,
-        _format,
-    ),
-    Verb(
-        "simulate",
-        "play the controlled system by hand, by script or at random",
-        "robosc simulate line_follower.rscd --execute",
-        arguments.simulate,
-        _simulate,
-    ),
-    Verb(
-        "view",
-        "show a robot live in a browser: a model, a running node, an event log",
-        "robosc view --ros /line_follower_controller",
-        arguments.view,
-        _view,
-    ),
-    Verb(
-        "replay",
-        "follow the event log of a controller's node through its model",
-        "robosc replay line_follower.rscd events.log",
-        arguments.replay,
-        _replay,
-    ),
-    Verb(
-        "lsp",
-        "serve an editor: the language server, on standard input and output",
-        "robosc lsp --library-path ~/models/libraries",
-        arguments.lsp,
-        _lsp,
-    ),
-)
+    Verb("check", "report all errors and warnings of a model",
+         "line_follower.rscd", arguments.check, _check),
+    Verb("generate", "write a ROS package with the controller",
+         "line_follower.rscd --output ~/catkin_ws/src", arguments.generate, _generate),
+    Verb("synthesize", "compute the supervisor: guards, sizes, explanations",
+         "line_follower.rscd --json", arguments.synthesize, _synthesize),
+    Verb("explore", "list the controlled (or uncontrolled) transition system",
+         "line_follower.rscd --plant --limit 1000", arguments.explore, _explore),
+    Verb("verify", "prove a computed supervisor by independent means",
+         "line_follower.rscd", arguments.verify, _verify),
+    Verb("export", "write the model for other tools: CIF, a picture, JSON",
+         "line_follower.rscd --format svg --output line_follower.svg", arguments.export, _export),
+    Verb("format", "give model files their canonical layout",
+         "--check *.rscd", arguments.format, _format),
+    Verb("simulate", "play the controlled system by hand, by script or at random",
+         "line_follower.rscd --execute", arguments.simulate, _simulate),
+    Verb("view", "show a robot live in a browser: a model, a running node, an event log",
+         "--ros /line_follower_controller", arguments.view, _view),
+    Verb("replay", "follow the event log of a controller's node through its model",
+         "line_follower.rscd events.log", arguments.replay, _replay),
+    Verb("lsp", "serve an editor: the language server, on standard input and output",
+         "--library-path ~/models/libraries", arguments.lsp, _lsp),
+)  # fmt: skip

@@ -11,7 +11,10 @@ from robosc.simulate.machine import Choice, CommandState, Machine, event_of_docu
 from robosc.simulate.session import Done, Session
 from robosc.synthesis.documents import event_document
 
-__all__ = ["answer", "choice_document", "command_document", "done_document", "fault_document"]
+__all__ = [
+    "answer", "choice_document", "command_document", "done_document", "fault_document",
+    "state_document",
+]  # fmt: skip
 
 Document = dict[str, Any]
 
@@ -63,7 +66,7 @@ def done_document(session: Session, number: int, done: Done, identity: Any = Non
     if done.text:
         document["text"] = done.text
     document["happened"] = [h.document() for h in done.happenings]
-    document["state"] = _state(machine)
+    document["state"] = state_document(machine)
     document["choices"] = [choice_document(choice) for choice in session.menu()]
     document["commands"] = [command_document(command) for command in machine.commands()]
     return document
@@ -87,7 +90,8 @@ def choice_document(choice: Choice) -> Document:
     }
 
 
-def _state(machine: Machine) -> Document:
+def state_document(machine: Machine) -> Document:
+    """The state of the robot, and of the clock if there is one."""
     state = machine.state
     names = machine.plant.robot.display_names
     document: Document = {

@@ -25,7 +25,7 @@ from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
-from robosc.runtime.recorder import Entry, EventRecorder
+from robosc.runtime.recorder import EventRecorder
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Undefined, in_range
@@ -144,7 +144,7 @@ class Execution:
         self._clock.accept = lambda key, token: self._engine.report(key, token, "accepted")
         self._engine.begin()
         self._engine.cycle()
-        self.beginning = self._happened()
+        self.beginning: Sequence[Happening] = self._happened()
 
     # --- what can happen -------------------------------------------------------------------------
 
@@ -211,12 +211,12 @@ class Execution:
         happenings = []
         end = self._clock.time + seconds
         while True:
-            patience = self._engine.time_to_deadline()
-            if patience is None or self._clock.time + patience > end + _ROUNDING:
+            delay = self._engine.time_to_deadline()
+            if delay is None or self._clock.time + delay > end + _ROUNDING:
                 break
             # Adding a difference may end just short of its goal: the clock must go on all the same.
             onward = math.nextafter(self._clock.time, math.inf)
-            self._clock.time = max(self._clock.time + patience, onward)
+            self._clock.time = max(self._clock.time + delay, onward)
             self._engine.cycle()
             happenings += self._happened()
         self._clock.time = max(self._clock.time, end)
@@ -225,18 +225,10 @@ class Execution:
         return happenings + self._happened()
 
     def _happened(self) -> list[Happening]:
-        return [self._happening(entry) for entry in self._engine.recorder.take()]
-
-    def _happening(self, entry: Entry) -> Happening:
-        return Happening(
-            entry.kind,
-            entry.name,
-            entry.value,
-            entry.tau,
-            entry.outcome,
-            entry.detail,
-            entry.time,
-        )
+        return [
+            Happening(e.kind, e.name, e.value, e.tau, e.outcome, e.detail, e.time)
+            for e in self._engine.recorder.take()
+        ]
 
     def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
         raise InvalidLine("goto is for single events: here the controller decides where it goes")

@@ -117,6 +117,8 @@ class Machine(Protocol):
     """A robot that is played. Machines refuse with :class:`Refused`, and then nothing changed."""
 
     supervisor: Supervisor
+    beginning: Sequence[Happening]
+    """What happened before the first event."""
 
     @property
     def plant(self) -> Plant: ...

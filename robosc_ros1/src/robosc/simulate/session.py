@@ -90,7 +90,7 @@ class Session:
         self.machine = make(self._parameters)
         self.history: list[str] = []
         """What was done, as lines that do it again; one for each step of the machine."""
-        self.latest: tuple[Happening, ...] = self._beginning()
+        self.latest: tuple[Happening, ...] = tuple(self.machine.beginning)
         """What happened in the last line that did anything."""
         self._playing = 0
 
@@ -105,6 +105,8 @@ class Session:
         if not text:
             return Done()
         if word in WORDS:
+            if rest.strip() and WORDS[word][0] == word:
+                raise InvalidLine(f"'{word}' takes no arguments")
             action: Callable[[str], Done] = getattr(self, f"_{word}")
             return action(rest.strip())
         if word.isdecimal():
@@ -180,21 +182,15 @@ class Session:
         self.latest = tuple(happenings)
         return Done(self.latest, text, changed=True)
 
-    def _beginning(self) -> tuple[Happening, ...]:
-        return tuple(getattr(self.machine, "beginning", ()))
-
     # --- the words -------------------------------------------------------------------------------
 
     def _show(self, rest: str) -> Done:
-        _nothing(rest, "show")
         return Done(show=True)
 
     def _help(self, rest: str) -> Done:
-        _nothing(rest, "help")
         return Done(text=_HELP)
 
     def _quit(self, rest: str) -> Done:
-        _nothing(rest, "quit")
         return Done(quit=True)
 
     def _wait(self, rest: str) -> Done:
@@ -242,10 +238,9 @@ class Session:
         return Done(changed=count > 0)
 
     def _restart(self, rest: str) -> Done:
-        _nothing(rest, "restart")
         self.machine.restart()
         self.history.clear()
-        return self._did(self._beginning())
+        return self._did(self.machine.beginning)
 
     def _set(self, rest: str) -> Done:
         name = re.split(r"[\s=]", rest, maxsplit=1)[0]
@@ -256,7 +251,7 @@ class Session:
         self.machine = self._make(parameters)
         self._parameters = parameters
         self.history.clear()
-        return self._did(self._beginning(), f"{name} is {literal_text(value)}; restarted")
+        return self._did(self.machine.beginning, f"{name} is {literal_text(value)}; restarted")
 
     def _expect(self, rest: str) -> Done:
         expect(rest, self.machine, self.latest)
@@ -363,11 +358,6 @@ def _without_comment(line: str) -> str:
     """The line without what follows ``#`` or ``//``, unless that stands in a string."""
     match = re.match(r"""(?:"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'|(?!\#|//).)*""", line, re.DOTALL)
     return match.group().strip() if match else ""
-
-
-def _nothing(rest: str, word: str) -> None:
-    if rest:
-        raise InvalidLine(f"'{word}' takes no arguments")
 
 
 def _number(text: str, example: str) -> float:

@@ -73,6 +73,7 @@ class SingleEvents:
 
     time = None
     stopped = None
+    beginning: Sequence[Happening] = ()
 
     def __init__(self, supervisor: Supervisor) -> None:
         self.supervisor = supervisor

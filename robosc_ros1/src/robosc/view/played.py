@@ -16,7 +16,7 @@ from robosc.emit.modeldata import model_document
 from robosc.emit.naming import file_of
 from robosc.ir.automaton import Event
 from robosc.runtime.telemetry import dump
-from robosc.simulate.documents import choice_document, command_document
+from robosc.simulate.documents import choice_document, command_document, state_document
 from robosc.simulate.event_data import complete
 from robosc.simulate.faults import LineFault
 from robosc.simulate.literals import parse_raw
@@ -42,7 +42,7 @@ class Played:
         self._lock = threading.Lock()
         self._random = random.Random()
         self._number = 0
-        self._begin(getattr(machine, "beginning", ()))
+        self._begin(machine.beginning)
         supervisor = machine.supervisor
         source = file_of(machine.plant.robot.span)
         hub.put("model", dump(model_document(supervisor, source)))
@@ -80,7 +80,7 @@ class Played:
                         raise Unable("there is nothing to undo")
                     case {"restart": _}:
                         self._machine.restart()
-                        self._begin(getattr(self._machine, "beginning", ()))
+                        self._begin(self._machine.beginning)
                     case _:
                         raise Unable("there is no such request")
             except LineFault as fault:
@@ -149,37 +149,26 @@ class Played:
 
     def _show(self) -> None:
         machine = self._machine
-        state = machine.state
         robot = machine.plant.robot
-        names = robot.display_names
-        self._hub.put(
-            "state",
-            dump(
-                {
-                    "version": 1,
-                    "robot": robot.name,
-                    "time": round(time.time(), 6),
-                    "number": self._number,
-                    "components": dict(state.components),
-                    "variables": dict(state.variables),
-                    "communications": {
-                        names[key]: phase for key, phase in state.phases.items()
-                    },
-                    "commands": [self._command(c) for c in machine.commands()
-                                 if not c.event.kind.of_component],
-                    "clocks": {},  # time does not pass by itself
-                    "stopped": machine.stopped,
-                    "faults": [],
-                    "unconnected": [],
-                    "parameters": {p.name: p.default for p in robot.parameters},
-                    "counters": self._tally.counters,
-                    "latest": [],
-                    "marked": state.marked(robot),
-                    "choices": [choice_document(choice) for choice in machine.choices()],
-                    "undo": self._undoable,
-                }
-            ),
-        )  # fmt: skip
+        commands = [c for c in machine.commands() if not c.event.kind.of_component]
+        document = {
+            **state_document(machine),
+            "version": 1,
+            "robot": robot.name,
+            "time": round(time.time(), 6),
+            "number": self._number,
+            "commands": [self._command(command) for command in commands],
+            "clocks": {},  # time does not pass by itself
+            "stopped": machine.stopped,
+            "faults": [],
+            "unconnected": [],
+            "parameters": {p.name: p.default for p in robot.parameters},
+            "counters": self._tally.counters,
+            "latest": [],
+            "choices": [choice_document(choice) for choice in machine.choices()],
+            "undo": self._undoable,
+        }
+        self._hub.put("state", dump(document))
 
     def _command(self, command: CommandState) -> Json:
         document = command_document(command)
