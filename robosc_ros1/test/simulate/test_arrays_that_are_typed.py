@@ -113,19 +113,22 @@ robot R {
     datatype enum Side from integer to { value < 0 -> left value > 0 -> right default -> middle }
     component A {
         outgoing message report with type: Report links link
+        outgoing message place with type: integer(0..3)
         incoming message go with type: none
         behaviour {
+            variable n: integer(0..3)
             variable seen: array(Side)
             variable first: Side
             variable at: array(At)
             variable all: Report
+            on response from place do n := value
             initial marked state s {
                 on response from report
                     do seen := value.sides, first := value.sides[0], at := value.at, all := value
             }
         }
     }
-    requirement go needs any(x = left for x in A.seen) and A.seen[0] = left
+    requirement go needs any(x = left for x in A.seen) and A.seen[A.n] = left
         and any(a.side = left for a in A.at) and A.all.one = left
 }
 """
@@ -141,6 +144,7 @@ def test_enums_within_a_whole_are_converted_where_they_are_read(execute: bool, l
     play(player, "expect A.first = left", "expect A.seen[1] = right", "expect enabled go")
     play(player, "expect any(a.side = left for a in A.at)", "expect A.all.one = left")
     assert player.machine.state.variables["A.seen"] == [-1, 2]
+    play(player, "place 1", "expect disabled go", "expect A.seen[A.n] = right", "place 0")
     play(player, 'report sides: ["middle"], at: [], one: left', "expect disabled go")
     play(player, "expect A.first = middle", "expect all(x = middle for x in A.seen)")
 
@@ -150,3 +154,19 @@ def test_enums_within_a_whole_are_drawn(execute: bool) -> None:
     player = session(supervisor_of(SIDES), execute=execute)
     play(player, "random 50 1")
     assert {type(side) for side in player.machine.state.variables["A.seen"]} <= {int}
+
+
+def test_constants_have_names_of_enums() -> None:
+    text = (
+        "robot F { constant modes: array(Side) = [left, right]"
+        " datatype enum Side from integer to { value < 0 -> left default -> right }"
+        " component A { outgoing message n with type: integer(0..1)"
+        " incoming message go with type: none incoming message come with type: none"
+        " behaviour { variable n: integer(0..1)"
+        " initial marked state s { on response from n do n := value } } }"
+        " requirement go needs modes[A.n] = left"
+        " requirement come needs any(x = right for x in modes[0..A.n]) }"
+    )
+    player = session(supervisor_of(text))
+    play(player, "n 0", "expect enabled go", "expect disabled come")
+    play(player, "n 1", "expect disabled go", "expect enabled come")

@@ -17,6 +17,7 @@ from robosc.model.expr import (
     TRUE,
     Aggregate,
     Binary,
+    Call,
     ChoiceRef,
     Convert,
     Count,
@@ -184,8 +185,9 @@ def to_dsl(
 
     def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
         match node:
-            case Convert():
-                enum = node.type
+            case Convert(argument=argument, type=enum):
+                if _is_element(argument, enum):
+                    return operands[0]
                 own = enum.origin == robot.name
                 name = enum.name if own else f"{escape(enum.origin)}.{enum.name}"
                 return Spelled(f"{name}({operands[0].text})", _ATOM)
@@ -204,6 +206,15 @@ def to_dsl(
         return fold(written, of_leaf, of_operation, bound=of_aggregate).text
 
     return text_of(with_presence_written(exact(with_counts(expr)), not is_part))
+
+
+def _is_element(argument: Expr, enum: EnumType) -> bool:
+    """Whether it is an element of an array of an enum: the model does not write its conversion."""
+    return (
+        isinstance(argument, Call)
+        and argument.operator == "element"
+        and argument.operands[0].type == ArrayType(enum)
+    )
 
 
 def _count_text(count: Count, text: Callable[[Expr], str], components: Collection[str]) -> Spelled:
