@@ -265,3 +265,16 @@ def test_the_index_is_no_name_of_anything(transition: str) -> None:
         "unknown-name",
         "not-assignable",
     }
+
+
+@pytest.mark.parametrize("statement", ["requirement Station[1].go needs true", ""])
+def test_ranges_in_each_other_that_make_too_many_statements_are_told_once(statement: str) -> None:
+    body = statement
+    for name in "kji":
+        body = f"for {name} in 1..1000 {{ {body} }}"
+    _, found = load(
+        Source("model.rscd", f"robot R {{ {STATION} {body} }}"), definitions=MessageDefinitions()
+    )
+    errors = [d for d in found if d.code == "bad-index"]
+    assert [d.message for d in errors] == ["this makes more than 100,000 statements"]
+    assert errors[0].span.start == errors[0].span.source.text.index("1..1000")

@@ -17,7 +17,7 @@ from typing import Any, cast
 
 from robosc.language.functions import AGGREGATES
 from robosc.language.operators import BINARY, Operand
-from robosc.model.copies_scope import Scope, with_place
+from robosc.model.copies_scope import Scope, indexes_of, indexes_of_for, with_place
 from robosc.model.diagnostics import Report
 from robosc.source import Span
 from robosc.syntax.nodes import (
@@ -44,8 +44,6 @@ from robosc.syntax.nodes import (
 
 __all__ = ["copy_name", "over_copies", "write_out"]
 
-MOST_COPIES = 10_000
-"""More copies of one component, or of the statements of one ``for``, are an error."""
 
 
 def copy_name(name: str, index: int) -> str:
@@ -113,22 +111,11 @@ class _Writer:
             return self._component(item, item.indexes)
         return (self.node(item, scope),)
 
-    def _indexes(self, node: RangeNode) -> range:
-        if node.first > node.last:
-            message = f"{node.first} is greater than {node.last}"
-            self._report.add("empty-range", node.span, message, "write the smaller one first")
-        elif node.last - node.first >= MOST_COPIES:
-            message = f"this range has more than {MOST_COPIES:,} indexes"
-            self._report.add("bad-index", node.span, message)
-        else:
-            return range(node.first, node.last + 1)
-        return range(node.first, node.first + 1)
-
     def _component(
         self, item: ComponentNode | ImportNode, indexes: RangeNode
     ) -> list[DeclarationNode]:
         copies: list[DeclarationNode] = []
-        for index in self._indexes(indexes):
+        for index in indexes_of(indexes, self._report):
             scope = Scope().inside("index", index)
             name = replace(item.name, text=copy_name(item.name.text, index))
             if isinstance(item, ComponentNode):
@@ -144,7 +131,7 @@ class _Writer:
 
     def _for(self, node: ForNode, scope: Scope) -> list[DeclarationNode]:
         written: list[DeclarationNode] = []
-        for index in self._indexes(node.indexes):
+        for index in indexes_of_for(node, scope, self._report):
             inner = scope.inside(node.variable.text, index)
             for statement in node.statements:
                 if isinstance(statement, ConditionNode):
