@@ -45,7 +45,6 @@ from robosc.syntax.nodes import (
 __all__ = ["copy_name", "over_copies", "write_out"]
 
 
-
 def copy_name(name: str, index: int) -> str:
     """The name of one copy of an indexed component: ``Station[3]``."""
     return f"{name}[{index}]"
