@@ -108,6 +108,10 @@ def test_constants_may_be_objects_and_arrays() -> None:
         ("constant a: integer(0..3) = 7", ("out-of-range", "7")),
         ("constant a: boolean = 3", ("type-mismatch", "3")),
         ("constant a: double = 1 / 0", ("initial-not-constant", "1 / 0")),
+        (
+            "constant a: integer = 1 - 9999999999 * 9999999999",
+            ("number-too-large", "1 - 9999999999 * 9999999999"),
+        ),
         ("constant half: integer = 3", ("duplicate-name", "half")),
         ("constant a: none = 3", ("variable-type", "none")),
         ("parameter a: array(double) = [3]", ("variable-type", "array(double)")),

@@ -22,6 +22,7 @@ from robosc.model.types import ArrayType, DurationType, EnumType, ObjectType, Ty
 from robosc.runtime.settings import LEAST_PARAMETER, MOST_PARAMETER
 from robosc.runtime.values import NOW
 from robosc.source import Span
+from robosc.syntax.leaves import MAX_INTEGER
 from robosc.syntax.nodes import ConditionNode, ConstantNode, DataNode, ParameterNode, ValueNode
 
 __all__ = ["NamedValueTyper"]
@@ -148,6 +149,10 @@ def _value(data: Data, type_: Type, what: str, span: Span, report: Report) -> Va
     if value is None or value is NOW:
         message = f"the value of {what} must be a finite constant"
         report.add("initial-not-constant", data.span or span, message)
+        return None
+    if isinstance(value, int) and abs(value) > MAX_INTEGER:
+        message = f"the value of {what} is too large: whole numbers go up to {MAX_INTEGER}"
+        report.add("number-too-large", data.span or span, message)
         return None
     literal = coerce(Literal(value, type_), type_)
     assert isinstance(literal, Literal)
