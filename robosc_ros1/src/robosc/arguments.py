@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 from typing import get_args
 
-from robosc.pipeline import Mode, Target
+from robosc.emit.package import Mode
+from robosc.pipeline import Target
 
 __all__ = [
     "check", "explore", "export", "format", "generate", "lsp", "replay", "simulate", "synthesize",

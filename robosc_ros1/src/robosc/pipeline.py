@@ -29,7 +29,7 @@ from robosc.names import package_name, package_name_fault
 
 if TYPE_CHECKING:
     from robosc.emit.export import Format
-    from robosc.emit.target import Mode
+    from robosc.emit.package import Mode
     from robosc.emit.writer import Written
     from robosc.model.entities import Robot
     from robosc.progress import Progress

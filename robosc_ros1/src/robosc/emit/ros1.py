@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosc.emit.config import DEFAULTS, Config
-from robosc.emit.package import Package
+from robosc.emit.package import Mode, Package
 from robosc.emit.readme import ParameterView, parameter_views
-from robosc.emit.target import Mode, Target, package_of
+from robosc.emit.target import Target, package_of
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime.settings import GENERAL_RATE
 from robosc.supervisor import Supervisor

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosc.emit.config import DEFAULTS, Config, declared_communications, shared_topics
-from robosc.emit.package import Package
+from robosc.emit.package import Mode, Package
 from robosc.emit.readme import ParameterView, parameter_views
-from robosc.emit.target import Mode, Target, package_of
+from robosc.emit.target import Target, package_of
 from robosc.errors import UsageError
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime.qos import qos_parameters

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 from robosc.emit.config import Config
 from robosc.emit.controller import controller_context
@@ -14,6 +13,7 @@ from robosc.emit.modeldata import model_document
 from robosc.emit.naming import file_of
 from robosc.emit.package import (
     File,
+    Mode,
     Package,
     frozen_files,
     own_modules,
@@ -30,10 +30,7 @@ from robosc.model.parameters import with_parameters
 from robosc.names import rostest_name
 from robosc.supervisor import Guard, Supervisor
 
-__all__ = ["Mode", "Target", "package_of", "plant_module"]
-
-Mode: TypeAlias = Literal["controller", "supervisor"]
-"""Whether a package controls the robot, or guards a controller that somebody else wrote."""
+__all__ = ["Target", "package_of", "plant_module"]
 
 
 @dataclass(frozen=True)
