@@ -14,14 +14,11 @@ from robosc.emit.config import ATTRIBUTES, declared_communications, declared_par
 from robosc.emit.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.copies import with_copies
 from robosc.emit.guards import GuardTexts, holds_where
-from robosc.emit.messages import converting_enums, provided_data, reading
+from robosc.emit.messages import converting_enums, enum_view, provided_data, reading
 from robosc.emit.naming import PythonNames, place
 from robosc.emit.python import (
     Attributes,
-    converter_counts,
-    converter_parameters,
     duration,
-    in_enum_rule,
     literal,
 )
 from robosc.emit.reactions import Reactions, alike, attributes_read
@@ -32,7 +29,6 @@ from robosc.emit.views import (
     CommandView,
     ComponentView,
     ControllerContext,
-    EnumView,
     GuardPartView,
     InputView,
     RequirementView,
@@ -42,9 +38,7 @@ from robosc.ir.automaton import Event, Plant
 from robosc.ir.part_names import NamedExpr
 from robosc.language.functions import HELPERS
 from robosc.model.entities import EventKind, Kind
-from robosc.model.expr import TRUE, condition_of
-from robosc.model.traversal import may_be_undefined
-from robosc.model.types import EnumType
+from robosc.model.expr import TRUE
 from robosc.names import snake_case
 from robosc.runtime.model import Communication as Declared
 from robosc.supervisor import Guard, Supervisor
@@ -146,7 +140,7 @@ class _Builder:
             source=robot_file,
             class_name=self.class_name,
             step_bound=bound_of_steps(self.supervisor),
-            enums=tuple(self._enum_view(e) for e in self.enums),
+            enums=tuple(enum_view(e, self.attributes) for e in self.enums),
             components=tuple(self._components()),
             phases=tuple(self._phase_views()),
             locations=tuple(self.attributes.locations.items()),
@@ -181,29 +175,6 @@ class _Builder:
         more = [(field, getattr(declared, field)) for field in ATTRIBUTES]
         parts += [f"{field}={literal(value)}" for field, value in more if value is not None]
         return ", ".join(parts)
-
-    def _enum_view(self, enum: EnumType) -> EnumView:
-        parameters = [self.attributes.parameters[key] for key in converter_parameters(enum)]
-        return EnumView(
-            self.attributes.enums[enum],
-            enum.name,
-            ("value", *["undefined"] * converter_counts(enum), *parameters),
-            (*self._rules(enum), f"return {literal(enum.default)}"),
-        )
-
-    def _rules(self, enum: EnumType) -> Iterator[str]:
-        """The statements of an enum's function: the first rule that holds decides."""
-        for rule in enum.rules:
-            condition = condition_of(rule)
-            where = "" if condition.span is None else place(condition.span)
-            indent = "    " if may_be_undefined(condition) else ""
-            if indent:
-                yield "try:"
-            yield f"{indent}if {in_enum_rule(condition, self.attributes)}:  # {where}"
-            yield f"{indent}    return {literal(rule.value)}"
-            if indent:
-                yield "except IndexError:"
-                yield f"    undefined({literal(where)})"
 
     def _components(self) -> Iterator[ComponentView]:
         for component in self.robot.components:

@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from robosc.emit.naming import field_attribute, place
-from robosc.emit.python import Attributes, access, converted, literal
+from robosc.emit.python import (
+    Attributes,
+    access,
+    converted,
+    converter_counts,
+    converter_parameters,
+    in_enum_rule,
+    literal,
+)
+from robosc.emit.views import EnumView
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.ir.formulas import may_be_huge
 from robosc.model.entities import (
@@ -15,9 +26,9 @@ from robosc.model.entities import (
     Provide,
     Robot,
 )
-from robosc.model.expr import Convert, Literal
+from robosc.model.expr import Convert, Literal, condition_of
 from robosc.model.state_variables import all_expressions
-from robosc.model.traversal import all_names, path_text, walk
+from robosc.model.traversal import all_names, may_be_undefined, path_text, walk
 from robosc.model.types import (
     ArrayType,
     DoubleType,
@@ -28,7 +39,7 @@ from robosc.model.types import (
     Type,
 )
 
-__all__ = ["converting_enums", "provided_data", "reading"]
+__all__ = ["converting_enums", "enum_view", "provided_data", "reading"]
 
 
 def reading(
@@ -139,3 +150,29 @@ def converting_enums(robot: Robot) -> list[EnumType]:
             if isinstance(part, Convert):
                 visit(part.type)
     return list(found)
+
+
+def enum_view(enum: EnumType, attributes: Attributes) -> EnumView:
+    """The function that converts a received value to an enum."""
+    parameters = [attributes.parameters[key] for key in converter_parameters(enum)]
+    return EnumView(
+        attributes.enums[enum],
+        enum.name,
+        ("value", *["undefined"] * converter_counts(enum), *parameters),
+        (*_rules(enum, attributes), f"return {literal(enum.default)}"),
+    )
+
+
+def _rules(enum: EnumType, attributes: Attributes) -> Iterator[str]:
+    """The statements of an enum's function: the first rule that holds decides."""
+    for rule in enum.rules:
+        condition = condition_of(rule)
+        where = "" if condition.span is None else place(condition.span)
+        indent = "    " if may_be_undefined(condition) else ""
+        if indent:
+            yield "try:"
+        yield f"{indent}if {in_enum_rule(condition, attributes)}:  # {where}"
+        yield f"{indent}    return {literal(rule.value)}"
+        if indent:
+            yield "except IndexError:"
+            yield f"    undefined({literal(where)})"
