@@ -29,8 +29,10 @@ __all__ = [
 CONTROLLABLE = frozenset(kind.value for kind in EventKind if kind.controllable)
 """The names of the kinds of event that the controller decides on."""
 COMMANDS = CONTROLLABLE - {EventKind.TAU.value}
+"""Those that are sent to the robot."""
 
 EVENT_NAME = r"(?:[\w.^]|\[-?\d+\])+"
+"""A regular expression: how the name of an event is written."""
 _EVENT_AND_VALUE = re.compile(rf"({EVENT_NAME})\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
 
 MANY = 12
@@ -52,7 +54,6 @@ class Reason:
     """Why a command is not enabled.
 
     ``kind``: "phase", "synchronisation", "range", "requirement" or "synthesis".
-
     ``place`` is file and line of the requirement.
     """
 
