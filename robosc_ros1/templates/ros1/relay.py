@@ -8,7 +8,6 @@ A blocked goal is rejected on behalf of the robot.
 
 import io
 import threading
-import time
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
@@ -17,23 +16,24 @@ from std_msgs.msg import String
 
 from ._runtime.calls import Failure
 from ._runtime.matching import command_patterns
+from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import QUEUE, RosPort
-from .ros_calls import FAILURES, RESULT_TIMEOUT, Ends, new_goal_id, result_of_failed
+from .ros_calls import FAILURES, RESULT_TIMEOUT, Ends, GoalCaller, new_goal_id, result_of_failed
 from .ros_messages import fill
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
 
 
-def raw_type(message_type):
-    """Return a type for subscribers that receive messages as bytes."""
+def raw_subscriber(topic, message_type, heard):
+    """Subscribe to a topic; ``heard`` gets messages that are not deserialised."""
 
     class Raw(message_type):
         def deserialize(self, data):
             self.bytes = bytes(data)
             return self
 
-    return Raw
+    return rospy.Subscriber(topic, Raw, heard, tcp_nodelay=True)
 
 
 def read(raw, message_type):
@@ -60,25 +60,24 @@ def maker(message_type):
 
 
 class RelayPort(RosPort):
-    """The connections of a supervisor on both sides. The tables are those of ``node.py``."""
+    """The connections of a supervisor on both sides, as in the tables of ``node.py``."""
 
-    def __init__(self, inputs, commands, services, actions, lifecycle):
-        publications = [(name, type_, [c[0] for c in table]) for _, name, type_, table in commands]
-        calls = [(robot, type_, key) for _, robot, type_, key in services]
-        RosPort.__init__(self, publications, calls, (), lifecycle)
-        self._inputs = inputs
-        self._commands = commands
-        self._served = services
-        self._actions = {key: ActionRelay(*rest, key) for *rest, key in actions}
+    engine_type = SupervisorEngine
+
+    def __init__(self, tables, lifecycle):
+        super().__init__(tables, lifecycle)
+        self._tables = tables
         self._blocked = rospy.Publisher("~blocked", String, queue_size=1000)
 
-    def connect(self, engine, _=()):
-        RosPort.connect(self, engine, ())
-        for robot, controller, type_, keys in self._inputs:
+    def _actions_of(self, tables):
+        return {key: ActionRelay(*rest, key) for *rest, key in tables.relayed_actions}
+
+    def _connect_inputs(self, engine):
+        for robot, controller, type_, keys in self._tables.inputs:
             self._relay_input(engine, robot, controller, type_, keys)
-        for controller, _, type_, table in self._commands:
-            self._relay_command(engine, controller, type_, command_patterns(table, maker(type_)))
-        for controller, _, type_, key in self._served:
+        for controller, _, type_, rows in self._tables.commands:
+            self._relay_command(engine, controller, type_, command_patterns(rows, maker(type_)))
+        for controller, _, type_, key in self._tables.relayed_services:
             rospy.Service(controller, type_, _serving(engine, type_, key))
         for action in self._actions.values():
             action.connect(engine)
@@ -87,7 +86,7 @@ class RelayPort(RosPort):
         if isinstance(data, AnyMsg):
             self._publishers[key][0].publish(data)
         else:
-            RosPort.send(self, key, data)
+            super().send(key, data)
 
     def blocked(self, text):
         self._blocked.publish(text)
@@ -100,17 +99,16 @@ class RelayPort(RosPort):
                 onward.impl.enable_latch()  # for controllers that connect later
             engine.follow(keys, read(raw, type_), lambda: onward.publish(passed_on(raw)))
 
-        self._subscribe(robot, type_, heard)
+        self._listen(robot, type_, heard)
 
     def _relay_command(self, engine, controller, type_, patterns):
         def heard(raw):
             engine.offer(controller, patterns, read(raw, type_), passed_on(raw))
 
-        self._subscribe(controller, type_, heard)
+        self._listen(controller, type_, heard)
 
-    def _subscribe(self, topic, type_, heard):
-        subscriber = rospy.Subscriber(topic, raw_type(type_), heard, tcp_nodelay=True)
-        self._subscribers.append(subscriber)
+    def _listen(self, topic, type_, heard):
+        self._subscribers.append(raw_subscriber(topic, type_, heard))
 
 
 def _serving(engine, type_, key):
@@ -139,14 +137,13 @@ def _serving(engine, type_, key):
     return serve
 
 
-class ActionRelay:
+class ActionRelay(GoalCaller):
     """One action: represents the robot's server to the controller; the engine checks the goals.
 
     The engine follows one goal at a time. Messages about other goals are relayed, too.
     """
 
     def __init__(self, controller, robot, type_, key):
-        self.report = None
         self._key = key
         self._robot = rospy.resolve_name(robot)
         self._controller = rospy.resolve_name(controller)
@@ -154,17 +151,13 @@ class ActionRelay:
         self._goal_type = type(parts.action_goal)
         self._result_type = type(parts.action_result)
         self._feedback_type = type(parts.action_feedback)
-        self._lock = threading.Lock()
-        self._token = None
         self._goal_id = None
         self._accepted = False
-        self._cancelled = False
         self._ended = None  # when its status showed its end
-        self._heard = time.monotonic()
         self._send_goal = self._publisher(self._robot + "/goal", self._goal_type)
         self._send_cancel = self._publisher(self._robot + "/cancel", GoalID)
         self._send_result = self._publisher(self._controller + "/result", self._result_type)
-        self._ends = Ends(self._send_goal)
+        super().__init__(Ends(self._send_goal))
         self._from_controller = []
 
     def connect(self, engine):
@@ -190,8 +183,8 @@ class ActionRelay:
             self._send_cancel.publish(passed_on(raw))
 
         self._from_controller = [
-            self._subscriber(self._controller + "/goal", self._goal_type, goal),
-            self._subscriber(self._controller + "/cancel", GoalID, cancel),
+            raw_subscriber(self._controller + "/goal", self._goal_type, goal),
+            raw_subscriber(self._controller + "/cancel", GoalID, cancel),
         ]
         self._pass_back(engine, "/status", GoalStatusArray, self._on_status)
         self._pass_back(engine, "/feedback", self._feedback_type, self._on_feedback)
@@ -200,55 +193,23 @@ class ActionRelay:
     # The engine's side
 
     def start(self, data, token, timeout):
-        goal_id, message = data
-        with self._lock:
-            self._token, self._goal_id = token, goal_id
-            self._accepted = self._cancelled = False
-            self._ended = None
-            self._heard = time.monotonic()
-        if self._ends.are_connected():
-            self._send_goal.publish(message)
-        else:
-            deadline = time.monotonic() + timeout
-            work = threading.Thread(target=self._wait, args=(message, token, deadline), daemon=True)
-            work.start()
+        self._goal_id, message = data
+        self.begin(message, token, timeout)
 
-    def cancel(self, token):
-        with self._lock:
-            if self._token != token or self._cancelled:
-                return
-            self._cancelled = True
-            goal_id = self._goal_id
-        self._send_cancel.publish(GoalID(id=goal_id))
+    def transmit(self, goal, token):
+        self._send_goal.publish(goal)
 
-    def abandon(self, token):
-        self.cancel(token)
-        with self._lock:
-            if self._token == token:
-                self._token = None
+    def transmit_cancel(self):
+        self._send_cancel.publish(GoalID(id=self._goal_id))
 
-    def silence(self):
-        return time.monotonic() - self._heard
+    def forget(self):
+        self._accepted = False
+        self._ended = None
 
     # The robot's side
 
-    def _wait(self, message, token, deadline):
-        while time.monotonic() < deadline and not rospy.is_shutdown():
-            self._ends.look()
-            with self._lock:
-                if self._token != token:
-                    return
-                if self._cancelled:
-                    self.report(token, "error", "cancelled before it was sent")
-                    return
-                if self._ends.are_connected():
-                    self._send_goal.publish(message)
-                    return
-            time.sleep(0.01)
-
     def _on_status(self, array):
-        self._heard = time.monotonic()
-        self._ends.look()  # so that later goals need not wait
+        self.on_status()
         with self._lock:
             if self._token is None:
                 return
@@ -311,10 +272,6 @@ class ActionRelay:
     def _publisher(topic, type_):
         return rospy.Publisher(topic, type_, queue_size=QUEUE, tcp_nodelay=True)
 
-    @staticmethod
-    def _subscriber(topic, type_, heard):
-        return rospy.Subscriber(topic, raw_type(type_), heard, tcp_nodelay=True)
-
     def _pass_back(self, engine, part, type_, heard, onward=None):
         """Subscribe to a topic of the robot's server, and relay it to the controller."""
         onward = onward or self._publisher(self._controller + part, type_)
@@ -325,4 +282,4 @@ class ActionRelay:
             # supervisor in the state that allows it.
             engine.invoke(lambda: onward.publish(passed_on(raw)))
 
-        self._ends.add(self._subscriber(self._robot + part, type_, relay))
+        self._ends.add(raw_subscriber(self._robot + part, type_, relay))

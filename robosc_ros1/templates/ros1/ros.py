@@ -5,30 +5,20 @@ Subscribers pass messages to the engine, which may handle them in the subscriber
 Publishers send at once if that does not block, and otherwise use queues with threads of their own.
 """
 
-import os
-import sys
 import threading
 import time
 from queue import SimpleQueue
-from xmlrpc.client import MAXINT, MININT, dumps
 
 import rosgraph
 import rospy
-import yaml
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import String
 
-from ._runtime.port import BEFORE_TIME, Port
-from ._runtime.settings import ParameterError, excerpt, private
-from ._runtime.telemetry import Outlet
+from ._runtime.port import BEFORE_TIME
 from .ros_calls import Action, Service
-from .ros_connections import send_promptly
 from .ros_messages import clean, compose
+from .ros_port import CallingPort, TopicOutlet
 
 QUEUE = 10
-LAST_RESORT = 1.7
-"""Seconds after the start of a shutdown at which the process is ended."""
 
 _LOGGERS = {
     "debug": rospy.logdebug,
@@ -38,95 +28,37 @@ _LOGGERS = {
 }
 
 
-def carried(argument):
-    """Return a command-line argument in a form that rospy can pass to the parameter server:
-    ``_name:=value`` with an integer of more than 32 bits gets a string. Other arguments are
-    unchanged.
+class RosPort(CallingPort):
+    """Topics, services and actions of one controller, as in the tables of ``node.py``."""
 
-    Raises:
-        ParameterError: XML-RPC cannot represent the value of the parameter.
-    """
-    name, sign, text = argument.partition(rosgraph.names.REMAP)
-    name, text = name.strip(), text.strip()
-    if not sign or not text or name[:1] != "_" or name[1:2] in ("", "_"):
-        return argument
-    try:
-        value = yaml.safe_load(text)
-        if isinstance(value, int) and not MININT <= value <= MAXINT:
-            return '%s%s"%d"' % (name, sign, value)
-        dumps((value,))
-    except (yaml.YAMLError, OverflowError, TypeError, ValueError):
-        told = (private(name[1:]), excerpt(text))
-        raise ParameterError("parameter %s must be what ROS can carry, not %s" % told) from None
-    return argument
-
-
-class NodeLifecycle:
-    """The lifecycle of the process: it ends in time even if rospy blocks at shutdown, for instance
-    because the master does not answer."""
-
-    def __init__(self):
-        self.code = 0
-        rospy.on_shutdown(self._limit)
-
-    def begin(self, name):
-        """Initialise the node; False if it was stopped while waiting for the master, or has
-        parameters that ROS cannot represent."""
-        send_promptly()
-        try:
-            arguments = [carried(argument) for argument in sys.argv]
-        except ParameterError as error:
-            print("%s: %s" % (name, error), file=sys.stderr)
-            self.code = 2
-            return False
-        try:
-            rospy.init_node(name, argv=arguments)
-        except rospy.ROSInitException:
-            if not rospy.is_shutdown():
-                raise
-        return not rospy.is_shutdown()
-
-    def end(self, code):
-        """Shut the node down, with an exit code for the process."""
-        self.code = code
-        rospy.signal_shutdown("ended by itself")
-
-    def _limit(self):
-        last_resort = threading.Timer(LAST_RESORT, lambda: os._exit(self.code))
-        last_resort.daemon = True
-        last_resort.start()
-
-
-class RosPort(Port):
-    """Topics, services and actions of one controller.
-
-    The tables are those of ``node.py``: topics with their message type and the keys of the
-    communications on them, services and actions with their type and key.
-    """
-
-    def __init__(self, publications, services, actions, lifecycle):
+    def __init__(self, tables, lifecycle):
+        services = {key: Service(name, type_) for name, type_, key in tables.services}
+        super().__init__(services, self._actions_of(tables))
         self._simulated = bool(rospy.get_param("/use_sim_time", False))
+        self._subscriptions = tables.subscriptions
         self._publishers = {}
-        for topic, message_type, keys in publications:
+        for topic, message_type, keys in tables.publications:
             publisher = rospy.Publisher(topic, message_type, queue_size=QUEUE, tcp_nodelay=True)
             for key in keys:
                 self._publishers[key] = (publisher, message_type)
-        self._services = {key: Service(name, type_) for name, type_, key in services}
-        self._actions = {key: Action(name, type_) for name, type_, key in actions}
         self._subscribers = []
         self._lifecycle = lifecycle
         self._logged = SimpleQueue()
         threading.Thread(target=self._write_log, name="log", daemon=True).start()
 
-    def connect(self, engine, subscriptions):
-        """Subscribe to the topics, for the engine."""
-        for key, caller in list(self._services.items()) + list(self._actions.items()):
-            caller.report = _reporter(engine, key)
-        for topic, message_type, keys in subscriptions:
-            post = engine.poster(keys)
-            self._subscribers.append(rospy.Subscriber(topic, message_type, post, tcp_nodelay=True))
+    def _actions_of(self, tables):
+        return {key: Action(name, type_) for name, type_, key in tables.actions}
+
+    def connect(self, engine):
+        super().connect(engine)
+        self._connect_inputs(engine)
         if self._simulated:
             self._subscribers.append(rospy.Subscriber("/clock", Clock, lambda _: engine.wake()))
+
+    def _connect_inputs(self, engine):
+        for topic, message_type, keys in self._subscriptions:
+            post = engine.poster(keys)
+            self._subscribers.append(rospy.Subscriber(topic, message_type, post, tcp_nodelay=True))
 
     def await_subscribers(self, timeout=1.0):
         """Wait until existing subscribers are connected, so that the first commands are not lost.
@@ -152,22 +84,6 @@ class RosPort(Port):
         with clean(publisher):
             publisher.publish(compose(message_type(), data))
 
-    def call(self, key, data, token, timeout):
-        self._services[key].call(data, token, timeout)
-
-    def start(self, key, data, token, timeout):
-        self._actions[key].start(data, token, timeout)
-
-    def cancel(self, key, token):
-        self._actions[key].cancel(token)
-
-    def abandon(self, key, token):
-        caller = self._services.get(key) or self._actions[key]
-        caller.abandon(token)
-
-    def silence(self, key):
-        return self._actions[key].silence()
-
     def finish(self, key, timeout):
         """Wait, at the end, until the calls of a service have returned, for a limited time."""
         service = self._services.get(key)
@@ -189,53 +105,15 @@ class RosPort(Port):
         threading.Thread(target=self._lifecycle.end, args=(code,), daemon=True).start()
 
 
-def _reporter(engine, key):
-    return lambda token, kind, payload=None: engine.report(key, token, kind, payload)
-
-
-class RosOutlet(Outlet):
+class RosOutlet(TopicOutlet):
     """The node's own topics."""
 
-    def __init__(self, model, publish_events, legacy_topic, watch):
-        self._watch = watch
-        self._state = rospy.Publisher("~state", String, queue_size=QUEUE, latch=True)
-        self._model = rospy.Publisher("~model", String, queue_size=1, latch=True)
-        self._events = None
-        if publish_events:
-            self._events = rospy.Publisher("~events", String, queue_size=10000)
-        self._legacy = None
-        if legacy_topic:
-            self._legacy = rospy.Publisher(legacy_topic, String, queue_size=QUEUE, latch=True)
-        self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=QUEUE)
-        self._model.publish(model)
+    def publisher(self, topic, type_, depth, latched=False):
+        name = topic.replace("~/", "~")
+        return rospy.Publisher(name, type_, queue_size=depth, latch=latched)
 
-    def state(self, text):
-        self._state.publish(text)
-
-    def events(self, texts):
-        for text in texts:
-            self._events.publish(text)
-
-    def wants_events(self):
-        return self._events is not None and self._events.get_num_connections() > 0
-
-    def faults(self):
-        return list(self._watch.faults)
-
-    def unconnected(self):
-        return list(self._watch.unconnected)
-
-    def legacy(self, text):
-        self._legacy.publish(text)
+    def listeners(self, publisher):
+        return publisher.get_num_connections()
 
     def diagnostics(self, level, message, values):
-        status = DiagnosticStatus(
-            level=level,
-            name=rospy.get_name().lstrip("/") + ": controller",
-            message=message,
-            hardware_id="",
-            values=[KeyValue(key, value) for key, value in values],
-        )
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = rospy.Time.now()
-        self._diagnostics.publish(array)
+        self.send_diagnostics(rospy.get_name(), rospy.Time.now(), level, message, values)

@@ -188,32 +188,41 @@ def _forget_goals(manager):
         manager.statuses = [goal for goal in manager.statuses if goal() is not None]
 
 
-class Action:
-    """Goals of one action, at most one of them current."""
+class GoalCaller:
+    """Goals of one action, at most one of them current, which wait until the server is connected.
 
-    def __init__(self, name, type_):
+    ``ends`` are the publishers and subscribers that must be connected. Subclasses define
+    ``transmit`` and ``transmit_cancel``, which are called with ``_lock``.
+    """
+
+    def __init__(self, ends):
         self.report = None
-        self._type = type_
-        self._client = actionlib.ActionClient(name, type_)
-        self._client.manager._generate_id = new_goal_id
-        client = self._client
-        self._ends = Ends(
-            client.pub_goal, client.pub_cancel, client.result_sub, client.feedback_sub
-        )
+        self._ends = ends
         self._lock = threading.Lock()
         self._token = None
         self._cancelled = False
-        self._handle = None
         self._heard = time.monotonic()
-        topic = rospy.remap_name(name) + "/status"
-        self._watch = rospy.Subscriber(topic, GoalStatusArray, self._on_status)
 
-    def start(self, data, token, timeout):
-        goal = compose(type(self._type().action_goal.goal)(), data)
+    def transmit(self, goal, token):
+        raise NotImplementedError
+
+    def transmit_cancel(self):
+        """Cancel the current goal, if it was sent."""
+        raise NotImplementedError
+
+    def forget(self):
+        """Forget the previous goal."""
+
+    def is_connected(self):
+        return self._ends.are_connected()
+
+    def begin(self, goal, token, timeout):
+        """Send a goal now, or when the server is connected."""
         with self._lock:
-            self._token, self._cancelled, self._handle = token, False, None
+            self._token, self._cancelled = token, False
             self._heard = time.monotonic()
-        if self._is_connected():
+            self.forget()
+        if self.is_connected():
             self._send(goal, token)
         else:
             deadline = time.monotonic() + timeout
@@ -222,36 +231,31 @@ class Action:
 
     def cancel(self, token):
         with self._lock:
-            if self._token != token:
-                return
-            self._cancelled = True
-            if self._handle is not None:
-                self._handle.cancel()
+            if self._token == token and not self._cancelled:
+                self._cancelled = True
+                self.transmit_cancel()
 
     def abandon(self, token):
+        self.cancel(token)  # abandoned goals must not continue
         with self._lock:
-            if self._token != token:
-                return
-            if self._handle is not None and not self._cancelled:
-                self._handle.cancel()  # abandoned goals must not continue
-            self._token = self._handle = None
+            if self._token == token:
+                self._token = None
+                self.forget()
 
     def silence(self):
         return time.monotonic() - self._heard
 
-    def _on_status(self, _):
+    def on_status(self):
+        """Handle the arrival of the server's status."""
         self._heard = time.monotonic()
         self._ends.look()  # so that later goals need not wait
-
-    def _is_connected(self):
-        return self._ends.are_connected() and self._client.last_status_msg is not None
 
     def _wait(self, goal, token, deadline):
         while time.monotonic() < deadline and not rospy.is_shutdown():
             if self._token != token:
                 return
             self._ends.look()
-            if self._is_connected():
+            if self._cancelled or self.is_connected():
                 try:
                     self._send(goal, token)
                 except Exception as error:
@@ -265,13 +269,43 @@ class Action:
                 return
             if self._cancelled:
                 self.report(token, "error", "cancelled before it was sent")
-                return
-            tracker = _GoalTracker(token, self.report)
-            _forget_goals(self._client.manager)
-            with clean(self._client.pub_goal):
-                self._handle = self._client.send_goal(
-                    goal, tracker.on_transition, tracker.on_feedback
-                )
+            else:
+                self.transmit(goal, token)
+
+
+class Action(GoalCaller):
+    """Goals that are sent by actionlib."""
+
+    def __init__(self, name, type_):
+        self._type = type_
+        self._client = actionlib.ActionClient(name, type_)
+        self._client.manager._generate_id = new_goal_id
+        client = self._client
+        super().__init__(
+            Ends(client.pub_goal, client.pub_cancel, client.result_sub, client.feedback_sub)
+        )
+        self._handle = None
+        topic = rospy.remap_name(name) + "/status"
+        self._watch = rospy.Subscriber(topic, GoalStatusArray, lambda _: self.on_status())
+
+    def start(self, data, token, timeout):
+        self.begin(compose(type(self._type().action_goal.goal)(), data), token, timeout)
+
+    def is_connected(self):
+        return super().is_connected() and self._client.last_status_msg is not None
+
+    def transmit(self, goal, token):
+        tracker = _GoalTracker(token, self.report)
+        _forget_goals(self._client.manager)
+        with clean(self._client.pub_goal):
+            self._handle = self._client.send_goal(goal, tracker.on_transition, tracker.on_feedback)
+
+    def transmit_cancel(self):
+        if self._handle is not None:
+            self._handle.cancel()
+
+    def forget(self):
+        self._handle = None
 
 
 class _GoalTracker:

@@ -16,8 +16,7 @@ import rosgraph
 import rospy
 from rospy.impl.registration import Registration, get_registration_listeners
 
-from ._runtime.recorder import Throttle
-from ._runtime.traffic import Traffic
+from ._runtime.traffic import TrafficWatch
 
 PERIOD = 1.0
 """Seconds between two checks of the master."""
@@ -47,25 +46,19 @@ def ask(uri, question, *arguments):
     return answer
 
 
-class Watch:
+class Watch(TrafficWatch):
     """Checks the master and the other nodes periodically, in a thread of its own.
 
     After a restart of the master it registers the node again. Existing connections do not need the
     master, so the controller works in the meantime.
     """
 
-    def __init__(self, heard, commanded, guarded, allowed):
-        """The tables of topics, and the parameter ``allowed_publishers``; see :class:`Traffic`."""
-        self.faults = ()
-        """The current faults of other nodes, as texts."""
-        self.unconnected = ()
-        """The topics without a node at the other end, as texts."""
-        topics = (tuple(map(rospy.resolve_name, names)) for names in (heard, commanded, guarded))
-        self._traffic = Traffic(rospy.get_name(), *topics, allowed=tuple(allowed.split()))
+    def __init__(self, tables, allowed):
+        traffic = tables.traffic(rospy.get_name(), rospy.resolve_name, allowed)
+        super().__init__(traffic, lambda text: rospy.logwarn("%s", text))
         self._master = rosgraph.get_master_uri()
         self._gone = False
         self._suspects = {}  # unconnected nodes, with the number of checks that found them
-        self._throttle = Throttle(60.0)
 
     def start(self):
         threading.Thread(target=self._run, name="watch", daemon=True).start()
@@ -119,17 +112,9 @@ class Watch:
         for topic, _, _, uri, question in (who for who in strangers if looks[who] == 2):
             subscriber = rospy.get_node_uri() if question == "getPublications" else uri
             self._announce(subscriber, topic, publishers[topic])
-        found = [self._fault(*who) for who in sorted(strangers) if looks[who] > 2]
-        publishers, subscribers = self._running(publishers, subscribers)
-        found += self._traffic.second_publishers(publishers)
-        self.faults = tuple(fault for fault in found if fault is not None)
-        before = self.unconnected
-        self.unconnected = tuple(self._traffic.unconnected(publishers, subscribers))
-        # Nodes may still be starting: a node is missing if two checks did not find it.
-        for fault in (*self.faults, *(text for text in self.unconnected if text in before)):
-            text = self._throttle(fault, fault, time.monotonic())
-            if text is not None:
-                rospy.logwarn("%s", text)
+        found = [self._fault(*who) for who in strangers if looks[who] > 2]
+        faults = [fault for fault in found if fault is not None]
+        self.update(faults, *self._running(publishers, subscribers))
 
     def _announce(self, subscriber, topic, publishers):
         """Send a node the list of publishers of a topic, as the master does after changes."""
@@ -140,10 +125,10 @@ class Watch:
     def _running(self, *tables):
         """Return the model's topics in each table, with the nodes that answer; the master also
         lists killed nodes."""
-        topics = self._traffic.heard + self._traffic.commanded + self._traffic.guarded
+        topics = self.traffic.heard + self.traffic.commanded + self.traffic.guarded
         tables = [{topic: table.get(topic, ()) for topic in topics} for table in tables]
         names = {name for table in tables for nodes in table.values() for name in nodes}
-        running = {name for name in names - {self._traffic.node} if self._answers(name)}
+        running = {name for name in names - {self.traffic.node} if self._answers(name)}
         return [
             {topic: [name for name in nodes if name in running] for topic, nodes in table.items()}
             for table in tables

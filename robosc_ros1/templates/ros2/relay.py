@@ -15,6 +15,7 @@ from rclpy.task import Future
 from std_msgs.msg import String
 
 from ._runtime.matching import command_patterns
+from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import RosPort
 from .ros_calls import Action
 from .ros_messages import fill, plain, sendable
@@ -32,39 +33,38 @@ def maker(message_type):
 
 
 class RelayPort(RosPort):
-    """The connections of a supervisor on both sides. The tables are those of ``node.py``."""
+    """The connections of a supervisor on both sides, as in the tables of ``node.py``."""
 
-    def __init__(self, node, executor_thread, inputs, commands, services, actions, profiles):
-        publications = [(name, type_, [c[0] for c in table]) for _, name, type_, table in commands]
-        calls = [(robot, type_, key) for _, robot, type_, key in services]
-        RosPort.__init__(self, node, executor_thread, publications, calls, (), profiles)
-        self._inputs = inputs
-        self._commands = commands
-        self._served = services
-        self._actions = {
-            key: ActionRelay(node, executor_thread, controller, robot, type_, key)
-            for controller, robot, type_, key in actions
-        }
+    engine_type = SupervisorEngine
+
+    def __init__(self, node, executor_thread, tables, profiles):
+        super().__init__(node, executor_thread, tables, profiles)
+        self._tables = tables
         self._blocked = node.create_publisher(String, "~/blocked", qos_profile("reliable", 1000))
 
-    def connect(self, engine, _=()):
-        for robot, controller, type_, keys in self._inputs:
+    def _actions_of(self, tables):
+        return {
+            key: ActionRelay(self._node, self.executor_thread, *rest, key)
+            for *rest, key in tables.relayed_actions
+        }
+
+    def _connect_inputs(self, engine):
+        for robot, controller, type_, keys in self._tables.inputs:
             self._relay_input(engine, robot, controller, type_, keys)
-        for controller, _, type_, table in self._commands:
-            self._relay_command(engine, controller, type_, table)
+        for controller, _, type_, rows in self._tables.commands:
+            self._relay_command(engine, controller, type_, rows)
         group = ReentrantCallbackGroup()
-        for controller, _, type_, key in self._served:
+        for controller, _, type_, key in self._tables.relayed_services:
             serve = _serving(engine, self.executor_thread, key)
             self._node.create_service(type_, controller, serve, callback_group=group)
         for action in self._actions.values():
             action.connect(engine)
-        RosPort.connect(self, engine, ())
 
     def send(self, key, data):
         if isinstance(data, bytes):
             self._publishers[key][0].publish(data)
         else:
-            RosPort.send(self, key, data)
+            super().send(key, data)
 
     def blocked(self, text):
         self._blocked.publish(String(data=text))
@@ -81,13 +81,13 @@ class RelayPort(RosPort):
 
         self._node.create_subscription(type_, robot, heard, profile, raw=True)
 
-    def _relay_command(self, engine, controller, type_, table):
-        patterns = command_patterns(table, maker(type_))
+    def _relay_command(self, engine, controller, type_, rows):
+        patterns = command_patterns(rows, maker(type_))
 
         def heard(data):
             engine.offer(controller, patterns, read(data, type_), data)
 
-        profile = self._profiles[table[0][0]]
+        profile = self._profiles[rows[0][0]]
         self._node.create_subscription(type_, controller, heard, profile, raw=True)
 
 

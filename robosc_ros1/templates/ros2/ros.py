@@ -7,23 +7,16 @@ thread, the only one that uses service and action clients: so no locks are neede
 received before its request is recorded.
 """
 
-import functools
 import time
 
 from rclpy.clock import ClockChange, JumpThreshold
 from rclpy.duration import Duration
-from std_msgs.msg import String
 
-from ._runtime.port import BEFORE_TIME, Port
-from ._runtime.telemetry import Outlet
+from ._runtime.port import BEFORE_TIME
 from .ros_calls import Action, Service
 from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import qos_profile
-
-try:
-    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-except ImportError:  # missing in minimal installations
-    DiagnosticArray = None
+from .ros_port import CallingPort, TopicOutlet
 
 EVERY_STEP = JumpThreshold(
     min_forward=Duration(nanoseconds=1),
@@ -34,46 +27,50 @@ BATCH = 50
 """The most messages of one topic that are taken before those of others."""
 
 
-class RosPort(Port):
-    """Topics, services and actions of one controller.
+class RosPort(CallingPort):
+    """Topics, services and actions of one controller, as in the tables of ``node.py``.
 
-    The tables are those of ``node.py``: topics with their message type and the communications on
-    them, services and actions with their type and communication. ``profiles`` are the QoS profiles
-    by key of the message.
+    ``profiles`` are the QoS profiles by key of the message.
     """
 
-    def __init__(self, node, executor_thread, publications, services, actions, profiles):
+    def __init__(self, node, executor_thread, tables, profiles):
         self._node = node
         self.executor_thread = executor_thread
+        services = {
+            key: Service(node, executor_thread, name, type_) for name, type_, key in tables.services
+        }
+        super().__init__(services, self._actions_of(tables))
+        self._subscriptions = tables.subscriptions
         self._simulated = node.get_parameter("use_sim_time").value is True
         self._logger = node.get_logger()
         self._profiles = profiles
         self._publishers = {}
-        for topic, message_type, keys in publications:
+        for topic, message_type, keys in tables.publications:
             publisher = node.create_publisher(message_type, topic, profiles[keys[0]])
             self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
-        self._services = {
-            key: Service(node, self.executor_thread, name, type_) for name, type_, key in services
-        }
-        self._actions = {
-            key: Action(node, self.executor_thread, name, type_) for name, type_, key in actions
-        }
         self._jumps = None
         self.exit_code = 0
         self.on_exit = None
 
-    def connect(self, engine, subscriptions):
-        """Subscribe to the topics, for the engine."""
-        for key, caller in list(self._services.items()) + list(self._actions.items()):
-            caller.report = functools.partial(_report, engine, key)
-        for topic, message_type, keys in subscriptions:
+    def _actions_of(self, tables):
+        return {
+            key: Action(self._node, self.executor_thread, name, type_)
+            for name, type_, key in tables.actions
+        }
+
+    def connect(self, engine):
+        super().connect(engine)
+        self._connect_inputs(engine)
+        self._jumps = self._node.get_clock().create_jump_callback(
+            EVERY_STEP, post_callback=lambda jump: self._on_clock(engine, jump)
+        )
+
+    def _connect_inputs(self, engine):
+        for topic, message_type, keys in self._subscriptions:
             post = engine.poster(keys)
             if has_oddities(message_type):
                 post = _plainly(post)
             _subscribe(self._node, message_type, topic, post, self._profiles[keys[0]])
-        self._jumps = self._node.get_clock().create_jump_callback(
-            EVERY_STEP, post_callback=lambda jump: self._on_clock(engine, jump)
-        )
 
     def _on_clock(self, engine, jump):
         """Handle progress of ROS time, or a change of use_sim_time."""
@@ -121,22 +118,6 @@ class RosPort(Port):
         publisher, message_type = self._publishers[key]
         publisher.publish(compose(message_type(), data, self._node.get_clock()))
 
-    def call(self, key, data, token, timeout):
-        self._services[key].call(data, token)
-
-    def start(self, key, data, token, timeout):
-        self._actions[key].start(data, token)
-
-    def cancel(self, key, token):
-        self._actions[key].cancel(token)
-
-    def abandon(self, key, token):
-        caller = self._services.get(key) or self._actions[key]
-        caller.abandon(token)
-
-    def silence(self, key):
-        return self._actions[key].silence()
-
     def log(self, level, text):
         # rclpy requires one severity for each line of code that logs.
         if level == "error":
@@ -172,60 +153,25 @@ def _plainly(post):
     return lambda message: post(plain(message))
 
 
-def _report(engine, key, token, kind, payload=None):
-    engine.report(key, token, kind, payload)
-
-
-class RosOutlet(Outlet):
+class RosOutlet(TopicOutlet):
     """The node's own topics."""
 
-    def __init__(self, node, model, publish_events, legacy_topic, watch):
-        latched = qos_profile("reliable", 1, "transient_local")
+    def __init__(self, node, model, settings, watch):
         self._node = node
-        self._watch = watch
-        self._state = node.create_publisher(String, "~/state", latched)
-        self._model = node.create_publisher(String, "~/model", latched)
-        self._events = None
-        if publish_events:
-            self._events = node.create_publisher(String, "~/events", qos_profile("reliable", 10000))
-        self._legacy = None
-        if legacy_topic:
-            self._legacy = node.create_publisher(String, legacy_topic, latched)
-        self._diagnostics = None
-        if DiagnosticArray is not None:
-            self._diagnostics = node.create_publisher(
-                DiagnosticArray, "/diagnostics", qos_profile("reliable", 10)
-            )
-        self._model.publish(String(data=model))
+        super().__init__(model, settings, watch)
 
-    def state(self, text):
-        self._state.publish(String(data=text))
+    def publisher(self, topic, type_, depth, latched=False):
+        # A late subscriber gets only the latest message.
+        profile = ("reliable", 1, "transient_local") if latched else ("reliable", depth)
+        return self._node.create_publisher(type_, topic, qos_profile(*profile))
 
-    def events(self, texts):
-        for text in texts:
-            self._events.publish(String(data=text))
-
-    def wants_events(self):
-        return self._events is not None and self._events.get_subscription_count() > 0
+    def listeners(self, publisher):
+        return publisher.get_subscription_count()
 
     def faults(self):
-        return self._watch.faults()
-
-    def unconnected(self):
-        return self._watch.unconnected
-
-    def legacy(self, text):
-        self._legacy.publish(String(data=text))
+        self._watch.look()
+        return super().faults()
 
     def diagnostics(self, level, message, values):
-        if self._diagnostics is None:
-            return
-        status = DiagnosticStatus(
-            level=bytes([level]),
-            name=self._node.get_fully_qualified_name().lstrip("/") + ": controller",
-            message=message,
-            values=[KeyValue(key=key, value=value) for key, value in values],
-        )
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = self._node.get_clock().now().to_msg()
-        self._diagnostics.publish(array)
+        name, stamp = self._node.get_fully_qualified_name(), self._node.get_clock().now().to_msg()
+        self.send_diagnostics(name, stamp, bytes([level]), message, values)

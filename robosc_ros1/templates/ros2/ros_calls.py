@@ -40,7 +40,7 @@ class Service:
         self._token = None
         self._future = None
 
-    def call(self, data, token):
+    def call(self, data, token, _timeout):
         request = compose(self._type.Request(), data, self._clock)
         self._executor_thread.do(lambda: self._begin(request, token))
 
@@ -98,7 +98,7 @@ class Action:
         self._goals = {}  # by token; used by the executor's thread only
         self._heard = time.monotonic()
 
-    def start(self, data, token):
+    def start(self, data, token, _timeout):
         goal = Goal(token, compose(self._type.Goal(), data, self._node.get_clock()))
         self._heard = time.monotonic()
         self._executor_thread.do(lambda: self._begin(goal))

@@ -10,9 +10,28 @@ import traceback
 
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
+from ._runtime.engine import INACTIVE
 from ._runtime.settings import ParameterError
+from .ros_executor import ExecutorThread
+from .ros_node import Work, begin, end
 
 _ENTITIES = ("publishers", "subscriptions", "clients", "services", "timers", "guards", "waitables")
+
+
+def run(name, *parts):
+    """Run the managed node until it is stopped; return the exit code. ``parts`` are those of
+    :class:`Work`."""
+    ended = begin()
+    if ended is None:
+        return 2
+    node = ManagedNode(name, lambda: Work(node, executor_thread, ended, *parts), ended)
+    executor_thread = ExecutorThread(node)
+    executor_thread.start()
+    try:
+        ended.wait()
+        return 0 if node.work is None else node.work.close()
+    finally:
+        end(node, executor_thread)
 
 
 class ManagedNode(LifecycleNode):
@@ -30,6 +49,7 @@ class ManagedNode(LifecycleNode):
         self._own = set(self._entities())
         try:
             self.work = self._make_work()
+            self.work.engine.stopped = INACTIVE
             self.work.start()
         except Exception as error:  # rclpy would not report it
             told = isinstance(error, ParameterError)

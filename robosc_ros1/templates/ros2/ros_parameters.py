@@ -5,7 +5,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from ._runtime.qos import POLICIES, qos_parameter_name, qos_parameters, shared
-from ._runtime.settings import ParameterError, declared, read
+from ._runtime.settings import ParameterError, declared, dotted, read
 
 _IGNORED = ("start_type_description_service", "qos_overrides")
 
@@ -20,11 +20,6 @@ def qos_profile(reliability, depth, durability="volatile"):
     )
 
 
-def spelled(name):
-    """Return a parameter's name in ROS 2, with dots in place of the engine's slashes."""
-    return name.replace("/", ".")
-
-
 def configured(node, controller, topics, defaults):
     """Return the settings, the QoS profile of each message by key, and warnings.
 
@@ -34,10 +29,10 @@ def configured(node, controller, topics, defaults):
     """
     communications = controller.COMMUNICATIONS
     more = [*controller.PARAMETERS, *qos_parameters(communications)]
-    given = shared(communications, {**defaults, **_given(node)}, topics, spelled)
-    settings, warnings = read(communications, given, more, spelled)
+    given = shared(communications, {**defaults, **_given(node)}, topics, dotted)
+    settings, warnings = read(communications, given, more, dotted)
     for parameter in declared(communications) + more:
-        name = spelled(parameter.name)
+        name = dotted(parameter.name)
         descriptor = ParameterDescriptor(
             description=parameter.meaning, read_only=True, dynamic_typing=True
         )

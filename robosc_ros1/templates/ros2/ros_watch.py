@@ -9,56 +9,33 @@ import time
 
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from ._runtime.recorder import Throttle
-from ._runtime.traffic import Traffic
+from ._runtime.traffic import TrafficWatch
 
 PERIOD = 3.0
 """Seconds between two checks of the graph."""
 _EVERYBODYS = ("/rosout", "/parameter_events")
 
 
-class Watch:
+class Watch(TrafficWatch):
     """Checks the graph on request, but at most once per period."""
 
-    def __init__(self, node, heard, commanded, guarded, allowed):
-        """The tables of topics, and the parameter ``allowed_publishers``; see :class:`Traffic`."""
-        self.unconnected = []
-        """The topics without a node at the other end, as texts."""
-        self._node = node
-        topics = (
-            tuple(map(node.resolve_topic_name, names)) for names in (heard, commanded, guarded)
-        )
+    def __init__(self, node, tables, allowed):
         own = node.get_fully_qualified_name()
-        self._traffic = Traffic(own, *topics, allowed=tuple(allowed.split()))
+        traffic = tables.traffic(own, node.resolve_topic_name, allowed)
+        super().__init__(traffic, lambda text: node.get_logger().warning(text))
+        self._node = node
         self._due = 0.0
-        self._faults = []
-        self._throttle = Throttle(60.0)
 
-    def faults(self):
-        """Return the current faults of other nodes, as texts."""
+    def look(self):
+        """Check the graph if that is due."""
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + PERIOD
-            publishers, subscribers = self._nodes()
-            self._faults = sorted(
-                {
-                    *self._namesakes(),
-                    *self._topics(),
-                    *self._services(),
-                    *self._traffic.second_publishers(publishers),
-                }
-            )
-            before = self.unconnected
-            self.unconnected = list(self._traffic.unconnected(publishers, subscribers))
-            # Nodes may still be starting: a node is missing if two checks did not find it.
-            for fault in (*self._faults, *(text for text in self.unconnected if text in before)):
-                text = self._throttle(fault, fault, time.monotonic())
-                if text is not None:
-                    self._node.get_logger().warning(text)
-        return list(self._faults)
+            faults = (*self._namesakes(), *self._topics(), *self._services())
+            self.update(faults, *self._nodes())
 
     def _nodes(self):
         """Return the nodes that publish and those that subscribe to the model's topics."""
-        topics = {*self._traffic.heard, *self._traffic.commanded, *self._traffic.guarded}
+        topics = {*self.traffic.heard, *self.traffic.commanded, *self.traffic.guarded}
         graph = self._node
         publishers = {t: _names(graph.get_publishers_info_by_topic(t)) for t in topics}
         return publishers, {t: _names(graph.get_subscriptions_info_by_topic(t)) for t in topics}

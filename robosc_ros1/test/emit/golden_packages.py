@@ -48,11 +48,10 @@ def golden_folder(model: str, target: str = "ros1", mode: str = "controller") ->
 
 def kept_files(package: Package, target: str = "ros1", mode: str = "controller") -> dict[str, File]:
     """All files but those that are copied as they are, which only would be noise here."""
-    folders = (templates_folder() / name for name in ("common", target))
-    copied = ["/_runtime/", *(f"/{path.name}" for f in folders for path in f.glob("*.py"))]
+    copied = ["/_runtime/", *(f"/{source.name}" for source in templates_folder().rglob("*.py"))]
     if mode == "supervisor":
         # These are the controller's, which a test of its own says.
-        copied += ["/controller.py", "/model.py", "test/plant_data.py", "/play_robot.py"]
+        copied += ["/controller.py", "/model.py", "test/plant_data.py"]
     # These are the same for all targets, which a test of its own says.
     copied += [] if target == "ros1" else ["/controller.py", "/model.py", "test/plant_data.py"]
     return {p: f for p, f in package.files.items() if not any(c in f"/{p}" for c in copied)}

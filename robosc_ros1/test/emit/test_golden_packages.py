@@ -81,9 +81,13 @@ def test_the_controller_is_the_same_for_all_targets(model: str) -> None:
     shared = [f"{package}/{name}" for name in ("__init__.py", "controller.py", "model.py")]
     for path in shared:
         assert first[f"src/{path}"] == second[path], path
-    checked = {path for path in first if path.startswith("test/") and path.endswith(".py")}
-    checked -= {"test/play_robot.py"}
-    assert checked == {p for p in second if p.startswith("test/")} - {"test/test_play_robot.py"}
+    own = {"play_robot.py", "test_play_robot.py", "ros_robot.py", "package_under_test.py"}
+    checked, others = (
+        {path for path in files if path.startswith("test/") and path.endswith(".py")}
+        - {f"test/{name}" for name in own}
+        for files in (first, second)
+    )
+    assert checked == others
     for path in checked:
         assert first[path] == second[path], path
 
@@ -98,9 +102,9 @@ def test_a_supervisor_has_the_model_and_the_robot_of_the_controller(target: str)
     for path in (*shared, "test/plant_data.py"):
         other = path.replace("gauntlet_controller", "gauntlet_supervisor")
         assert guard[other].content == controller[path].content, path
-    robot = "test/play_robot.py" if target == "ros1" else "test/test_play_robot.py"
-    expected = controller[robot].content.replace("gauntlet_controller", "gauntlet_supervisor")
-    assert guard["test/play_robot.py"].content == expected
+    for path in ("test/ros_robot.py", "test/package_under_test.py"):
+        expected = controller[path].content.replace("gauntlet_controller", "gauntlet_supervisor")
+        assert guard[path].content == expected, path
 
 
 def test_the_controller_knows_no_ros() -> None:
@@ -122,5 +126,7 @@ def test_nothing_is_imported_in_vain(model: str, target: str, mode: str) -> None
                 imported |= {(a.asname or a.name).split(".")[0] for a in node.names}
             elif isinstance(node, ast.Name):
                 used.add(node.id)
+            elif isinstance(node, ast.Assign) and ast.unparse(node.targets) == "__all__":
+                used |= set(ast.literal_eval(node.value))
         # Annotations in the runtime's comments and strings do not count.
         assert imported - used - {"annotations"} == set(), path

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from pathlib import Path
 from typing import Any
@@ -10,11 +9,13 @@ from xml.etree import ElementTree
 
 import pytest
 from emit.golden_packages import model_path
+from ros2.launching import started
 
 from robosc import pipeline
 from robosc.emit import ros1, ros2
 from robosc.emit.config import Config, declared_communications
 from robosc.emit.package import Package
+from robosc.emit.writer import write
 from robosc.runtime import settings
 from robosc.runtime.qos import qos_parameters
 from robosc.supervisor import Supervisor
@@ -104,14 +105,17 @@ def test_the_launch_file_takes_every_parameter(gauntlet: Supervisor) -> None:
         assert arguments[argument] == ""
 
 
-def test_the_launch_file_of_ros_2_takes_every_parameter(gauntlet: Supervisor) -> None:
-    launch = EMITTERS["ros2"](gauntlet, PACKAGE).files[f"launch/{PACKAGE}.launch.py"].content
-    table = re.search(r"^PARAMETERS = (\(.*?^\))$", launch, re.MULTILINE | re.DOTALL)
-    assert table is not None
-    given = {parameter: argument for argument, parameter, _, _ in ast.literal_eval(table[1])}
-    names = {name.replace("/", ".") for name in declared_by(gauntlet, "ros2")}
-    assert set(given) - {"use_sim_time"} == names
-    assert all(argument == name.replace(".", "_") for name, argument in given.items())
+def test_the_launch_file_of_ros_2_takes_every_parameter(
+    gauntlet: Supervisor, tmp_path: Path
+) -> None:
+    pytest.importorskip("yaml")
+    write(EMITTERS["ros2"](gauntlet, PACKAGE), tmp_path)
+    launch = tmp_path / PACKAGE / "launch" / f"{PACKAGE}.launch.py"
+    names = {name.replace("/", ".") for name in declared_by(gauntlet, "ros2")} | {"use_sim_time"}
+    (node,) = started(launch, str, **{name.replace(".", "_"): "7" for name in names})
+    assert set(node.parameters[1]) == names
+    (node,) = started(launch, str)
+    assert node.parameters[1] == {}
 
 
 LIBRARY = """\

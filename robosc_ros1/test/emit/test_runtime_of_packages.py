@@ -10,8 +10,8 @@ ALL = {"__init__", "calls", "clocks", "engine", "eventlog", "inbox", "intake", "
 ONLY = {
     ("ros1", "controller"): set(),
     ("ros1", "supervisor"): {"matching", "supervisor_engine"},
-    ("ros2", "controller"): {"qos"},
-    ("ros2", "supervisor"): {"matching", "qos", "supervisor_engine"},
+    ("ros2", "controller"): {"launch_arguments", "qos"},
+    ("ros2", "supervisor"): {"launch_arguments", "matching", "qos", "supervisor_engine"},
 }
 
 

@@ -118,8 +118,9 @@ ROUNDS = 1
 
 
 def test_it_connects_where_rospy_forgets_who_publishes(lantern: Workspace) -> None:
-    script = lantern.folder / "src/lantern_controller/test/play_robot.py"
+    script = lantern.folder / "src/lantern_controller/test/ros_robot.py"
     source = script.read_text(encoding="utf-8")
+    assert "\nROUNDS = 50\n" in source
     script.write_text(source.replace("\nROUNDS = 50\n", FORGETFUL), encoding="utf-8")
     try:
         lantern.run("rostest", "lantern_controller", "lantern_controller.test", "seconds:=0")
@@ -128,6 +129,7 @@ def test_it_connects_where_rospy_forgets_who_publishes(lantern: Workspace) -> No
 
 
 LATE = """
+        import os, time
         while not os.path.exists(rospy.get_param("~log")):
             time.sleep(0.01)
 """
@@ -140,7 +142,7 @@ def test_it_judges_what_was_done_before_it_could_listen(lantern: Workspace) -> N
         package / "src/lantern_controller/controller.py",
     )
     sources = {path: path.read_text(encoding="utf-8") for path in (script, module)}
-    begin = "\n        robot = Robot(seed)\n"
+    begin = "\n        robot = Robot(seed, TABLES)\n"
     initial = 'self.flame = "cold"  #'
     assert begin in sources[script]
     assert initial in sources[module]

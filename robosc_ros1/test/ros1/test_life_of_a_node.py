@@ -241,9 +241,10 @@ def test_it_connects_where_rospy_forgets_who_publishes(
 
 LOOKS = """
 import rospy
+from probe_controller.ros_tables import Tables
 from probe_controller.ros_watch import Watch
 rospy.init_node("looking")
-watch, told = Watch((), (), (), ""), []
+watch, told = Watch(Tables((), (), (), ()), ""), []
 watch._strangers = lambda *_: {("/rosout", "", "/other", "", "getPublications")}
 watch._announce = lambda *_: told.append("announced")
 watch._fault = lambda *_: told.append("asked")

@@ -16,7 +16,10 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-__all__ = ["Node", "ParameterValue", "started"]
+__all__ = [
+    "AnyLaunchDescriptionSource", "GroupAction", "IncludeLaunchDescription", "Node",
+    "ParameterValue", "PushRosNamespace", "SetRemap", "started",
+]  # fmt: skip
 
 
 @dataclass
@@ -40,6 +43,32 @@ class LaunchConfiguration:
 @dataclass(kw_only=True)
 class OpaqueFunction:
     function: Callable[[dict[str, str]], list[Node] | None]
+
+
+@dataclass
+class AnyLaunchDescriptionSource:
+    location: str
+
+
+@dataclass
+class IncludeLaunchDescription:
+    source: AnyLaunchDescriptionSource
+
+
+@dataclass
+class GroupAction:
+    actions: Sequence[Any]
+
+
+@dataclass
+class PushRosNamespace:
+    namespace: str
+
+
+@dataclass(kw_only=True)
+class SetRemap:
+    src: str
+    dst: str
 
 
 @dataclass
@@ -87,26 +116,45 @@ class Node:
         return words
 
 
-def started(file: Path, share: Callable[[str], str], **arguments: str) -> list[Node]:
-    """The nodes that a launch file starts with these arguments, in their order."""
+def modules_folder(file: Path) -> Path:
+    """The folder with the Python package of a launch file, in its sources or where it is installed."""
+    package = file.parents[1]
+    if (package / package.name).is_dir():
+        return package
+    (folder,) = file.parents[3].glob("lib/python3*/site-packages")
+    return folder
+
+
+def started(file: Path, share: Callable[[str], str], **arguments: str) -> list[Any]:
+    """What a launch file starts with these arguments, in their order: nodes, groups."""
     parts: dict[str, dict[str, Any]] = {
         "ament_index_python.packages": {"get_package_share_directory": share},
         "launch": {"LaunchDescription": list},
         "launch.actions": {
             "DeclareLaunchArgument": DeclareLaunchArgument,
+            "GroupAction": GroupAction,
+            "IncludeLaunchDescription": IncludeLaunchDescription,
             "OpaqueFunction": OpaqueFunction,
         },
+        "launch.launch_description_sources": {
+            "AnyLaunchDescriptionSource": AnyLaunchDescriptionSource
+        },
         "launch.substitutions": {"LaunchConfiguration": LaunchConfiguration},
-        "launch_ros.actions": {"Node": Node},
+        "launch_ros.actions": {
+            "Node": Node,
+            "PushRosNamespace": PushRosNamespace,
+            "SetRemap": SetRemap,
+        },
         "launch_ros.parameter_descriptions": {"ParameterValue": ParameterValue},
     }
     modules = {name: types.ModuleType(name) for name in parts}
     for name, content in parts.items():
         modules[name].__dict__.update(content)
-    with patch.dict(sys.modules, modules):
+    path = [str(modules_folder(file)), *sys.path]
+    with patch.dict(sys.modules, modules), patch.object(sys, "path", path):
         description = runpy.run_path(str(file))["generate_launch_description"]()
         values: dict[str, str] = {}
-        nodes: list[Node] = []
+        actions: list[Any] = []
         for action in description:
             if isinstance(action, DeclareLaunchArgument):
                 assert action.name not in values, f"{action.name} is declared twice"
@@ -115,5 +163,5 @@ def started(file: Path, share: Callable[[str], str], **arguments: str) -> list[N
         assert set(arguments) <= set(values)
         for action in description:
             if isinstance(action, OpaqueFunction):
-                nodes += action.function(values) or []
-    return nodes
+                actions += action.function(values) or []
+    return actions

@@ -73,7 +73,8 @@ import threading
 import time
 from collections import deque
 import rclpy
-import test_play_robot
+from package_under_test import TABLES
+from ros_robot import Robot
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 from robosc_testing.action import Move
@@ -92,10 +93,10 @@ class Hesitant(deque):
 
 rclpy.init()
 node = rclpy.create_node("order")
-robot = test_play_robot.Robot(node, 1)
-robot.serve(node)
+robot = Robot(node, 1, TABLES)
+robot.serve()
 robot.random.random = lambda: 0.0  # which rejects
-(key,) = [key for _, _, key in test_play_robot.ACTIONS]
+(key,) = [key for _, _, key in TABLES.actions]
 requests = robot.requests[key] = Hesitant()
 client = ActionClient(node, Move, "reach")
 executor = MultiThreadedExecutor(num_threads=4)
@@ -113,9 +114,9 @@ os._exit(0)  # with its threads
 
 CONTROLLER = """
 import os
-import test_play_robot
-test_play_robot.subprocess.Popen = lambda words: os.execv(words[0], words)
-test_play_robot.start_controller()
+import ros_robot
+ros_robot.subprocess.Popen = lambda words: os.execv(words[0], words)
+ros_robot.start_controller()
 """
 
 

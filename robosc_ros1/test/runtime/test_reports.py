@@ -129,7 +129,7 @@ def run_reporter(
     settings: Settings, heard: Heard, play: Any, controller: Controller | None = None
 ) -> Engine:
     engine = Engine(controller or LampController(), PlayedPort(), settings)
-    reporter = Reporter(engine, heard)
+    reporter = Reporter(engine, heard, {})
     thread = threading.Thread(target=engine.run, daemon=True)
     thread.start()
     reporter.start()

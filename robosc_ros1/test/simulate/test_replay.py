@@ -357,7 +357,7 @@ def test_a_log_that_the_running_engine_wrote(tmp_path: Path, supervisor: Supervi
     path = tmp_path / "events.log"
     port = Idle()
     engine = Engine(make_controller(supervisor), port, Settings(event_log=str(path)), port.now)
-    reporter = Reporter(engine, Silent())
+    reporter = Reporter(engine, Silent(), {})
     thread = threading.Thread(target=engine.run)
     reporter.start()
     thread.start()

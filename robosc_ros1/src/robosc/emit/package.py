@@ -56,9 +56,12 @@ def frozen_files(files: Mapping[str, File]) -> Mapping[str, File]:
     return MappingProxyType(dict(sorted(files.items())))
 
 
-def own_modules(folder: str, target: str, files: Mapping[str, File]) -> dict[str, File]:
-    """The modules that are the same in every package and that those in the folder import."""
-    names = [name for _, text in _below(folder, files) for name in _SIBLING_IMPORT.findall(text)]
+def own_modules(
+    package: str, folder: str, target: str, files: Mapping[str, File]
+) -> dict[str, File]:
+    """The modules that are the same in every package and that its files import, for the folder."""
+    statement = re.compile(rf"^from (?:{package})?\.(\w+) import", re.MULTILINE)
+    names = [name for file in files.values() for name in statement.findall(file.content)]
     return _imported(names, _modules(target, "common"), _SIBLING_IMPORT, folder)
 
 
@@ -70,9 +73,12 @@ def runtime_files(folder: str, files: Mapping[str, File]) -> dict[str, File]:
     return _imported(["__init__", *names], modules, _SIBLING_IMPORT, folder)
 
 
-def own_test_files(files: Mapping[str, File], target: str = "common") -> dict[str, File]:
-    """The modules of the package's test that its files import."""
+def own_test_files(
+    files: Mapping[str, File], target: str = "common", *programs: str
+) -> dict[str, File]:
+    """The modules of the package's test that are started, and those that its files import."""
     names = [name for _, text in _below("test", files) for name in _TEST_IMPORT.findall(text)]
+    names += programs
     modules = _modules(target, "common")
     for path, _ in _below("test", files):
         modules.pop(Path(path).stem, None)

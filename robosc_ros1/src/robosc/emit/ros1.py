@@ -58,23 +58,21 @@ _ROS1 = Target(
         "setup.py": "setup.py",
         "scripts/{package}": "script",
         "config/{package}.yaml": "config.yaml",
-        "test/play_robot.py": "play_robot.py",
+        "test/package_under_test.py": "package_under_test.py",
     },
     of_mode={
         "controller": {
             "launch/{package}.launch": "launch",
-            "src/{package}/node.py": "node.py",
             "test/{rostest}.test": "rostest",
             "README.md": "README.md",
         },
         "supervisor": {
             "launch/{package}.launch": "supervisor.launch",
-            "src/{package}/node.py": "supervisor_node.py",
             "test/{rostest}.test": "supervisor_rostest",
-            "test/play_both.py": "play_both.py",
             "README.md": "supervisor_README.md",
         },
     },
+    programs={"controller": "play_robot", "supervisor": "play_both"},
     dependencies=(  # actions: ros_calls.py imports them always
         "actionlib", "actionlib_msgs", "diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs",
     ),
@@ -85,4 +83,5 @@ _ROS1 = Target(
     parameters=_parameters,
     action_parts=("/goal", "/cancel", "/status", "/feedback", "/result"),
     has_qos=False,
+    has_lifecycle=False,
 )  # fmt: skip

@@ -90,23 +90,19 @@ _ROS2 = Target(
         "setup.cfg": "setup.cfg",
         "resource/{package}": "marker",
         "config/{package}.yaml": "config.yaml",
+        "test/package_under_test.py": "package_under_test.py",
     },
     of_mode={
         "controller": {
             "launch/{package}.launch.py": "launch.py",
-            "{package}/node.py": "node.py",
-            "test/test_play_robot.py": "test_play_robot.py",
             "README.md": "README.md",
         },
         "supervisor": {
             "launch/{package}.launch.py": "supervisor.launch.py",
-            "{package}/node.py": "supervisor_node.py",
-            "test/test_play_both.py": "test_play_both.py",
-            # A module for that one, no test of its own here.
-            "test/play_robot.py": "test_play_robot.py",
             "README.md": "supervisor_README.md",
         },
     },
+    programs={"controller": "test_play_robot", "supervisor": "test_play_both"},
     dependencies=(
         "action_msgs", "ament_index_python", "diagnostic_msgs", "launch", "launch_ros",
         "python3-yaml", "rcl_interfaces", "rclpy", "std_msgs",
@@ -121,4 +117,5 @@ _ROS2 = Target(
         for part in ("send_goal", "cancel_goal", "get_result", "feedback", "status")
     ),
     has_qos=True,
+    has_lifecycle=True,
 )  # fmt: skip

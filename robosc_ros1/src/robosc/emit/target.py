@@ -39,17 +39,19 @@ class Target:
 
     ``modules`` is the folder of a package's own Python modules. ``templates`` has the templates of
     all packages by the paths of their files, ``of_mode`` those of one mode; in paths, ``{package}``
-    stands for the package and ``{rostest}`` for its test. ``dependencies`` are the packages that
-    every package needs. ``identifier`` is a communication's name in ROS, ``module`` and ``type``
-    are module and class of its type in Python, ``interface`` is that type for the tools of ROS.
-    ``action_parts`` are the names below that of an action. ``has_qos``: nodes have parameters for
-    the quality of service.
+    stands for the package and ``{rostest}`` for its test. ``programs`` are the modules of tests
+    that are started. ``dependencies`` are the packages that every package needs. ``identifier`` is
+    a communication's name in ROS, ``module`` and ``type`` are module and class of its type in
+    Python, ``interface`` is that type for the tools of ROS. ``action_parts`` are the names below
+    that of an action. ``has_qos``: nodes have parameters for the quality of service;
+    ``has_lifecycle``: there are managed nodes.
     """
 
     name: str
     modules: str
     templates: Mapping[str, str]
     of_mode: Mapping[Mode, Mapping[str, str]]
+    programs: Mapping[Mode, str]
     dependencies: tuple[str, ...]
     identifier: Callable[[Communication], str]
     module: Callable[[Communication], str]
@@ -58,10 +60,13 @@ class Target:
     parameters: Callable[[Robot, Config], tuple[ParameterView, ...]]
     action_parts: tuple[str, ...]
     has_qos: bool
+    has_lifecycle: bool
 
 
 _XML = ("package.xml", "launch", "rostest")
 """How the names of templates end that make XML."""
+
+_NODES: Mapping[Mode, str] = {"controller": "node.py", "supervisor": "supervisor_node.py"}
 
 
 def package_of(
@@ -93,6 +98,7 @@ def package_of(
         f"{modules}/__init__.py": _data_module(source, f"{context.title} of {robot.name}."),
         f"{modules}/controller.py": render("common/controller.py.jinja", controller),
         f"{modules}/model.py": _model_module(supervisor, source),
+        f"{modules}/node.py": render(f"common/{_NODES[mode]}.jinja", context),
         "test/plant_data.py": plant_module(configured, source, supervisor.guards),
     }
     for path, template in {**target.templates, **target.of_mode[mode]}.items():
@@ -100,8 +106,8 @@ def package_of(
         text = render(f"{target.name}/{template}.jinja", readme if path == "README.md" else shown)
         texts[path.format(package=package, rostest=rostest_name(package))] = text
     files = {path: File(text) for path, text in texts.items()}
-    files |= own_modules(modules, target.name, files)
-    files |= own_test_files(files, target.name)
+    files |= own_modules(package, modules, target.name, files)
+    files |= own_test_files(files, target.name, target.programs[mode])
     files |= runtime_files(f"{modules}/_runtime", files)
     return Package(package, frozen_files(files), target.name)
 
@@ -175,5 +181,5 @@ def _context(
                 if target.has_qos or not n.startswith("qos/")
             }
         ),
-        lifecycle=config.lifecycle,
+        lifecycle=config.lifecycle and target.has_lifecycle,
     )

@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 from collections import deque
-from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Deque, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from .engine import INACTIVE, Engine
 from .eventlog import EventLog
@@ -180,18 +180,16 @@ def state_document(
 class Reporter:
     """Publishes reports while the engine runs; ``close`` publishes the last state.
 
-    ``original`` converts the state for tools of the original RoboSC, if that is enabled.
+    ``model`` is the document of ``~model``.
     """
 
-    def __init__(
-        self, engine: Engine, outlet: Outlet, original: Optional[OriginalState] = None
-    ) -> None:
+    def __init__(self, engine: Engine, outlet: Outlet, model: Mapping[str, Any]) -> None:
         self._engine = engine
         self._outlet = outlet
-        self._original = original
         self._latest: Deque[Dict[str, Any]] = deque(maxlen=_LATEST)
         self._closing = threading.Event()
         settings = engine.settings
+        self._original = OriginalState(model) if settings.legacy_state_topic else None
         self._pause = 1.0 / settings.state_rate
         self._log = None
         self._log_fault: Optional[str] = None

@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
-from typing import Iterable, Iterator, List, Mapping, NamedTuple, Sequence, Tuple
+import time
+from typing import Callable, Iterable, Iterator, List, Mapping, NamedTuple, Sequence, Tuple
 
-__all__ = ["Traffic"]
+from .recorder import Throttle
+
+__all__ = ["Traffic", "TrafficWatch"]
 
 _Nodes = Mapping[str, Sequence[str]]
 """The full names of the nodes on each topic."""
@@ -57,3 +60,27 @@ class Traffic(NamedTuple):
 
     def _but_this(self, names: Iterable[str]) -> List[str]:
         return [name for name in names if name != self.node]
+
+
+class TrafficWatch:
+    """The results of the latest check of the other nodes, which are also logged."""
+
+    def __init__(self, traffic: Traffic, warn: Callable[[str], None]) -> None:
+        self.traffic = traffic
+        self.faults: List[str] = []
+        """The current faults of other nodes, as texts."""
+        self.unconnected: List[str] = []
+        """The topics without a node at the other end, as texts."""
+        self._warn = warn
+        self._throttle = Throttle(60.0)
+
+    def update(self, faults: Iterable[str], publishers: _Nodes, subscribers: _Nodes) -> None:
+        """Replace the results by those of another check, which found these faults of nodes."""
+        self.faults = sorted({*faults, *self.traffic.second_publishers(publishers)})
+        before = self.unconnected
+        self.unconnected = list(self.traffic.unconnected(publishers, subscribers))
+        # Nodes may still be starting: a node is missing if two checks did not find it.
+        for text in (*self.faults, *(text for text in self.unconnected if text in before)):
+            admitted = self._throttle(text, text, time.monotonic())
+            if admitted is not None:
+                self._warn(admitted)

@@ -4,17 +4,66 @@
 ``ros2 launch -s`` lists the arguments.
 """
 
-import os
-import shlex
+from gauntlet_supervisor.controller import GauntletController
+from gauntlet_supervisor.relay_launch import supervisor_launch
 
-import yaml
-from ament_index_python.packages import get_package_share_directory
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
-
+# Parameters that can be given as arguments, with ``_`` for each dot.
+PARAMETERS = (
+    "on_mismatch",
+    "stop_command",
+    "exit_on_stop",
+    "refuse_not_finite",
+    "server_lost_after",
+    "state_rate",
+    "publish_events",
+    "event_log",
+    "event_log_size",
+    "event_log_files",
+    "legacy_state_topic",
+    "allowed_publishers",
+    "timeout.reach",
+    "goal_timeout.reach",
+    "timeout.set_level",
+    "qos.scan.reliability",
+    "qos.scan.durability",
+    "qos.scan.depth",
+    "qos.spots.reliability",
+    "qos.spots.durability",
+    "qos.spots.depth",
+    "qos.up.reliability",
+    "qos.up.durability",
+    "qos.up.depth",
+    "qos.down.reliability",
+    "qos.down.durability",
+    "qos.down.depth",
+    "qos.say.reliability",
+    "qos.say.durability",
+    "qos.say.depth",
+    "qos.count.reliability",
+    "qos.count.durability",
+    "qos.count.depth",
+    "qos.Left.slip.reliability",
+    "qos.Left.slip.durability",
+    "qos.Left.slip.depth",
+    "qos.Left.turn.reliability",
+    "qos.Left.turn.durability",
+    "qos.Left.turn.depth",
+    "qos.Right.slip.reliability",
+    "qos.Right.slip.durability",
+    "qos.Right.slip.depth",
+    "qos.Right.turn.reliability",
+    "qos.Right.turn.durability",
+    "qos.Right.turn.depth",
+)
+# The controller, if it is to be started; with a launch file, that is included.
+GUARDED = {
+    "package": "",
+    "executable": "",
+    "name": "controller",
+    "namespace": "",
+    "arguments": "",
+    "launch_file": "",
+}
 # Names that the controller uses, and their names between controller and supervisor.
 REMAPPINGS = (
     ("/scan", "/supervised/scan"),
@@ -35,316 +84,12 @@ REMAPPINGS = (
     ("/arm/reach/_action/status", "/supervised/arm/reach/_action/status"),
 )
 
-# (argument, parameter, type, meaning)
-PARAMETERS = (
-    ("use_sim_time", "use_sim_time", "boolean", "follow /clock instead of the machine's clock"),
-    (
-        "on_mismatch",
-        "on_mismatch",
-        "string",
-        "reaction to an event that the model excludes (ignore, stop)",
-    ),
-    (
-        "stop_command",
-        "stop_command",
-        "string",
-        "communication to request at a safe stop and at shutdown, regardless of its guard",
-    ),
-    ("exit_on_stop", "exit_on_stop", "boolean", "end the node after a safe stop"),
-    (
-        "refuse_not_finite",
-        "refuse_not_finite",
-        "boolean",
-        "do not send a command with a number that is infinite or not a number",
-    ),
-    (
-        "server_lost_after",
-        "server_lost_after",
-        "number",
-        "wall time without status until an action server is lost, in seconds (at least 0.1)",
-    ),
-    ("state_rate", "state_rate", "number", "maximal rate of ~state, in Hz (at least 0.1)"),
-    ("publish_events", "publish_events", "boolean", "publish each event on ~events"),
-    ("event_log", "event_log", "string", "file for the event log, one JSON document per line"),
-    (
-        "event_log_size",
-        "event_log_size",
-        "number",
-        "size at which the event log is rotated, in MB (at least 0.001)",
-    ),
-    (
-        "event_log_files",
-        "event_log_files",
-        "integer",
-        "number of rotated log files to keep (at least 0)",
-    ),
-    (
-        "legacy_state_topic",
-        "legacy_state_topic",
-        "string",
-        "topic for the state in the format of the original tool's /state",
-    ),
-    (
-        "allowed_publishers",
-        "allowed_publishers",
-        "string",
-        "nodes, separated by spaces, that may also publish on command topics",
-    ),
-    (
-        "timeout_reach",
-        "timeout.reach",
-        "number",
-        "deadline until a goal of reach is accepted, in seconds (at least 0.001)",
-    ),
-    (
-        "goal_timeout_reach",
-        "goal_timeout.reach",
-        "number",
-        "deadline of an accepted goal of reach, in seconds (at least 0; 0: none)",
-    ),
-    (
-        "timeout_set_level",
-        "timeout.set_level",
-        "number",
-        "deadline of a call of set_level, in seconds (at least 0.001)",
-    ),
-    (
-        "qos_scan_reliability",
-        "qos.scan.reliability",
-        "string",
-        "reliability of scan (reliable, best_effort)",
-    ),
-    (
-        "qos_scan_durability",
-        "qos.scan.durability",
-        "string",
-        "durability of scan (volatile, transient_local)",
-    ),
-    ("qos_scan_depth", "qos.scan.depth", "integer", "length of the queue of scan (at least 1)"),
-    (
-        "qos_spots_reliability",
-        "qos.spots.reliability",
-        "string",
-        "reliability of spots (reliable, best_effort)",
-    ),
-    (
-        "qos_spots_durability",
-        "qos.spots.durability",
-        "string",
-        "durability of spots (volatile, transient_local)",
-    ),
-    ("qos_spots_depth", "qos.spots.depth", "integer", "length of the queue of spots (at least 1)"),
-    (
-        "qos_up_reliability",
-        "qos.up.reliability",
-        "string",
-        "reliability of up (reliable, best_effort)",
-    ),
-    (
-        "qos_up_durability",
-        "qos.up.durability",
-        "string",
-        "durability of up (volatile, transient_local)",
-    ),
-    ("qos_up_depth", "qos.up.depth", "integer", "length of the queue of up (at least 1)"),
-    (
-        "qos_down_reliability",
-        "qos.down.reliability",
-        "string",
-        "reliability of down (reliable, best_effort)",
-    ),
-    (
-        "qos_down_durability",
-        "qos.down.durability",
-        "string",
-        "durability of down (volatile, transient_local)",
-    ),
-    ("qos_down_depth", "qos.down.depth", "integer", "length of the queue of down (at least 1)"),
-    (
-        "qos_say_reliability",
-        "qos.say.reliability",
-        "string",
-        "reliability of say, shout (reliable, best_effort)",
-    ),
-    (
-        "qos_say_durability",
-        "qos.say.durability",
-        "string",
-        "durability of say, shout (volatile, transient_local)",
-    ),
-    ("qos_say_depth", "qos.say.depth", "integer", "length of the queue of say, shout (at least 1)"),
-    (
-        "qos_count_reliability",
-        "qos.count.reliability",
-        "string",
-        "reliability of count (reliable, best_effort)",
-    ),
-    (
-        "qos_count_durability",
-        "qos.count.durability",
-        "string",
-        "durability of count (volatile, transient_local)",
-    ),
-    ("qos_count_depth", "qos.count.depth", "integer", "length of the queue of count (at least 1)"),
-    (
-        "qos_Left_slip_reliability",
-        "qos.Left.slip.reliability",
-        "string",
-        "reliability of Left.slip (reliable, best_effort)",
-    ),
-    (
-        "qos_Left_slip_durability",
-        "qos.Left.slip.durability",
-        "string",
-        "durability of Left.slip (volatile, transient_local)",
-    ),
-    (
-        "qos_Left_slip_depth",
-        "qos.Left.slip.depth",
-        "integer",
-        "length of the queue of Left.slip (at least 1)",
-    ),
-    (
-        "qos_Left_turn_reliability",
-        "qos.Left.turn.reliability",
-        "string",
-        "reliability of Left.turn (reliable, best_effort)",
-    ),
-    (
-        "qos_Left_turn_durability",
-        "qos.Left.turn.durability",
-        "string",
-        "durability of Left.turn (volatile, transient_local)",
-    ),
-    (
-        "qos_Left_turn_depth",
-        "qos.Left.turn.depth",
-        "integer",
-        "length of the queue of Left.turn (at least 1)",
-    ),
-    (
-        "qos_Right_slip_reliability",
-        "qos.Right.slip.reliability",
-        "string",
-        "reliability of Right.slip (reliable, best_effort)",
-    ),
-    (
-        "qos_Right_slip_durability",
-        "qos.Right.slip.durability",
-        "string",
-        "durability of Right.slip (volatile, transient_local)",
-    ),
-    (
-        "qos_Right_slip_depth",
-        "qos.Right.slip.depth",
-        "integer",
-        "length of the queue of Right.slip (at least 1)",
-    ),
-    (
-        "qos_Right_turn_reliability",
-        "qos.Right.turn.reliability",
-        "string",
-        "reliability of Right.turn (reliable, best_effort)",
-    ),
-    (
-        "qos_Right_turn_durability",
-        "qos.Right.turn.durability",
-        "string",
-        "durability of Right.turn (volatile, transient_local)",
-    ),
-    (
-        "qos_Right_turn_depth",
-        "qos.Right.turn.depth",
-        "integer",
-        "length of the queue of Right.turn (at least 1)",
-    ),
-)
-
-
-def given_parameters(argument):
-    """Return the parameters whose arguments are not empty, with their values."""
-    given = {}
-    for name, parameter, sort, _ in PARAMETERS:
-        text = argument(name)
-        if text != "" and sort == "string":
-            # It remains one even if it looks like a number or a boolean.
-            given[parameter] = ParameterValue(text, value_type=str)
-        elif text != "":
-            given[parameter] = yaml.safe_load(text)
-    return given
-
-
-def main_node(argument, given):
-    """Return the node of this package with these parameters."""
-    pairs = (pair.split("=", 1) for pair in argument("remap").split())
-    return Node(
-        package="gauntlet_supervisor",
-        executable="gauntlet_supervisor",
-        name=argument("name"),
-        namespace=argument("ns"),
-        output=argument("output"),
-        respawn=argument("respawn").lower() == "true",
-        parameters=[argument("config"), given],
-        remappings=[(ros_name(name), ros_name(other)) for name, other in pairs],
-    )
-
-
-def ros_name(name):
-    """Return the ROS 2 form of a private name: ``~/stop`` for ``~stop``."""
-    return "~/" + name[1:] if name.startswith("~") and not name.startswith("~/") else name
-
-
-def start(context):
-    """Return the nodes; the supervisor gets the parameters that were given as arguments."""
-
-    def argument(name):
-        return LaunchConfiguration(name).perform(context)
-
-    given = given_parameters(argument)
-    nodes = [main_node(argument, given)]
-    if argument("controller_package"):
-        nodes.append(
-            Node(
-                package=argument("controller_package"),
-                executable=argument("controller_executable"),
-                name=argument("controller_name") or None,
-                namespace=argument("ns"),
-                output=argument("output"),
-                arguments=shlex.split(argument("controller_args")),
-                parameters=[{"use_sim_time": given.get("use_sim_time", False)}],
-                remappings=REMAPPINGS,
-            )
-        )
-    return nodes
-
 
 def generate_launch_description():
-    share = get_package_share_directory("gauntlet_supervisor")
-    config = os.path.join(share, "config", "gauntlet_supervisor.yaml")
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument(name, default_value=default, description=meaning)
-            for name, default, meaning in (
-                ("name", "gauntlet_supervisor", "name of the supervisor's node"),
-                ("ns", "", "namespace of both nodes"),
-                ("output", "screen", "screen or log"),
-                ("respawn", "false", "start the supervisor again when it ends"),
-                ("controller_package", "", "package of the controller"),
-                ("controller_executable", "", "executable of the controller"),
-                (
-                    "controller_name",
-                    "controller",
-                    "name of the controller's node; empty: unchanged",
-                ),
-                ("controller_args", "", "arguments of the controller"),
-                ("remap", "", "names of the supervisor to remap, like: /old=/new ~own=other"),
-                ("config", config, "parameter file"),
-            )
-        ]
-        # With an empty argument, the parameter file decides.
-        + [
-            DeclareLaunchArgument(name, default_value="", description=meaning)
-            for name, _, _, meaning in PARAMETERS
-        ]
-        + [OpaqueFunction(function=start)]
+    return supervisor_launch(
+        "gauntlet_supervisor",
+        GauntletController,
+        PARAMETERS,
+        GUARDED,
+        REMAPPINGS,
     )
