@@ -65,7 +65,13 @@ def test_missing_file(verb: str, robosc: Robosc) -> None:
     assert done.stdout == ""
 
 
-@pytest.mark.parametrize("name", ["", "with-dash", "../up", "json", "std_msgs", "numpy", "robosc"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "", "with-dash", "../up", "json", "std_msgs", "numpy", "robosc",
+        "judge", "ros_robot", "plant_data",
+    ],
+)  # fmt: skip
 def test_what_cannot_be_a_package(
     name: str, robosc: Robosc, model: Callable[[str], str], tmp_path: Path
 ) -> None:

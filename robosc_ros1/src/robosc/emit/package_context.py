@@ -9,8 +9,13 @@ from xml.sax.saxutils import escape
 from robosc.emit.readme import ParameterView
 from robosc.errors import UsageError
 from robosc.model.entities import Communication
+from robosc.resources import templates_folder
 
 __all__ = ["PackageContext", "TopicView", "escaped", "topics"]
+
+
+_TEST_DATA = ("package_under_test", "plant_data")
+"""The generated modules of a package's test."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +57,15 @@ class PackageContext:
     """Whether a node of ROS 2 is a managed one."""
 
     def __post_init__(self) -> None:
-        """Raises UsageError if the package would stand in the way of one that it needs."""
+        """Raises UsageError if the package would stand in the way of one that it needs, or one of
+        its test's modules in the way of the package."""
+        fault = None
         if self.package in self.dependencies:
-            name = repr(self.package)
-            raise UsageError(
-                f"{name} is not a valid name for a package: it needs the package of that name"
-            )
+            fault = "it needs the package of that name"
+        elif self.package in _TEST_DATA or any(templates_folder().rglob(f"{self.package}.py")):
+            fault = "the package's test has a module of that name"
+        if fault is not None:
+            raise UsageError(f"{self.package!r} is not a valid name for a package: {fault}")
 
 
 def topics(
