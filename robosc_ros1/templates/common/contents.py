@@ -37,7 +37,7 @@ def plain(value):
         return value.tolist()
     if isinstance(value, (list, tuple, bytes)):
         return [plain(part) for part in value]
-    names = getattr(value, "__slots__", None) or vars(value)
+    names = value.__slots__ if hasattr(value, "__slots__") else vars(value)
     return {n.lstrip("_"): plain(getattr(value, n)) for n in names if n != "_check_fields"}
 
 

@@ -7,7 +7,7 @@ it was made. :class:`RandomCommands` are those of a controller that ignores all 
 
 import json
 
-from contents import attribute_of
+from contents import attribute_of, plain
 from decisions import reads_state
 from judge import Judge
 from plant_data import PLANT
@@ -136,18 +136,16 @@ def provides_of(key):
 
 def content(message):
     """Return a message without its sequence number as text, so that NaN is equal to itself."""
-    return repr(_plain(message))
+    return repr(_without_sequence(plain(message)))
 
 
-def _plain(part):
-    if hasattr(part, "tolist"):
-        part = part.tolist()
-    if isinstance(part, (list, tuple)):
-        return [_plain(inner) for inner in part]
-    fields = getattr(part, "get_fields_and_field_types", None)
-    names = getattr(part, "__slots__", ()) if fields is None else tuple(fields())
-    # The sequence number of a header is set when the message is sent.
-    return [_plain(getattr(part, name)) for name in names if name != "seq"] if names else part
+def _without_sequence(part):
+    """Return plain data without sequence numbers of headers, which are set when they are sent."""
+    if isinstance(part, list):
+        return list(map(_without_sequence, part))
+    if isinstance(part, dict):
+        return {name: _without_sequence(inner) for name, inner in part.items() if name != "seq"}
+    return part
 
 
 def in_order(found, among):
