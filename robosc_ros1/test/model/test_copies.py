@@ -205,6 +205,7 @@ def test_what_is_undefined_does_not_count(
     [
         ("sum(x.level for x in Laser) = 3", (1, 2), True),
         ("min(x.level for x in Laser) = 1", (1, 2), True),
+        ("sum(max(2 for other in Laser) for x in Laser) = 4", (0, 0), True),
         ("max(x.level for x in Laser[2..2]) = 2", (3, 2), True),
         ("sum(x.level for x in Laser[2..1]) = 0", (3, 2), True),
         ("all(x.level > 2 for x in Laser[2..1])", (1, 1), True),

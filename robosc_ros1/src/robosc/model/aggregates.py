@@ -235,8 +235,12 @@ def _takes_elements(node: AggregateNode) -> bool:
 
 
 def _is_array(node: AggregateNode, elements: Sequence[Expr]) -> bool:
-    """Whether a list is an array of constants; an empty one has no type to ask anything about."""
-    if not elements and _takes_elements(node):
+    """Whether a list stays an array, of constants about which an aggregate asks something.
+
+    What is asked about the elements themselves is expanded, but for a count, of which only a
+    comparison can be.
+    """
+    if _takes_elements(node) and not (elements and node.function.text == "count"):
         return False
     return all(constant(element) is not None for element in elements)
 
