@@ -118,9 +118,9 @@ class Node:
 
 def modules_folder(file: Path) -> Path:
     """The folder with the Python package of a launch file, in its sources or where it is installed."""
-    package = file.parents[1]
-    if (package / package.name).is_dir():
-        return package
+    sources = file.parents[1]
+    if (sources / file.name.removesuffix(".launch.py")).is_dir():
+        return sources
     (folder,) = file.parents[3].glob("lib/python3*/site-packages")
     return folder
 
