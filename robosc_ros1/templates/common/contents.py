@@ -60,3 +60,14 @@ def told_as(told, value):
 def same(left, right):
     """Whether two values are equal; NaN is equal to itself."""
     return left == right or (left != left and right != right)
+
+
+def scalars(constant):
+    """Yield the numbers and strings in a constant, which may be an array or an object."""
+    if isinstance(constant, dict):
+        constant = list(constant.values())
+    if isinstance(constant, (list, tuple)):
+        for part in constant:
+            yield from scalars(part)
+    elif not isinstance(constant, bool):
+        yield constant

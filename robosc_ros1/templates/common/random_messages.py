@@ -4,7 +4,7 @@
 import copy
 import math
 
-from contents import attribute_of
+from contents import attribute_of, scalars
 from decisions import atoms_of
 from expressions import trees_of, variables_of
 from operations import ARITHMETIC, Undefined
@@ -337,7 +337,7 @@ def literals(tree):
         return []
     tree = list(tree)
     if len(tree) == 2 and tree[0] == "literal":
-        return [] if isinstance(tree[1], bool) else [tree[1]]
+        return list(scalars(tree[1]))
     if len(tree) == 2 and tree[0] == "parameter" and isinstance(tree[1], str):
         return literals(["literal", PLANT["parameters"][tree[1]]])
     found = [value for part in tree for value in literals(part)]

@@ -152,3 +152,27 @@ def test_values_of_a_library_have_its_name(tmp_path: Path) -> None:
     assert robot is not None, render_all(diagnostics)
     assert to_dsl(robot.requirements[0].condition, robot) == "Left.n < 2"
     assert to_dsl(robot.provides[0].data, robot) == "1.25 + 2.5"
+
+
+STORED = """
+datatype enum Way from double to {{ value > 1 -> far default -> near }}
+datatype object Spot {{ x: double {way} }}
+constant home: Spot = {{ x: 1 {near} }}
+interface link use Spot from nowhere_msgs
+component Base {{
+    outgoing message here with type: Spot links link
+    incoming message go with type: double
+    behaviour {{
+        variable spot: Spot
+        initial marked state on {{ on response from here do spot := home }}
+    }}
+}}
+provide go with Base.spot.x
+"""
+
+
+def test_a_variable_takes_no_constant_with_names_of_enums() -> None:
+    """It holds what the enum converts; the constant has the results of conversions."""
+    text = STORED.format(way="way: Way", near=", way: near")
+    assert ("not-assignable", "home") in faults(text)
+    assert "not-assignable" not in dict(faults(STORED.format(way="", near="")))

@@ -30,7 +30,7 @@ _OF_RUNTIME = {
     },
     "values": {
         "Mismatch", "copied", "given", "in_range", "now", "only_field", "optional",
-        *_helpers("values"),
+        "record", *_helpers("values"),
     },
 }  # fmt: skip
 """What a controller may import, by module of the runtime."""

@@ -190,7 +190,7 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
                 return ["state", component, state]
             case ValueRef(path=path, type=type_):
                 return ["value", list(path), _type(type_, enums)]
-            case ElementRef(variable=name, path=path, type=type_):
+            case ElementRef(variable=name, path=path, carried=type_):
                 return ["bound", name, list(path), _type(type_, enums)]
             case ParameterRef(parameter=parameter):
                 return ["parameter", parameter.key]
@@ -203,7 +203,7 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
         if isinstance(node, Aggregate):
             return ["each", node.operator, node.variable, *operands]
         if isinstance(node, Part):
-            return ["part", *operands, list(node.path), _type(node.type, enums)]
+            return ["part", *operands, list(node.path), _type(node.carried, enums)]
         return [node.operation.key, *operands]
 
     return fold(expr, leaf, operation)

@@ -97,10 +97,10 @@ class Attributes:
             return converted(enum, text, self)
 
         def part(node: Part, whole: str) -> str:
-            return converted(node.type, defined_access(whole, node.path), self)
+            return converted(node.carried, defined_access(whole, node.path), self)
 
         spread = _spread(exact(with_counts(expr, chains=False)))
-        return to_python(spread, leaf, _literal, convert, part)
+        return to_python(spread, leaf, _constant, convert, part)
 
     def operand(self, expr: Expr) -> str:
         """The text of a condition as an operand of ``and``."""
@@ -118,8 +118,18 @@ def literal(value: Any) -> str:
     return literals.literal(value)
 
 
-def _literal(node: Literal) -> str:
-    return literal(node.value)
+def _constant(node: Literal) -> str:
+    """A constant in an expression; the fields of objects are read there."""
+    return _readable(node.value)
+
+
+def _readable(value: Any) -> str:
+    if isinstance(value, dict):
+        fields = (f"{field_attribute(name)}={_readable(part)}" for name, part in value.items())
+        return f"record({', '.join(fields)})"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_readable, value))}]"
+    return literal(value)
 
 
 def _in_controller(node: Leaf, attributes: Attributes) -> str:
@@ -144,7 +154,7 @@ def _in_controller(node: Leaf, attributes: Attributes) -> str:
             whole = 'value[""]' if isinstance(type_, ObjectType) else "value"
             return f"given({whole})" if optional else whole
         case ElementRef(variable=name, path=path):
-            return converted(node.type, access(element_name(name), path), attributes)
+            return converted(node.carried, access(element_name(name), path), attributes)
         case ValueRef(path=path, optional=optional):
             part = f"value[{literal(path_text(path))}]"
             return part if all_names(path) and not optional else f"given({part})"
@@ -187,7 +197,7 @@ def in_enum_rule(expr: Expr, attributes: Attributes) -> str:
             case ValueRef(path=path):
                 return convert(node.type, access("value", path))
             case ElementRef(variable=name, path=path):
-                return convert(node.type, access(element_name(name), path))
+                return convert(node.carried, access(element_name(name), path))
             case ParameterRef(parameter=parameter):
                 return attributes.parameters[parameter.key]
         raise TypeError(f"{node} in the rule of an enum")
@@ -196,9 +206,9 @@ def in_enum_rule(expr: Expr, attributes: Attributes) -> str:
         return converted(type_, text, attributes, in_rule=True)
 
     def part(node: Part, whole: str) -> str:
-        return convert(node.type, defined_access(whole, node.path))
+        return convert(node.carried, defined_access(whole, node.path))
 
-    return to_python(expr, leaf, _literal, convert, part)
+    return to_python(expr, leaf, _constant, convert, part)
 
 
 def access(root: str, path: Path) -> str:

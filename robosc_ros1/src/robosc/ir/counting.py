@@ -231,7 +231,7 @@ def _grouped(operator: str, parts: Sequence[Expr]) -> list[Expr]:
 
 
 def _counted(conditions: Sequence[Expr], least: int, negated: bool = False) -> Count:
-    return Count("", (), _BOOLEAN, None, tuple(conditions), least, negated)
+    return Count("", (), _BOOLEAN, conditions=tuple(conditions), least=least, negated=negated)
 
 
 def _runs(indexes: Sequence[int]) -> Iterator[list[int]]:

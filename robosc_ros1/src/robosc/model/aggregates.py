@@ -29,6 +29,7 @@ from robosc.model.expr import (
     Holds,
     Leaf,
     Literal,
+    is_constant_data,
     opposite,
 )
 from robosc.model.function_calls import Check, list_literal, typed_elements
@@ -37,9 +38,16 @@ from robosc.model.traversal import may_be_undefined, part_of, rewritten
 from robosc.model.types import ArrayType, BooleanType, IntegerType, Type
 from robosc.syntax.nodes import Access, AggregateNode, ArrayNode, BinaryNode, ExprNode
 
-__all__ = ["Aggregates"]
+__all__ = ["Aggregates", "Bound"]
 
 _BOOLEAN = BooleanType()
+
+
+class Bound(NamedTuple):
+    """The variable of an aggregate: its type, and whether the array is a constant."""
+
+    type: Type
+    constant: bool
 
 
 class Counted(NamedTuple):
@@ -49,9 +57,9 @@ class Counted(NamedTuple):
 
 
 class Aggregates:
-    """Types aggregates; ``bound`` maps the variables of enclosing ones to their types."""
+    """Types aggregates; ``bound`` has the variables of enclosing ones."""
 
-    def __init__(self, check: Check, bound: dict[str, Type], report: Report) -> None:
+    def __init__(self, check: Check, bound: dict[str, Bound], report: Report) -> None:
         self._check = check
         self._bound = bound
         self._report = report
@@ -106,17 +114,19 @@ class Aggregates:
 
     def _through(self, node: AggregateNode, array: Expr) -> Expr | None:
         assert isinstance(array.type, ArrayType)
-        parts = self._parts(node, array.type.element)
+        parts = self._parts(node, array.type.element, is_constant_data(array))
         if parts is None:
             return None
         name, (element, condition) = node.function.text, parts
         type_ = result_type(AGGREGATES[name].result, (element.type,))
         return Aggregate(name, node.variable.text, array, element, condition, type_, node.span)
 
-    def _parts(self, node: AggregateNode, type_: Type) -> tuple[Expr, Expr | None] | None:
+    def _parts(
+        self, node: AggregateNode, type_: Type, constant: bool = False
+    ) -> tuple[Expr, Expr | None] | None:
         """The typed element and condition of an aggregate; None after a reported error."""
         name = node.function.text
-        self._bound[node.variable.text] = type_
+        self._bound[node.variable.text] = Bound(type_, constant)
         element = self._check(node.element, needs_of(AGGREGATES[name].operands), f"'{name}'")
         condition = None
         if node.condition is not None:

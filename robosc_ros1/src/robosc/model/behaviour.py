@@ -23,7 +23,7 @@ from robosc.model.entities import (
 )
 from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, BOOLEAN, expected_type
-from robosc.model.expr import Expr
+from robosc.model.expr import Expr, is_constant_data
 from robosc.model.expressions import Typer
 from robosc.model.incoming import Incoming, is_value, no_value
 from robosc.model.presence import condition_on_data
@@ -298,6 +298,11 @@ class BehaviourResolver:
         value = typer.check(node.value, expected_type(type_), f"variable '{target}'")
         if value is None:
             return None
+        if is_constant_data(value) and _has_enum(type_):
+            message = f"a constant with a value of an enum cannot be assigned to '{target}'"
+            hint = "a variable holds what the enum converts; read the constant where it is needed"
+            self._report.add("not-assignable", node.value.span, message, hint)
+            return None
         check_range(value, type_, f"'{target}'", self._report)
         return Assignment(target, coerce(value, type_), span=node.span)
 
@@ -311,6 +316,16 @@ class BehaviourResolver:
         if initial and self._is_sound:
             start = [s.name.text for s in initial]
             check_reach(self._instance, behaviour, start, self._report)
+
+
+def _has_enum(type_: Type) -> bool:
+    """Whether an array or object has a part of an enum."""
+    match type_:
+        case ArrayType(element=element):
+            return isinstance(element, EnumType) or _has_enum(element)
+        case ObjectType(properties=properties):
+            return any(isinstance(t, EnumType) or _has_enum(t) for _, t in properties)
+    return False
 
 
 def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:

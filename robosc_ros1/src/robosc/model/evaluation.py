@@ -28,7 +28,7 @@ from robosc.model.expr import (
     condition_of,
 )
 from robosc.model.traversal import fold, parameters_of, walk
-from robosc.model.types import EnumType, StringType, Type, Value
+from robosc.model.types import EnumType, Type, Value
 from robosc.runtime.functions import element, is_so
 from robosc.runtime.values import Undefined
 
@@ -50,7 +50,7 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
         if isinstance(node, ParameterRef):
             return node.parameter.default
         if isinstance(node, ElementRef):
-            return _as_read(part_of_value(bound[node.variable], node.path), node.type)
+            return _as_read(part_of_value(bound[node.variable], node.path), node.carried)
         found = lookup(node)
         if found is None:
             raise Undefined
@@ -101,16 +101,13 @@ def scalar_of(node: Operation) -> Callable[..., Value]:
         case Convert(type=type_):
             return partial(converted, type_)
         case Part():
-            return lambda whole: _as_read(part_of_value(whole, node.path), node.type)
+            return lambda whole: _as_read(part_of_value(whole, node.path), node.carried)
     return node.operation.scalar
 
 
 def _as_read(part: Value, type_: Type) -> Value:
-    """A part of a whole; one of an enum is converted now, but in constants, which have its name."""
-    if not isinstance(type_, EnumType):
-        return part
-    is_name = isinstance(part, str) and type_.source != StringType()
-    return part if is_name else converted(type_, part)
+    """A part of a whole, in which enums have not been converted yet."""
+    return converted(type_, part) if isinstance(type_, EnumType) else part
 
 
 def converted(enum: EnumType, value: Any) -> Value:

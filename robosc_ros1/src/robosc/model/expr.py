@@ -15,7 +15,7 @@ from typing import ClassVar, TypeAlias, cast
 
 from robosc.language.functions import AGGREGATES, CALLS, CONVERSION, PART, PRESENCE
 from robosc.language.operators import BINARY, UNARY, Operator
-from robosc.model.types import BooleanType, EnumRule, EnumType, Type, Value
+from robosc.model.types import BooleanType, EnumRule, EnumType, StringType, Type, Value
 from robosc.runtime.settings import parameter_name
 from robosc.source import Span
 
@@ -45,6 +45,7 @@ __all__ = [
     "Unary",
     "ValueRef",
     "VariableRef",
+    "is_constant_data",
     "opposite",
 ]
 
@@ -236,12 +237,21 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class ElementRef:
-    """The variable of an enclosing aggregate, which ranges over an array, or a part of it."""
+    """The variable of an enclosing aggregate, which ranges over an array, or a part of it.
+
+    ``constant``: the array is a constant.
+    """
 
     variable: str
     path: tuple[str | int, ...]
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
+    constant: bool = False
+
+    @property
+    def carried(self) -> Type:
+        """The type of what is there; what is carried for an enum is converted by it."""
+        return _of_constant(self.type) if self.constant else self.type
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,6 +327,11 @@ class Part:
     operation: ClassVar[Operator] = PART
 
     @property
+    def carried(self) -> Type:
+        """The type of what is there; what is carried for an enum is converted by it."""
+        return _of_constant(self.type) if is_constant_data(self.operand) else self.type
+
+    @property
     def operands(self) -> tuple[Expr, ...]:
         return (self.operand,)
 
@@ -343,6 +358,18 @@ Expr: TypeAlias = Literal | Leaf | Operation
 
 TRUE = Literal(True, BooleanType())
 FALSE = Literal(False, BooleanType())
+
+
+def is_constant_data(expr: Expr) -> bool:
+    """Whether an array or object is a constant or a part of one."""
+    while isinstance(expr, Call | Part):
+        expr = expr.operands[0]
+    return isinstance(expr, Literal) or (isinstance(expr, ElementRef) and expr.constant)
+
+
+def _of_constant(type_: Type) -> Type:
+    """The type of a part of a constant, which has the names of an enum's values."""
+    return StringType() if isinstance(type_, EnumType) else type_
 
 
 def opposite(condition: Expr) -> Expr:

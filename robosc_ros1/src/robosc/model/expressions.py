@@ -21,7 +21,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosc.language.operators import BINARY, UNARY, Operand
-from robosc.model.aggregates import Aggregates
+from robosc.model.aggregates import Aggregates, Bound
 from robosc.model.compatibility import comparable, describe, result_type, type_of
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
@@ -84,7 +84,7 @@ class Typer:
         self._faults = NameFaults(report, types, symbols)
         self._meanings = Meanings(report, types, symbols)
         self._parts = Parts(report, types)
-        self._bound: dict[str, Type] = {}
+        self._bound: dict[str, Bound] = {}
         self._aggregates = Aggregates(self.check, self._bound, report)
         self._conditions: dict[tuple[int, str], tuple[ExprNode, Expr | None]] = {}
 
@@ -346,8 +346,11 @@ class Typer:
     def _element(self, access: Access) -> Expr | None:
         """The variable of an enclosing aggregate, or a part of its value."""
         name = access.root.text
-        type_ = self._parts.type_of(access, self._bound[name])
-        return None if type_ is None else ElementRef(name, path_of(access), type_, access.span)
+        bound = self._bound[name]
+        type_ = self._parts.type_of(access, bound.type)
+        if type_ is None:
+            return None
+        return ElementRef(name, path_of(access), type_, access.span, bound.constant)
 
     # --- value -----------------------------------------------------------------------------------
 

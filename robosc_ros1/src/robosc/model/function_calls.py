@@ -13,7 +13,7 @@ from robosc.model.compatibility import comparable, describe, result_type
 from robosc.model.diagnostics import Report
 from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
-from robosc.model.expr import Binary, Call, Convert, Expr, Literal
+from robosc.model.expr import Binary, Call, Convert, Expr, Literal, is_constant_data
 from robosc.model.presence import defined
 from robosc.model.quantified import chain
 from robosc.model.types import ArrayType, BooleanType, EnumType, IntegerType, Type, Value, is_number
@@ -140,18 +140,11 @@ def typed_element(node: ElementNode, check: Check) -> Expr | None:
         return None
     assert isinstance(array.type, ArrayType)
     element = array.type.element
-    if isinstance(element, EnumType) and not _is_constant(array):
+    if isinstance(element, EnumType) and not is_constant_data(array):
         # The array has what the enum converts from.
         call = Call("element", (array, index), element.source, node.span)
         return Convert(call, element, node.span)
     return Call("element", (array, index), element, node.span)
-
-
-def _is_constant(array: Expr) -> bool:
-    """Whether an array is a constant or a slice of one, which has names of an enum's values."""
-    while isinstance(array, Call):
-        array = array.operands[0]
-    return isinstance(array, Literal)
 
 
 def typed_section(node: SliceNode, check: Check) -> Expr | None:

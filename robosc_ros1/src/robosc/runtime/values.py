@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import copy
 import math
+from types import SimpleNamespace
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 __all__ = [
     "NOW", "Mismatch", "Undefined", "Value", "copied", "demand_finite", "divide", "fields_of",
     "given", "in_range", "jsonable", "not_finite", "now", "only_field", "optional", "parts_of",
-    "remainder", "widen",
+    "record", "remainder", "widen",
 ]  # fmt: skip
 
 Value = Any
@@ -169,6 +170,11 @@ def fields_of(data: Value, names: Iterable[str]) -> List[Tuple[str, Value]]:
 def now() -> Value:
     """Return the placeholder for the time of sending."""
     return NOW
+
+
+def record(**fields: Value) -> Value:
+    """Return an object of the model, whose fields are read as those of a message."""
+    return SimpleNamespace(**fields)
 
 
 def copied(data: Value) -> Value:
