@@ -161,11 +161,9 @@ class Aggregates:
         if found is None:
             return None
         numbers, condition = found
-        empty = not numbers and name != "sum"
-        if name == "count" or condition or empty or any(map(may_be_undefined, numbers)):
-            hint = "compare count(…) with a number" if name == "count" else None
-            message = f"'{name}' over {_kind(array)} is not allowed here"
-            self._report.add("not-over-components", node.span, message, hint)
+        fault = self._fault(name, _kind(array), numbers, condition)
+        if fault is not None:
+            self._report.add("not-over-components", node.span, *fault)
             return None
         operation = "+" if name == "sum" else name
 
@@ -176,6 +174,24 @@ class Aggregates:
             return Call(operation, (left, right), both, node.span)
 
         return joined(numbers or [Literal(0, IntegerType(), node.span)], join)
+
+    def _fault(
+        self, name: str, kind: str, numbers: Sequence[Expr], condition: bool
+    ) -> tuple[str, str | None] | None:
+        """Message and hint if a function of numbers cannot be expanded over these."""
+        if name == "count":
+            message = f"'count' over {kind} is only possible in a comparison"
+            return message, "compare count(…) with a number"
+        if condition:
+            return f"'{name}' over {kind} takes no 'if'", "leave out the 'if'"
+        if not numbers and name != "sum":
+            return f"'{name}' of no {kind} has no value", None
+        if any(map(may_be_undefined, numbers)):
+            hint = (
+                "keep it in a variable of a number type, and use that: do near := value.ranges[0]"
+            )
+            return f"'{name}' over {kind} whose value may be missing is not possible", hint
+        return None
 
     def _compared(
         self,

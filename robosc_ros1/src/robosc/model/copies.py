@@ -283,7 +283,7 @@ class _Writer:
         """The aggregate over the list of what it asks of each component."""
         operation = AGGREGATES.get(node.function.text)
         if node.condition and operation and operation.operands is not Operand.BOOLEAN:
-            message = f"'{node.function.text}' over components is not allowed here"
+            message = f"'{node.function.text}' over components takes no 'if'"
             self._report.add("not-over-components", node.span, message, "leave out the 'if'")
             return LiteralNode(0, span=node.span)
         asked, name = self._asked_of(node), node.variable.text
