@@ -16,6 +16,8 @@ from ros_support import EXAMPLES
 
 from robosc import pipeline
 
+pytestmark = pytest.mark.slow
+
 WATCHED = """
 robot Watched {
     component Eye {

@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from emit.judged_controllers import Robot, judged, judging_model
 
+pytestmark = pytest.mark.slow
+
 TOGETHER = """
 robot Together {
     component Eye {

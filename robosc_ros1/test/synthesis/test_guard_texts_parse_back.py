@@ -15,6 +15,8 @@ from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import Expr, Leaf, VariableRef
 from robosc.model.types import ArrayType, Type, Value, domain
 
+pytestmark = pytest.mark.slow
+
 ARRAYS = """
 robot R {{
     datatype object Place {{ x: double names: array(string) }}

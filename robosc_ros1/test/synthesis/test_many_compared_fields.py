@@ -105,6 +105,7 @@ def test_cif_is_refused_before_an_event_is_made_of_each_value() -> None:
 
 
 @needs_library
+@pytest.mark.slow
 def test_the_simulator_finds_a_path_by_some_of_the_values(monkeypatch: pytest.MonkeyPatch) -> None:
     player = session(pipeline.synthesize(robot_of(many(25, guards=True))))
     play(player, "goto Arm.busy")
