@@ -26,7 +26,7 @@ from robosc.model.entities import (
     Provide,
     Robot,
 )
-from robosc.model.expr import Convert, Literal, condition_of
+from robosc.model.expr import Convert, Expr, Literal, condition_of
 from robosc.model.state_variables import all_expressions
 from robosc.model.traversal import all_names, may_be_undefined, path_text, walk
 from robosc.model.types import (
@@ -135,6 +135,8 @@ def converting_enums(robot: Robot) -> list[EnumType]:
         match type_:
             case EnumType():
                 visit(type_.source)
+                for rule in type_.rules:
+                    convert(condition_of(rule))
                 found.setdefault(type_, None)
             case ObjectType():
                 for _, inner in type_.properties:
@@ -142,13 +144,16 @@ def converting_enums(robot: Robot) -> list[EnumType]:
             case ArrayType():
                 visit(type_.element)
 
+    def convert(expr: Expr) -> None:
+        for part in walk(expr):
+            if isinstance(part, Convert):
+                visit(part.type)
+
     for communication in robot.communications.values():
         visit(communication.response)
         visit(communication.feedback)
     for expr in all_expressions(robot):
-        for part in walk(expr):
-            if isinstance(part, Convert):
-                visit(part.type)
+        convert(expr)
     return list(found)
 
 
