@@ -170,3 +170,32 @@ def test_constants_have_names_of_enums() -> None:
     player = session(supervisor_of(text))
     play(player, "n 0", "expect enabled go", "expect disabled come")
     play(player, "n 1", "expect disabled go", "expect enabled come")
+
+
+OBJECTS = """
+robot R {
+    interface link use Route from some_msgs
+    datatype object Route { points: array(Point) }
+    datatype object Point { x: double tags: array(integer) }
+    component A {
+        outgoing message route with type: Route links link
+        behaviour {
+            variable first: Point
+            variable tags: array(integer)
+            initial marked state s {
+                on response from route do first := value.points[0], tags := value.points[1].tags
+            }
+        }
+    }
+}
+"""
+
+
+@pytest.mark.parametrize("execute", [False, True])
+def test_an_object_that_an_array_does_not_have_is_missing(execute: bool) -> None:
+    player = session(supervisor_of(OBJECTS), execute=execute)
+    play(player, "route points: []", "expect !defined(A.first)", "expect !defined(A.tags)")
+    play(player, 'route points: [{"x": 1.5}]', "expect A.first.x = 1.5", "expect !defined(A.tags)")
+    play(player, 'route points: [{"x": 2.5}, {"tags": [7]}]', "expect A.tags[0] = 7")
+    play(player, "route", "expect A.first.x = 2.5", "route points[0].x: 0.5")
+    play(player, "expect A.first.x = 0.5", "expect A.tags[0] = 7")

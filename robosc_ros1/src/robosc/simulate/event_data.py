@@ -133,10 +133,10 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
         written = _written(fields, path)
         if written is not None:
             given[path] = typed_value(part, written, name)
+        elif _is_element(path) and not any(p[: len(path)] == path != p for p in fields):
+            given[path] = None
         elif isinstance(part, ArrayType | ObjectType) and path not in fields:
             given[path] = assembled(part, path, fields, name)
-        elif any(isinstance(step, int) for step in path):
-            given[path] = None
         elif path in needed:
             raise InvalidLine(f"{name} needs a value: {_choices(part)}")
         else:
@@ -147,6 +147,11 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
             first, second = (path_text(event.parameters[n].path) for n in (i, j))
             raise InvalidLine(f"{second} of {label} cannot be there where {first} is missing")
     return given
+
+
+def _is_element(path: Path) -> bool:
+    """Whether it is in an element of an array, which may be missing."""
+    return any(isinstance(step, int) for step in path)
 
 
 def _written(fields: Mapping[Path, Raw], path: Path) -> Raw:
