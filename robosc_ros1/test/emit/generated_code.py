@@ -16,11 +16,11 @@ from robosc.synthesis import synthesize
 __all__ = ["controller_class", "controller_source", "supervisor_of"]
 
 
-def supervisor_of(text: str, name: str = "model.rscd") -> Supervisor:
+def supervisor_of(text: str, name: str = "model.rscd", engine: str = "auto") -> Supervisor:
     """The supervisor of a model without errors."""
     robot, diagnostics = load(Source(name, text))
     assert robot is not None, diagnostics
-    return synthesize(lower(robot))
+    return synthesize(lower(robot), engine)
 
 
 def controller_source(supervisor: Supervisor, name: str = "model.rscd") -> str:

@@ -76,3 +76,32 @@ def test_the_package_s_own_test_reads_constants_the_same_way(
     with judging_modules(tmp_path, supervisor) as judging:
         judge = judged(judging, controller_source(supervisor), rounds=40)
     assert judge.faults == []
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_functions_of_constants_are_computed_by_both_engines(engine: str) -> None:
+    text = """
+    robot R {
+        constant levels: array(double) = [0.5, 1.5]
+        constant nothing: array(double) = []
+        component A {
+            outgoing message measured with type: double
+            outgoing message counted with type: integer(0..3)
+            incoming message go with type: none
+            incoming message come with type: none
+            behaviour {
+                variable x: double
+                variable n: integer(0..3)
+                initial marked state on {
+                    on response from measured do x := value
+                    on response from counted do n := value
+                }
+            }
+        }
+        requirement go needs A.x > length(levels)
+        requirement come needs A.n > count(x > 1 for x in levels) + length(nothing)
+    }
+    """
+    player = session(supervisor_of(text, engine=engine))
+    play(player, "measured 2", "expect disabled go", "measured 2.5", "expect enabled go")
+    play(player, "counted 1", "expect disabled come", "counted 2", "expect enabled come")

@@ -18,13 +18,17 @@ from numpy.typing import NDArray
 from robosc.ir.automaton import Event, Plant, StateVariable
 from robosc.ir.finite.classes import Classes
 from robosc.language.operators import EXACT_IN_DOUBLE, EXACT_IN_INT64, Operator, Range
-from robosc.model.evaluation import scalar_of
+from robosc.model.evaluation import constant, scalar_of
 from robosc.model.expr import (
+    Aggregate,
+    Call,
     Convert,
     Expr,
+    Holds,
     Leaf,
     Literal,
     Operation,
+    Part,
     PhaseRef,
     StateRef,
     TestRef,
@@ -83,7 +87,15 @@ def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArr
         assert variable is not None, "a parameter without value"
         return _leaf(plant.variables[variable], node, columns[variable])
 
-    return fold(expr, leaf, _apply)
+    return fold(expr, leaf, _apply, known=_constant_of_data)
+
+
+def _constant_of_data(node: Expr) -> NDArray[Any] | None:
+    """What a function of constant arrays or objects comes to; they have no numpy arrays."""
+    if not isinstance(node, Call | Aggregate | Part | Holds):
+        return None
+    value = constant(node)
+    return None if value is None else _literal(value, node.type)
 
 
 def _leaf(variable: StateVariable, expr: Expr, indexes: Indexes) -> NDArray[Any]:
