@@ -126,6 +126,8 @@ class Values:
         return self._basic(type_, name)
 
     def _array(self, element, owner, name):
+        while element[0] == "enum":
+            element = PLANT["enums"][element[1]]["from"]
         length, most, make = self.array_of(owner, name)
         if length != most:
             places = self._places[self._of]

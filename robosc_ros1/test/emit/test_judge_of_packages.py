@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 from emit.generated_code import controller_source, supervisor_of
-from emit.judged_controllers import judged, judging_modules
+from emit.judged_controllers import Robot, judged, judging_modules
 from emit.mutants import mutants
 from ros_support import EXAMPLES
 
@@ -185,3 +185,38 @@ def test_arrays_of_bytes_of_a_fixed_length_are_filled(tmp_path: Path) -> None:
         frames = [values.message(Frame, "Can.frame", "response").data for _ in range(50)]
     assert {len(frame) for frame in frames} == {64}
     assert {6, 7, 8} <= {frame[0] for frame in frames}
+
+
+SIGNS = """
+robot R {{
+    interface link use Signs from nowhere_msgs
+    datatype object Signs {{ signs: array(Sign) }}
+    datatype enum Sign from {source} to {{ value = {one} -> clear default -> blocked }}
+    component Reader {{
+        outgoing message read with type: Signs links link
+        incoming message go with type: none
+        behaviour {{
+            variable first: Sign
+            variable way: boolean
+            initial marked state s {{
+                on response from read
+                    do first := value.signs[0], way := any(x = clear for x in value.signs)
+            }}
+        }}
+    }}
+    requirement go needs Reader.first = clear and Reader.way
+}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("source", "one", "kind"),
+    [("boolean", "true", bool), ("integer(-1..2)", "1", int), ("string", '"up"', str)],
+)
+def test_arrays_of_enums_have_what_the_enum_converts_from(
+    source: str, one: str, kind: type, tmp_path: Path
+) -> None:
+    with judging_modules(tmp_path, supervisor_of(SIGNS.format(source=source, one=one))) as judging:
+        robot = Robot(judging, 1, lambda data: data)
+        messages = [robot.message("Reader.read", "response") for _ in range(50)]
+    assert {type(sign) for message in messages for sign in message.signs} == {kind}
