@@ -125,8 +125,6 @@ def section(array, first, last):
     """Return the elements between two indexes, wrapping around the end of the array."""
     count = len(array)
     places = [place + count if place < 0 else place for place in (first, last)]
-    if places[0] < 0:
-        places[0] = 0
     if places[0] <= places[1]:
         return [array[i] for i in range(count) if places[0] <= i <= places[1]]
     behind = [array[i] for i in range(count) if i >= places[0]]

@@ -128,6 +128,15 @@ def test_a_section_may_run_over_the_end(section: tuple[int, int], found: list[in
 
 
 @pytest.mark.parametrize(
+    ("section", "found"), [((-3, -3), []), ((-5, -4), []), ((-3, -2), [0]), ((-4, 0), [0])]
+)
+def test_a_section_before_the_beginning_is_not_there(
+    section: tuple[int, int], found: list[int]
+) -> None:
+    assert HELPERS["section"]([0, 1], *section) == found
+
+
+@pytest.mark.parametrize(
     ("text", "fault"),
     [
         ("flag := any(r for r in value.ranges)", ("type-mismatch", "r")),

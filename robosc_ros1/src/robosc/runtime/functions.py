@@ -131,11 +131,12 @@ def section(array: Sequence[Value], first: int, last: int) -> List[Value]:
     end of the array.
     """
     count = len(array)
-    first = max(first + count, 0) if first < 0 else first
+    first = first + count if first < 0 else first
     last = last + count if last < 0 else last
+    start, end = max(first, 0), max(last + 1, 0)
     if first <= last:
-        return list(array[first : last + 1])
-    return list(array[first:]) + list(array[: max(last + 1, 0)])
+        return list(array[start:end])
+    return list(array[start:]) + list(array[:end])
 
 
 def defined(function: Callable[[Value], Value], array: Iterable[Value]) -> List[Value]:
