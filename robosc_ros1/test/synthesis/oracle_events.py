@@ -251,10 +251,12 @@ class OracleEvents:
 
         here = self.get(state, "at", component.name)
         of_state, of_component = self._transitions_for(component, here, occurrence.event)
-        own, common = holding(of_state), holding(of_component)
+        own = holding(of_state)
         if occurrence.event.kind is EventKind.REQUEST:
-            return own if of_state else common
-        return [*(t for t in common if t.goto is None), *own] if own else common
+            return own if of_state else holding(of_component)
+        if own:  # what goes somewhere is hidden, and its guard may read what no occurrence has
+            return [*holding([t for t in of_component if t.goto is None]), *own]
+        return holding(of_component)
 
     # --- the plant ---------------------------------------------------------------------------
 

@@ -58,6 +58,12 @@ def test_random_robots_by_seed(engine: str, pytestconfig: pytest.Config) -> None
         check(random_model(random.Random(seed), 1 + seed % 3), engine, seed)
 
 
+@engines
+def test_a_hidden_transition_whose_guard_reads_what_no_event_has(engine: str) -> None:
+    """A state's own transition is taken for sure, and hides the guarded one with a goto."""
+    check(random_model(random.Random(910329), 1), engine, 910329)
+
+
 def test_random_robots_are_of_all_sorts() -> None:
     """The comparison means something: supervisors that are empty, restricting, and trivial."""
     seen = set()
