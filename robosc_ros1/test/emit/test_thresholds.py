@@ -55,3 +55,16 @@ def test_thresholds_are_told_by_what_is_compared(tmp_path: Path) -> None:
         "place.response inner y": [3.0],
     }
     validate(document, "model")
+
+
+def test_classes_of_very_many_comparisons_are_left_out(tmp_path: Path) -> None:
+    """The outcomes of all comparisons for each class would take the square of their number."""
+    path = tmp_path / "cart.rscd"
+    for count, told in ((499, True), (500, False)):
+        many = " or ".join(f"Gauge.x > {number}.5" for number in range(count))
+        text = MODEL.replace("needs Gauge.x > -0.5 or Gauge.near", f"needs {many}")
+        path.write_text(text, encoding="utf-8")
+        document = model_document(pipeline.supervise(pipeline.load(path).robot), path.name)
+        (x,) = [v for c in document["components"] for v in c["variables"] if v["name"] == "x"]
+        assert ("classes" in x, "comparisons" in x) == (told, told)
+        validate(document, "model")

@@ -122,3 +122,16 @@ def test_a_class_that_no_value_of_the_type_is_in_is_left_out() -> None:
 def test_representatives_are_round() -> None:
     classes = Classes(DoubleType(), frozenset({(">", 0.1), (">", 0.2)}))
     assert list(classes) == [-0.9, 0.15, 1.2]
+
+
+@pytest.mark.timeout(15)
+@pytest.mark.parametrize("type_", [DoubleType(), StringType()])
+def test_many_classes_take_time_in_proportion(type_: Type) -> None:
+    constants = [str(n) if type_ == StringType() else n + 0.5 for n in range(20_000)]
+    operator = "=" if type_ == StringType() else ">"
+    classes = Classes(type_, frozenset((operator, constant) for constant in constants))
+    assert len(classes) == 20_001
+    for number, value in enumerate(classes):
+        assert classes.index(value) == number
+        length, _ = classes.condition([number], [number]).length
+        assert length <= 2 or number == 20_000  # which no string that is asked for equals

@@ -297,7 +297,7 @@ def _interval(index: StateVariable, variable: _Reference, some: int, most: int) 
     """Return a disjunction of intervals, extended over free values where that saves a bound."""
     needed, free = set(_values(some)), set(_values(most))
     runs: list[Expr] = []
-    for low, high in intervals(needed, free, index.size):
+    for low, high in intervals(needed, free):
         inside = needed.intersection(range(low, high + 1))
         runs.append(_between(index, variable, (low, min(inside)), (max(inside), high)))
     return disjunction(runs)

@@ -10,6 +10,7 @@ suffice), and division is that of IEEE 754.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -117,8 +118,12 @@ def _leaf(variable: StateVariable, expr: Expr, indexes: Indexes) -> NDArray[Any]
     return np.array(values, dtype=np.bool_)[indexes]
 
 
+@lru_cache(maxsize=8)
 def _numbers(classes: Classes) -> NDArray[Any]:
-    """Return the representatives of classes, strings and large integers as Python objects."""
+    """Return the representatives of classes, strings and large integers as Python objects.
+
+    Cached, since each of thousands of conditions may compare the same variable.
+    """
     fits = not isinstance(classes.type, StringType) and all(
         isinstance(value, float) or abs(value) < EXACT_IN_INT64 for value in classes
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +19,12 @@ __all__ = ["Classes", "Comparison", "ClassCondition", "intervals"]
 
 Comparison: TypeAlias = tuple[str, Value]
 """An operator and its right operand, a constant."""
+
+_Key: TypeAlias = tuple[int | None, Value | None]
+
+_AT = 1
+_CUT = {"<": 0, ">=": 0, "<=": 2, ">": 2}
+"""On which side of its constant a comparison changes its result: below (0) or above (2) ``_AT``."""
 
 _BOOLEAN = BooleanType()
 _NAN = math.nan
@@ -102,13 +109,13 @@ class Classes(Sequence[Any]):
     def __contains__(self, value: object) -> bool:
         if value is None:
             return self.optional
-        return self._outcomes(value) in self._numbers
+        return self._key(value) in self._numbers
 
     def index(self, value: Any, start: int = 0, stop: int | None = None) -> int:
         """Return the number of the class of a value."""
         if value is None and self.optional:
             return len(self._members)
-        return self._numbers[self._outcomes(value)]
+        return self._numbers[self._key(value)]
 
     # --- conditions
 
@@ -122,17 +129,21 @@ class Classes(Sequence[Any]):
     def condition(self, needed: Collection[int], free: Collection[int]) -> ClassCondition:
         """Return a short condition that holds in all needed classes, and otherwise only in free
         ones."""
+        must, may = self._in_regions(needed), self._in_regions(free)
         if isinstance(self.type, StringType):
-            wanted = self._members_of(needed, free, negated=False)
-            unwanted = self._members_of(needed, free, negated=True)
-            return min((c for c in (wanted, unwanted) if c), key=lambda c: c.length)
+            return self._equalities(must, may)
+        last = len(self._regions) - 1
         found = []
-        if not self._holds_nan(needed):
-            found.append(ClassCondition(self._runs(needed, free), False))
-        others = [number for number in range(len(self._members)) if number not in free]
-        rest = [number for number in range(len(self._members)) if number not in needed]
-        if not self._holds_nan(others):
-            found.append(_turned(self._runs(others, rest), self.type))
+        if isinstance(self.type, DoubleType):  # the last region is NaN
+            count, is_needed, is_free = last, last in must, last in may
+        else:
+            count, is_needed, is_free = last + 1, False, True
+        if not is_needed:
+            runs = self._runs(intervals(must, may - {count}), is_free)
+            found.append(ClassCondition(runs, False))
+        if is_free:
+            runs = self._runs(_between(must, may, count), not is_needed)
+            found.append(_turned(runs, self.type))
         return min(found, key=lambda c: c.length)
 
     def label(self, index: int, term: Expr, text: Callable[[Expr], str]) -> str:
@@ -145,17 +156,14 @@ class Classes(Sequence[Any]):
 
     def outcomes(self, index: int) -> dict[Comparison, bool]:
         """Return the results of the comparisons in a class (not that of missing values)."""
-        return dict(zip(self._ordered, self._outcomes(self._values[index]), strict=True))
+        value = self._values[index]
+        return {(op, right): bool(BINARY[op].scalar(value, right)) for op, right in self._ordered}
 
     # --- regions
 
     @cached_property
     def _constants(self) -> tuple[Any, ...]:
-        found: list[Any] = []
-        for _, constant in self._ordered:
-            if constant == constant and constant not in found:  # NaN divides nothing
-                found.append(constant)
-        return tuple(sorted(found))
+        return tuple(sorted(dict.fromkeys(constant for _, constant in self._dividing)))
 
     @cached_property
     def _regions(self) -> tuple[_Region, ...]:
@@ -167,51 +175,75 @@ class Classes(Sequence[Any]):
             found.append(_Region(_NAN, None, None))
         return tuple(found)
 
-    def _outcomes(self, value: Any) -> tuple[bool, ...]:
-        return tuple(bool(BINARY[op].scalar(value, constant)) for op, constant in self._ordered)
+    def _key(self, value: Any) -> _Key:
+        """Equal for two values if all comparisons have the same results for them, and only then.
+
+        It is the number of cuts below the value, and the constant that it equals if a comparison
+        asks for that.
+        """
+        if value != value:
+            return self._key_of_nan
+        return bisect_left(self._cuts, (value, _AT)), value if value in self._equated else None
+
+    @cached_property
+    def _cuts(self) -> list[tuple[Any, int]]:
+        """Where the result of a comparison by size changes: below a constant or above it."""
+        return sorted({(right, _CUT[op]) for op, right in self._dividing if op in _CUT})
+
+    @cached_property
+    def _equated(self) -> frozenset[Any]:
+        return frozenset(right for op, right in self._dividing if op not in _CUT)
+
+    @cached_property
+    def _key_of_nan(self) -> _Key:
+        """That of the values for which no comparison by size holds, if there are such."""
+        least, most = 0, len(self._cuts)
+        for op, right in self._dividing:
+            if op in _CUT:
+                cut = bisect_left(self._cuts, (right, _CUT[op]))
+                if op in ("<", "<="):
+                    least = max(least, cut + 1)
+                else:
+                    most = min(most, cut)
+        return (least if least == most else None), None
+
+    @property
+    def _dividing(self) -> Iterator[Comparison]:
+        """The comparisons but those with NaN, which have the same result for all values."""
+        return (one for one in self._ordered if one[1] == one[1])
 
     @cached_property
     def _ordered(self) -> tuple[Comparison, ...]:
         return tuple(sorted(self.comparisons, key=repr))
 
     @cached_property
-    def _by_outcomes(self) -> dict[tuple[bool, ...], list[int]]:
+    def _by_key(self) -> dict[_Key, list[int]]:
         """For each class its regions: those with equal results of all comparisons."""
-        found: dict[tuple[bool, ...], list[int]] = {}
+        found: dict[_Key, list[int]] = {}
         for number, region in enumerate(self._regions):
-            found.setdefault(self._outcomes(region.representative), []).append(number)
+            found.setdefault(self._key(region.representative), []).append(number)
         return found
 
     @cached_property
     def _members(self) -> tuple[list[int], ...]:
-        return tuple(self._by_outcomes.values())
+        return tuple(self._by_key.values())
 
     @cached_property
-    def _numbers(self) -> dict[tuple[bool, ...], int]:
-        return {outcomes: number for number, outcomes in enumerate(self._by_outcomes)}
+    def _numbers(self) -> dict[_Key, int]:
+        return {key: number for number, key in enumerate(self._by_key)}
 
     @cached_property
     def _values(self) -> tuple[Value | None, ...]:
         values = [self._regions[members[0]].representative for members in self._members]
         return (*values, None) if self.optional else tuple(values)
 
-    def _holds_nan(self, classes: Iterable[int]) -> bool:
-        if not isinstance(self.type, DoubleType):
-            return False
-        last = len(self._regions) - 1
-        return any(last in self._members[number] for number in classes)
-
     def _in_regions(self, classes: Iterable[int]) -> set[int]:
         return {region for number in classes for region in self._members[number]}
 
     def _runs(
-        self, needed: Iterable[int], free: Iterable[int]
+        self, found: Iterable[tuple[int, int]], nan: bool
     ) -> tuple[tuple[Comparison, ...], ...]:
-        """Return runs of regions as comparisons, as wide as possible; a run of all has none."""
-        must, may = self._in_regions(needed), self._in_regions(free)
-        count = len(self._regions) - isinstance(self.type, DoubleType)  # NaN is the last one
-        nan = count in may or count == len(self._regions)
-        found = intervals(must, may, count)
+        """Return runs of regions as comparisons; a run of all has none."""
         return tuple(run for low, high in found for run in self._run(low, high, nan))
 
     def _run(self, low: int, high: int, nan: bool) -> Iterator[tuple[Comparison, ...]]:
@@ -225,30 +257,37 @@ class Classes(Sequence[Any]):
         else:
             yield tuple(bound for bound in (first, last) if bound is not None)
 
-    def _members_of(
-        self, needed: Collection[int], free: Collection[int], negated: bool
-    ) -> ClassCondition | None:
-        """Return the condition "equal to one of these strings" (or to none); None if a region is
-        not one constant."""
-        others = [n for n in range(len(self._members)) if n not in free]
-        regions = self._in_regions(others if negated else needed)
-        if any(self._regions[region].begins is None for region in regions):
-            return None
-        named = [(("=", self._regions[region].representative),) for region in sorted(regions)]
-        return _turned(tuple(named), self.type) if negated else ClassCondition(tuple(named), False)
+    def _equalities(self, must: set[int], may: set[int]) -> ClassCondition:
+        """Return "equal to one of these strings" or "to none of those", whichever names fewer."""
+        count = len(self._regions)
+        other = count - 1  # all strings that are no constant
+        if other in must or (other in may and count - len(may) < len(must)):
+            unequal = [region for region in range(count) if region not in may]
+            return _turned(self._named(unequal), self.type)
+        return ClassCondition(self._named(sorted(must)), False)
+
+    def _named(self, regions: Iterable[int]) -> tuple[tuple[Comparison, ...], ...]:
+        return tuple((("=", self._regions[region].representative),) for region in regions)
 
 
 _OPPOSITE = {"=": "!=", "<": ">=", "<=": ">", ">": "<=", ">=": "<"}
 
 
-def intervals(
-    needed: Container[int], free: Container[int], count: int
-) -> Iterator[tuple[int, int]]:
-    """Yield the widest intervals of free numbers below ``count`` that contain a needed one."""
-    for is_free, run in groupby(range(count), free.__contains__):
-        numbers = list(run)
-        if is_free and any(number in needed for number in numbers):
+def intervals(needed: Container[int], free: Iterable[int]) -> Iterator[tuple[int, int]]:
+    """Yield the widest intervals of free numbers that contain a needed one."""
+    for _, run in groupby(enumerate(sorted(free)), lambda item: item[1] - item[0]):
+        numbers = [number for _, number in run]
+        if any(number in needed for number in numbers):
             yield numbers[0], numbers[-1]
+
+
+def _between(needed: Iterable[int], free: Container[int], count: int) -> Iterator[tuple[int, int]]:
+    """Yield the widest intervals below ``count`` of numbers not needed of which one is not free."""
+    first = 0
+    for number in sorted({*needed, count}):
+        if any(other not in free for other in range(first, number)):
+            yield first, number - 1
+        first = number + 1
 
 
 def _turned(runs: tuple[tuple[Comparison, ...], ...], type_: Type) -> ClassCondition:

@@ -11,6 +11,7 @@ The *place* of a state is the number of its bit in the array.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -356,16 +357,15 @@ def _rectangles(
 
 def _runs(positions: Indexes) -> list[tuple[int, int, int]]:
     """Return ascending positions as arithmetic progressions: (start, length, step)."""
-    values = positions.tolist()
+    steps = np.diff(positions)
+    ends = [*(np.flatnonzero(steps[1:] != steps[:-1]) + 1).tolist(), len(steps)]
     found: list[tuple[int, int, int]] = []
     at = 0
-    while at < len(values):
-        end = at + 1
-        step = values[end] - values[at] if end < len(values) else 1
-        while end < len(values) and values[end] - values[end - 1] == step:
-            end += 1
-        found.append((values[at], end - at, step))
-        at = end
+    while at < len(positions):
+        end = ends[bisect_right(ends, at, hi=len(ends) - 1)]
+        step = int(steps[at]) if at < len(steps) else 1
+        found.append((int(positions[at]), end - at + 1, step))
+        at = end + 1
     return found
 
 
