@@ -87,3 +87,20 @@ def test_a_conversion_is_written_as_a_call() -> None:
 def test_a_wrong_conversion_is_marked(model: str, fault: tuple[str, str]) -> None:
     left_out = ("unused", "package", "unread")
     assert [f for f in faults(model) if not f[0].startswith(left_out)] == [fault]
+
+
+def test_the_rule_of_an_enum_may_call_one_that_is_declared_further_down() -> None:
+    rule, called = "{ Level(value.x) = low -> down default -> up }", "enum Level from double"
+    first = f"datatype enum Trend from Point to {rule}"
+    then = f"datatype {called} to {{ value > 1 -> high default -> low }}"
+    more = "requirement go needs Trend(P.point) = up"
+    declared = text().replace("variable number", "variable point: Point variable number")
+    forward, backward = (faults(declared + a + b + more) for a, b in ((first, then), (then, first)))
+    assert forward == backward
+    assert not {"unknown-name", "type-mismatch"}.intersection(code for code, _ in forward)
+
+
+def test_enums_that_call_each_other_in_their_rules_are_refused() -> None:
+    one = "datatype enum One from double to { Two(value) = b -> a default -> c }"
+    two = "datatype enum Two from double to { One(value) = a -> b default -> d }"
+    assert ("unknown-name", "One") in faults(text() + one + two)

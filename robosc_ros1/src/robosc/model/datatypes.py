@@ -31,6 +31,7 @@ from robosc.model.types import (
 from robosc.model.value_scope import ValueScope
 from robosc.source import Span
 from robosc.syntax.nodes import (
+    Access,
     ArgumentNode,
     ArrayTypeNode,
     BasicTypeNode,
@@ -242,6 +243,14 @@ class TypeTable(KnownTypes):
             )
             return None
         return IntegerType(node.bounds)
+
+    def called_enum(self, function: Access) -> EnumType | None:
+        """The enum that is called as a function, which may be declared further down."""
+        name = function.root.text
+        declared = not function.path and isinstance(self.scope.datatypes.get(name), EnumNode)
+        if declared and name not in self._open:
+            self._named(name)
+        return super().called_enum(function)
 
     def _named(self, name: str, use: NamedTypeNode | None = None) -> Type | None:
         if name in self._types:
