@@ -176,3 +176,16 @@ def test_a_variable_takes_no_constant_with_names_of_enums() -> None:
     text = STORED.format(way="way: Way", near=", way: near")
     assert ("not-assignable", "home") in faults(text)
     assert "not-assignable" not in dict(faults(STORED.format(way="", near="")))
+
+
+@pytest.mark.parametrize(
+    ("first", "next_", "fault"),
+    [
+        ("condition c0 = Sensor.ready", "condition c{n} = c{m} and !c{m}", "too-deep"),
+        ('constant c0: string = "ab"', "constant c{n}: string = c{m} + c{m}", "out-of-range"),
+    ],
+)
+def test_what_doubles_with_each_declaration_is_bounded(first: str, next_: str, fault: str) -> None:
+    doubling = "\n".join(next_.format(n=n, m=n - 1) for n in range(1, 60))
+    found = [f for f in faults(ROBOT % f"{first}\n{doubling}") if not f[0].startswith("unused")]
+    assert [code for code, _ in found] == [fault]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import cast
 
+from robosc.model.by_identity import ByIdentity
 from robosc.model.compatibility import coerce, describe, is_basic
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
@@ -27,6 +28,11 @@ from robosc.syntax.nodes import ConditionNode, ConstantNode, DataNode, Parameter
 
 __all__ = ["NamedValueTyper"]
 
+_MOST_TERMS = 50_000
+"""More terms in one condition are an error: each condition that names another one contains it."""
+_LONGEST_TEXT = 2**16
+"""A longer string constant is an error."""
+
 
 @dataclass
 class NamedValueTyper:
@@ -41,6 +47,7 @@ class NamedValueTyper:
     symbols: Callable[[], SymbolTable]
     owner: str = ""
     _open: list[str] = field(default_factory=list)
+    _sizes: ByIdentity[int] = field(default_factory=ByIdentity)
 
     def __call__(self, node: ValueNode) -> Expr | None:
         """The expression for which the declared name stands; None after a reported error."""
@@ -54,13 +61,31 @@ class NamedValueTyper:
                 case ConditionNode():
                     reason = "a named condition is about the state, not about a received value"
                     typer = Typer(self.report, self.types, self.symbols(), no_value(reason))
-                    return typer.check(node.value, BOOLEAN, f"condition '{name}'")
+                    found = typer.check(node.value, BOOLEAN, f"condition '{name}'")
+                    return None if found is None else self._bounded(found, node)
                 case ConstantNode():
                     return self._literal(node, f"constant '{name}'")
                 case ParameterNode():
                     return self._parameter(node, f"parameter '{name}'")
         finally:
             self._open.remove(name)
+
+    def _bounded(self, condition: Expr, node: ConditionNode) -> Expr | None:
+        """The condition; None after reporting that it is too large with those that it names."""
+        if self._sizes.of(condition, self._size) <= _MOST_TERMS:
+            return condition
+        self.report.add(
+            "too-deep",
+            node.name.span,
+            f"with the conditions that it names, '{node.name.text}' has more than"
+            f" {_MOST_TERMS:,} terms",
+            "name each condition once, or keep the result in a variable",
+        )
+        return None
+
+    def _size(self, expr: Expr) -> int:
+        operands: tuple[Expr, ...] = getattr(expr, "operands", ())
+        return 1 + sum(self._sizes.of(operand, self._size) for operand in operands)
 
     def _parameter(self, node: ParameterNode, what: str) -> ParameterRef | None:
         default = self._literal(node, what)
@@ -153,6 +178,10 @@ def _value(data: Data, type_: Type, what: str, span: Span, report: Report) -> Va
     if isinstance(value, int) and abs(value) > MAX_INTEGER:
         message = f"the value of {what} is too large: whole numbers go up to {MAX_INTEGER}"
         report.add("number-too-large", data.span or span, message)
+        return None
+    if isinstance(value, str) and len(value) > _LONGEST_TEXT:
+        message = f"the value of {what} has more than {_LONGEST_TEXT:,} characters"
+        report.add("out-of-range", data.span or span, message)
         return None
     literal = coerce(Literal(value, type_), type_)
     assert isinstance(literal, Literal)
