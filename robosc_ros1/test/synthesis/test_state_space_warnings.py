@@ -116,6 +116,20 @@ def test_command_that_is_only_sent_where_it_has_data() -> None:
     assert codes(SWITCH + MOTOR.replace('"vel"', '"v"') + body) == []
 
 
+RELAY = (
+    "component Relay {{ behaviour {{ initial marked state first {{ transition{guard} goto then }}"
+    " marked state then {{ transition goto then }} }} }}"
+    "provide move with {{ x: 1.0 }} if Relay.then"
+)
+"""The controller leaves its first state before it sends any command, if the guard holds."""
+
+
+def test_no_command_is_sent_before_internal_transitions_are_taken() -> None:
+    model = SWITCH + MOTOR.replace('"vel"', '"v"')
+    assert codes(model + RELAY.format(guard="")) == []
+    assert codes(model + RELAY.format(guard=" if Switch.on")) == ["provide-missing"]
+
+
 # --- requirements
 
 GO = " component B { incoming message go with type: none } "

@@ -7,6 +7,7 @@ shortest trace to that state.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 from robosc.errors import Diagnostic, Note, Severity, listing
@@ -46,6 +47,20 @@ class _Examiner:
         self.requests = {
             guard.event.key: guard for guard in guards if guard.event.kind is EventKind.REQUEST
         }
+        taus = (guard for guard in guards if guard.event.kind is EventKind.TAU)
+        self.at_rest = conjunction(negation(self._moves(tau)) for tau in taus)
+        """Where commands are sent: elsewhere the controller takes internal transitions first."""
+
+    def _moves(self, tau: Guard) -> Expr:
+        """Return the condition under which the controller takes an internal transition."""
+        (automaton,) = tau.event.automata
+        moving = tuple(edge for edge in automaton.edges if edge.source != edge.target)
+        event = replace(tau.event, automata=(replace(automaton, edges=moving),))
+        return conjunction([tau.expr, possible(self.plant, event)])
+
+    def _sent(self, key: str) -> Expr:
+        """Return the condition under which a command may be sent."""
+        return conjunction([enabled(self.plant, self.requests[key]), self.at_rest])
 
     def _when(self, condition: Expr) -> str | None:
         """Return how a state with a condition is reached, to end a sentence with; None: never."""
@@ -74,8 +89,7 @@ class _Examiner:
         return first in yields_to.get(second, ()) or second in yields_to.get(first, ())
 
     def _topic(self, first: str, second: str) -> Iterator[Diagnostic]:
-        one, other = (enabled(self.plant, self.requests[key]) for key in (first, second))
-        when = self._when(conjunction([one, other]))
+        when = self._when(conjunction([self._sent(first), self._sent(second)]))
         if when is None:
             return
         communications = self.robot.communications
@@ -98,7 +112,7 @@ class _Examiner:
             by_key.setdefault(provide.communication, []).append(provide)
         for key, provides in by_key.items():
             if key in self.requests:
-                command = enabled(self.plant, self.requests[key])
+                command = self._sent(key)
                 yield from self._together(key, provides, command)
                 yield from self._missing(key, provides, command)
                 yield from self._nothing_to_send(key, provides, command)
