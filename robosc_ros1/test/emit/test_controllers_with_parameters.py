@@ -153,6 +153,7 @@ def test_names_that_python_or_launch_files_have_are_kept_apart() -> None:
     assert '<param name="name" value="$(arg name_)"' in launch
 
 
+@pytest.mark.slow
 def test_the_test_of_a_package_knows_them(tmp_path: Path) -> None:
     text = model_path("thermostat").read_text(encoding="utf-8")
     supervisor = supervisor_of(text)

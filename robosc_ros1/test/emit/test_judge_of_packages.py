@@ -20,6 +20,8 @@ from emit.judged_controllers import Robot, judged, judging_modules
 from emit.mutants import mutants
 from ros_support import EXAMPLES
 
+pytestmark = pytest.mark.slow
+
 MODEL = EXAMPLES / "line_follower_first_edition" / "line_follower.rscd"
 
 
