@@ -109,7 +109,7 @@ class CommunicationSort:
 
     name: str
     folder: Folder
-    parts: tuple[str, ...]
+    parts: tuple[Direction, ...]
     events: tuple[EventSort, ...]
     phases: Phases | None = None
     phases_with_timeout: bool = False

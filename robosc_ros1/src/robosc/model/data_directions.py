@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from robosc.language.events import Direction, Kind
+from robosc.language.events import COMMUNICATIONS, Direction, Kind
 from robosc.syntax.nodes import CommunicationNode, MessageNode, ServiceNode, TypeNode
 
 __all__ = ["kind_of", "types_of"]
 
 
 def kind_of(node: CommunicationNode) -> Kind:
-    """The kind of communication that a node declares."""
+    """Return the kind of communication that a node declares."""
     match node:
         case MessageNode(direction="incoming"):
             return Kind.INCOMING
@@ -21,12 +21,8 @@ def kind_of(node: CommunicationNode) -> Kind:
 
 
 def types_of(node: CommunicationNode) -> dict[Direction, TypeNode]:
-    """The types in the order in which a ROS definition has them."""
-    match node:
-        case MessageNode(direction="incoming"):
-            return {"request": node.type}
-        case MessageNode():
-            return {"response": node.type}
-        case ServiceNode():
-            return {"request": node.request, "response": node.response}
-    return {"request": node.request, "response": node.response, "feedback": node.feedback}
+    """Return the types in the order in which a ROS definition has them."""
+    parts = COMMUNICATIONS[kind_of(node)].parts
+    if isinstance(node, MessageNode):
+        return dict.fromkeys(parts, node.type)
+    return {part: getattr(node, part) for part in parts}
