@@ -147,16 +147,16 @@ def test_the_engine_is_woken_for_what_is_due_before_it_would_wake(
     awake = threading.Event()
 
     def rest() -> None:
-        turns.rest(patience)
+        turns.wait(patience)
         awake.set()
 
     thread = threading.Thread(target=rest, daemon=True)
     thread.start()
     await_that(turns.begin)
-    turns.remind(due)
+    turns.wake_within(due)
     turns.end()
     if not woken:
         await_that(turns.begin)  # it still rests
         turns.end()
-        turns.ring()
+        turns.wake()
     assert awake.wait(60)

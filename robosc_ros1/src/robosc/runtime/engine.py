@@ -69,7 +69,7 @@ class Engine(Intake):
             return
         try:
             self._guarded(self._react, item)
-            self._turns.remind(self.time_to_deadline())
+            self._turns.wake_within(self.time_to_deadline())
         finally:
             self._turns.end()
 
@@ -79,7 +79,7 @@ class Engine(Intake):
         """Execute the controller until :meth:`close`."""
         self.begin()
         while not self._closing:
-            self._turns.rest(self.time_to_deadline())
+            self._turns.wait(self.time_to_deadline())
             self.cycle()
 
     def begin(self) -> None:

@@ -137,7 +137,7 @@ class Intake:
 
     def wake(self) -> None:
         """Wake the engine's thread to check its clocks, because simulated time advanced."""
-        self._turns.ring()
+        self._turns.wake()
 
     def tell(self, level: str, text: str) -> None:
         """Write to the log."""

@@ -22,7 +22,7 @@ _SLACK = 0.00005
 
 
 class Turns:
-    """The queue and the turn. The engine's thread has the turn until it rests for the first time.
+    """The queue and the turn. The engine's thread has the turn until it waits for the first time.
 
     ``steady`` is the clock for waiting. Only the thread with the turn may remove items from
     ``queue``.
@@ -33,49 +33,49 @@ class Turns:
         self._steady = steady
         self._turn = threading.Lock()
         self._turn.acquire()
-        self._bell = threading.Lock()  # unlocked to wake the engine's thread
-        self._bell.acquire()
-        self._resting = False
-        self._alarm = math.inf  # when the engine's thread wakes up by itself
+        self._wakeup = threading.Lock()  # unlocked to wake the engine's thread
+        self._wakeup.acquire()
+        self._waiting = False
+        self._deadline = math.inf  # at which the engine's thread wakes up by itself
 
     # Any thread
 
     def put(self, item: Any) -> None:
         """Queue an item for the engine's thread."""
         self.queue.append(item)
-        self.ring()
+        self.wake()
 
-    def ring(self) -> None:
+    def wake(self) -> None:
         """Wake the engine's thread."""
-        if self._bell.locked():
+        if self._wakeup.locked():
             with suppress(RuntimeError):  # another thread has just done so
-                self._bell.release()
+                self._wakeup.release()
 
     def begin(self) -> bool:
         """Take the turn if it is free; if this returns True, the caller must call ``end``."""
-        if self.queue or not self._resting or not self._turn.acquire(False):
+        if self.queue or not self._waiting or not self._turn.acquire(False):
             return False
         if self.queue:  # another item came first
             self._turn.release()
             return False
         return True
 
-    def remind(self, patience: Optional[float]) -> None:
+    def wake_within(self, delay: Optional[float]) -> None:
         """Make sure that the engine's thread wakes up within so many seconds (None: no
         deadline)."""
-        if patience is not None and self._steady() + patience < self._alarm - _SLACK:
-            self.ring()
+        if delay is not None and self._steady() + delay < self._deadline - _SLACK:
+            self.wake()
 
     def end(self) -> None:
         self._turn.release()
 
     # The engine's thread
 
-    def rest(self, patience: Optional[float]) -> None:
-        """Give up the turn until ``ring``, or for at most so many seconds, then take it again."""
-        self._alarm = math.inf if patience is None else self._steady() + patience
-        self._resting = True
+    def wait(self, delay: Optional[float]) -> None:
+        """Give up the turn until ``wake``, or for at most so many seconds, then take it again."""
+        self._deadline = math.inf if delay is None else self._steady() + delay
+        self._waiting = True
         self._turn.release()
-        self._bell.acquire(timeout=-1 if patience is None else patience)
-        self._resting = False  # from now on no other thread takes the turn
+        self._wakeup.acquire(timeout=-1 if delay is None else delay)
+        self._waiting = False  # from now on no other thread takes the turn
         self._turn.acquire()
