@@ -72,3 +72,46 @@ def test_a_log_with_time_follows_its_model(tmp_path: Path) -> None:
     assert any('"after"' in line for line in log) and any('"timeout"' in line for line in log)
     found = replay(supervisor, write(tmp_path / "events.log", log))
     assert (found.departures, found.missing) == ((), ())
+
+
+def test_what_another_delay_makes_ready_comes_before_a_command() -> None:
+    model = """robot Chain {
+        component A { behaviour {
+            initial marked state a0 { after 1 s goto a1 } marked state a1 {}
+        } }
+        component B {
+            incoming message drive with type: none
+            behaviour {
+                initial marked state b0 { after 0.5 s if A.a1 goto b1 } marked state b1 {}
+            }
+        }
+        requirement drive needs A.a1 and B.b0
+    }"""
+    player = session(supervisor_of(model), execute=True)
+    assert sent(play(player, "wait 1.01")) == []
+    play(player, "expect B.b1")
+
+
+def test_what_a_missed_deadline_makes_ready_comes_before_a_command() -> None:
+    model = """robot Patience {
+        interface power use SetBool from std_srvs
+        datatype object Wish { ^data: boolean }
+        datatype object Answer { success: boolean }
+        component Switch {
+            service flip with timeout: 3 s, request: Wish, response: Answer links power
+        }
+        component C {
+            incoming message drive with type: none
+            behaviour {
+                initial marked state waiting { after 1 s if flip.idle goto done }
+                marked state done {}
+            }
+        }
+        provide flip with { ^data: true }
+        requirement drive needs C.waiting and flip.idle
+        requirement flip needs C.waiting
+    }"""
+    player = session(supervisor_of(model), execute=True)
+    play(player, "wait 2", "expect C.waiting", "expect flip.busy")
+    assert sent(play(player, "wait 1.01")) == []
+    play(player, "expect C.done")

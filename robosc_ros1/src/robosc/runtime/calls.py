@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
-__all__ = ["Calls", "Failure"]
+__all__ = ["Calls", "Failure", "Missed"]
 
 
 class Failure(NamedTuple):
@@ -18,6 +18,14 @@ class Failure(NamedTuple):
 
     reason: str
     result: Any = None
+
+
+class Missed(NamedTuple):
+    """A request that must end as an error: since when (steady), its key, and the reason."""
+
+    since: float
+    key: str
+    reason: str
 
 
 class _Call:
@@ -79,16 +87,20 @@ class Calls:
     def running(self) -> Iterator[Tuple[str, int]]:
         return iter([(key, call.token) for key, call in self._calls.items()])
 
-    def expired(self, now: float) -> List[Tuple[str, str]]:
-        """Return the requests that must end as errors now, with the reasons. Does not end them."""
+    def expired(self, now: float) -> List[Missed]:
+        """Return the requests that must end as errors now. Does not end them."""
+        if self.earliest is None or self.earliest > now:
+            return []
         result = []
         for key, call in self._calls.items():
             if call.deadline is not None and call.deadline <= now:
-                result.append((key, "deadline exceeded" if call.accepted else "no answer in time"))
+                reason = "deadline exceeded" if call.accepted else "no answer in time"
+                result.append(Missed(call.deadline, key, reason))
             elif call.watch is not None and call.watch <= now:
                 silence = self._silence(key)
                 if silence is not None and silence >= self._lost_after:
-                    result.append((key, "server lost: silent for %.1f s" % silence))
+                    reason = "server lost: silent for %.1f s" % silence
+                    result.append(Missed(call.watch, key, reason))
                 else:
                     call.watch = now + max(0.05, self._lost_after - (silence or 0.0))
         self._plan()

@@ -10,22 +10,29 @@ it is due.
 from __future__ import annotations
 
 from heapq import heappop, heappush
+from itertools import count
 from types import MethodType
-from typing import Callable, Dict, FrozenSet, Iterable, Iterator, List, Optional, Tuple, Union
+from typing import Callable, Dict, FrozenSet, Iterable, List, Optional, Tuple, Union
 
 from .model import After, Controller
 from .port import BEFORE_TIME
 
-__all__ = ["Clocks", "Timer", "Watch"]
+__all__ = ["Clock", "Clocks", "Timer", "Watch"]
+
+
+_SHORTEST = 1e-6
+"""Seconds; the shortest delay that a double of the time since 1970 resolves."""
 
 
 class _Clock:
-    """A clock with its ``deadline`` (None: it is not running)."""
+    """A clock with its ``deadline`` (None: it is not running) and its ``rank`` among those due at
+    one time."""
 
-    __slots__ = ("deadline", "delay", "planned")
+    __slots__ = ("deadline", "delay", "planned", "rank")
 
-    def __init__(self, delay: float) -> None:
-        self.delay = delay
+    def __init__(self, delay: float, rank: int) -> None:
+        self.delay = max(_SHORTEST, delay)
+        self.rank = rank
         self.deadline: Optional[float] = None
         self.planned: Optional[float] = None  # its time in the heap
 
@@ -35,8 +42,8 @@ class Watch(_Clock):
 
     __slots__ = ("key",)
 
-    def __init__(self, key: str, delay: float) -> None:
-        super().__init__(delay)
+    def __init__(self, key: str, delay: float, rank: int) -> None:
+        super().__init__(delay, rank)
         self.key = key
 
 
@@ -45,11 +52,14 @@ class Timer(_Clock):
 
     __slots__ = ("entries", "row", "step")
 
-    def __init__(self, controller: Controller, row: After, delay: float) -> None:
-        super().__init__(delay)
+    def __init__(self, controller: Controller, row: After, delay: float, rank: int) -> None:
+        super().__init__(delay, rank)
         self.row = row
         self.step: Callable[[], Optional[str]] = MethodType(row.step, controller)
         self.entries: Optional[int] = None  # the count of entries when it was started last
+
+
+Clock = Union[Timer, Watch]
 
 
 class Clocks:
@@ -64,16 +74,18 @@ class Clocks:
     ) -> None:
         self._state = controller.__dict__
         keys = [entry.key for entry in controller.INPUTS if entry.kind == "timeout"]
-        self._watches = {key: Watch(key, timeout_of(key)) for key in keys}
-        self._timers = [Timer(controller, row, seconds(row.delay)) for row in controller.AFTERS]
+        ranks = count()
+        self._watches = {key: Watch(key, timeout_of(key), next(ranks)) for key in keys}
+        self._timers = [
+            Timer(controller, row, seconds(row.delay), next(ranks)) for row in controller.AFTERS
+        ]
         self._touched: Dict[str, List[Timer]] = {}
         for timer in self._timers:
             for name in {timer.row.entries, *timer.row.reads}:
                 self._touched.setdefault(name, []).append(timer)
         self.concerned = frozenset(self._touched)
         """The attributes after whose writing :meth:`follow` must be called."""
-        self._heap: List[Tuple[float, int, _Clock]] = []
-        self._number = 0
+        self._heap: List[Tuple[float, int, Clock]] = []
         self._now = self._since = 0.0
 
     def begin(self, now: float) -> None:
@@ -117,25 +129,26 @@ class Clocks:
                 elif timer.deadline is not None and timer.deadline <= now:
                     self.plan(timer)  # it was due before, but its guard did not hold
 
-    def due(self, now: float) -> Iterator[_Clock]:
-        """Yield the clocks that are due, to be stopped if they have an effect.
-
-        The effect of one may restart another, which then is not due.
-        """
-        self._notice_jump(now)
-        found: List[_Clock] = []
-        while self._heap and self._heap[0][0] <= now:
-            time, _, clock = heappop(self._heap)
-            if clock.planned == time:
+    def first_due(self, now: float) -> Optional[Tuple[float, Clock]]:
+        """Return the clock that has been due for the longest time, and since when; None: none is
+        due."""
+        heap = self._heap
+        while heap and heap[0][0] <= now:
+            time, _, clock = heap[0]
+            if clock.planned == time == clock.deadline:
+                return time, clock
+            heappop(heap)
+            if clock.planned == time:  # it was restarted
                 clock.planned = None
-                found.append(clock)
-        for clock in found:
-            if clock.deadline is not None and clock.deadline <= now:
-                yield clock
-            else:
                 self.plan(clock)
+        return None
 
-    def stop(self, clock: _Clock) -> None:
+    def hold(self, clock: Clock) -> None:
+        """Take a clock that is due out of the heap, until it is planned again."""
+        heappop(self._heap)
+        clock.planned = None
+
+    def stop(self, clock: Clock) -> None:
         """Stop a clock after its effect."""
         clock.deadline = None
 
@@ -147,7 +160,7 @@ class Clocks:
     def restart(self, now: float) -> None:
         """Restart all running clocks."""
         self._now = self._since = now
-        clocks: List[_Clock] = [*self._watches.values(), *self._timers]
+        clocks: List[Clock] = [*self._watches.values(), *self._timers]
         for clock in clocks:
             if clock.deadline is not None:
                 clock.deadline = now + clock.delay
@@ -168,14 +181,13 @@ class Clocks:
         timer.deadline = now + timer.delay if is_there else None
         self.plan(timer)
 
-    def plan(self, clock: _Clock) -> None:
+    def plan(self, clock: Clock) -> None:
         """Put a clock into the heap, unless it has an entry there that is early enough."""
         if clock.deadline is None:
             return
         if clock.planned is None or clock.deadline < clock.planned:
             clock.planned = clock.deadline
-            self._number += 1
-            heappush(self._heap, (clock.deadline, self._number, clock))
+            heappush(self._heap, (clock.deadline, clock.rank, clock))
 
     def _notice_jump(self, now: float) -> None:
         if now < self._now or self._now == BEFORE_TIME < now:

@@ -144,12 +144,15 @@ class Engine(Intake):
         return True
 
     def _meet_deadlines(self) -> None:
-        if self._clocks.any_due(self._port.now):
-            self._fire_clocks()
-        earliest = self._calls.earliest
-        if earliest is not None and earliest <= self._steady():
-            for key, reason in self._calls.expired(self._steady()):
-                self._end_by_deadline(key, reason)
+        """Apply what is ready by the clock, beginning with what was due first, until nothing is."""
+        for ready in self._deadlines.ready():
+            if isinstance(ready, Timer):
+                self._take_delayed(ready)
+            elif isinstance(ready, Watch):
+                self._clocks.stop(ready)
+                self._input((self._inputs[ready.key, "timeout"],), None)
+            else:
+                self._end_by_deadline(ready.key, ready.reason)
 
     # Inputs
 
@@ -176,23 +179,15 @@ class Engine(Intake):
         if inbox.is_watched:
             self._clocks.heard((entry.key for entry in applied), arrival, self._port.now)
 
-    def _fire_clocks(self) -> None:
-        """Apply the timeouts and take the delayed transitions that are due."""
-        for clock in self._clocks.due(self._port.now()):
-            if isinstance(clock, Timer):
-                path = clock.step()
-                if path is not None:
-                    self._clocks.stop(clock)
-                    self.recorder.counters["inputs"] += 1
-                    row = clock.row
-                    self.recorder.record("after", row.component, path, tau=row.number)
-                    self._after(frozenset(row.writes), None)
-            elif isinstance(clock, Watch):
-                if any(inbox and clock.key in keys for keys, inbox in self._inboxes.items()):
-                    self._clocks.plan(clock)  # a queued message may prevent the timeout
-                else:
-                    self._clocks.stop(clock)
-                    self._input((self._inputs[clock.key, "timeout"],), None)
+    def _take_delayed(self, timer: Timer) -> None:
+        """Take a transition whose delay is over, if its guard holds."""
+        path = timer.step()
+        if path is not None:
+            self._clocks.stop(timer)
+            self.recorder.counters["inputs"] += 1
+            row = timer.row
+            self.recorder.record("after", row.component, path, tau=row.number)
+            self._after(frozenset(row.writes), None)
 
     def _end_by_deadline(self, key: str, reason: str) -> None:
         token = self._calls.end(key)

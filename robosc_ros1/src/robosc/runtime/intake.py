@@ -10,6 +10,7 @@ from typing import Any, Callable, Deque, Dict, Optional, Sequence, Tuple, Union
 
 from .calls import Calls, Failure
 from .clocks import Clocks
+from .deadlines import Deadlines
 from .inbox import Inbox
 from .internal import InternalTransitions
 from .model import Controller, Input
@@ -89,6 +90,7 @@ class Intake:
             port.silence,
         )
         self._clocks = Clocks(controller, self.settings.timeout_of, self.settings.seconds)
+        self._deadlines = Deadlines(self._clocks, self._calls, port.now, steady, self._awaits)
         self._throttle = Throttle()
         self._turns = Turns(steady)
         self._queue: Deque[Item] = self._turns.queue
@@ -146,6 +148,10 @@ class Intake:
     def _submit(self, item: Item) -> None:
         """Handle an item at once if no thread has the turn, or else queue it."""
         raise NotImplementedError
+
+    def _awaits(self, key: str) -> bool:
+        """Whether messages of a communication wait in the queue."""
+        return any(inbox and key in keys for keys, inbox in self._inboxes.items())
 
     @property
     def backlog(self) -> int:
