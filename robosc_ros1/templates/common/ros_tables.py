@@ -23,17 +23,18 @@ class Tables:
         """Return all topics with the keys of the communications on them."""
         return [(name, keys) for name, _, keys in (*self.subscriptions, *self.publications)]
 
-    def traffic(self, node, resolved, allowed):
+    def traffic(self, node, resolved, allowed, simulated):
         """Return the topics of a node (given by its full name) whose other nodes are watched.
 
         ``resolved`` returns the full name of a topic; ``allowed`` is the parameter
-        ``allowed_publishers``.
+        ``allowed_publishers``; ``simulated`` tells whether the node follows ``/clock``.
         """
         heard, commanded = (
             [name for name, _, _ in topics] for topics in (self.subscriptions, self.publications)
         )
+        clocks = ("/clock",) if simulated else ()
         names = (tuple(map(resolved, topics)) for topics in (heard, commanded, self.guarded))
-        return Traffic(node, *names, allowed=tuple(allowed.split()))
+        return Traffic(node, *names, allowed=tuple(allowed.split()), clocks=clocks)
 
 
 class SupervisorTables(Tables):

@@ -54,7 +54,8 @@ class Watch(TrafficWatch):
     """
 
     def __init__(self, tables, allowed):
-        traffic = tables.traffic(rospy.get_name(), rospy.resolve_name, allowed)
+        simulated = not rospy.rostime.is_wallclock()
+        traffic = tables.traffic(rospy.get_name(), rospy.resolve_name, allowed, simulated)
         super().__init__(traffic, lambda text: rospy.logwarn("%s", text))
         self._master = rosgraph.get_master_uri()
         self._gone = False
@@ -125,7 +126,7 @@ class Watch(TrafficWatch):
     def _running(self, *tables):
         """Return the model's topics in each table, with the nodes that answer; the master also
         lists killed nodes."""
-        topics = self.traffic.heard + self.traffic.commanded + self.traffic.guarded
+        topics = self.traffic.topics
         tables = [{topic: table.get(topic, ()) for topic in topics} for table in tables]
         names = {name for table in tables for nodes in table.values() for name in nodes}
         running = {name for name in names - {self.traffic.node} if self._answers(name)}

@@ -19,7 +19,7 @@ from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import RosPort
 from .ros_calls import Action
 from .ros_messages import fill, plain, sendable
-from .ros_parameters import qos_profile
+from .ros_parameters import keep_clock, qos_profile
 
 
 def read(data, message_type):
@@ -39,6 +39,7 @@ class RelayPort(RosPort):
 
     def __init__(self, node, executor_thread, tables, profiles):
         super().__init__(node, executor_thread, tables, profiles)
+        keep_clock(node)  # or the controller that is guarded could stop all timeouts
         self._tables = tables
         self._blocked = node.create_publisher(String, "~/blocked", qos_profile("reliable", 1000))
 

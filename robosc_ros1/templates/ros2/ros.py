@@ -15,13 +15,17 @@ from rclpy.duration import Duration
 from ._runtime.port import BEFORE_TIME
 from .ros_calls import Action, Service
 from .ros_messages import compose, has_oddities, plain
-from .ros_parameters import qos_profile
+from .ros_parameters import is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
 
 EVERY_STEP = JumpThreshold(
     min_forward=Duration(nanoseconds=1),
     min_backward=Duration(nanoseconds=-1),
     on_clock_change=True,
+)
+CLOCK_REPLACED = (
+    "use_sim_time was changed while the node runs, so all timeouts and delays began anew: set it"
+    " back, or restart the node with it"
 )
 BATCH = 50
 """The most messages of one topic that are taken before those of others."""
@@ -41,7 +45,7 @@ class RosPort(CallingPort):
         }
         super().__init__(services, self._actions_of(tables))
         self._subscriptions = tables.subscriptions
-        self._simulated = node.get_parameter("use_sim_time").value is True
+        self._simulated = self._started_simulated = is_simulated(node)
         self._logger = node.get_logger()
         self._profiles = profiles
         self._publishers = {}
@@ -81,7 +85,8 @@ class RosPort(CallingPort):
 
     def _change_clock(self, engine):
         self._simulated = self._node.get_clock().ros_time_is_active
-        engine.restart_clocks()
+        fault = None if self._simulated == self._started_simulated else CLOCK_REPLACED
+        engine.restart_clocks(fault)
 
     def await_subscribers(self, timeout=0.5):
         """Wait until each topic has a subscriber, so that the first commands are not lost.

@@ -7,6 +7,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from ._runtime.qos import POLICIES, qos_parameter_name, qos_parameters, shared
 from ._runtime.settings import ParameterError, declared, dotted, read
 
+_SIM_TIME = "use_sim_time"
 _IGNORED = ("start_type_description_service", "qos_overrides")
 
 
@@ -51,10 +52,22 @@ def configured(node, controller, topics, defaults):
     return settings, profiles, warnings
 
 
+def is_simulated(node):
+    """Whether the node follows ``/clock``."""
+    return node.get_parameter(_SIM_TIME).value is True
+
+
+def keep_clock(node):
+    """Refuse changes of ``use_sim_time`` while the node runs."""
+    if not node.describe_parameter(_SIM_TIME).read_only:  # a managed node does this each time
+        descriptor = ParameterDescriptor(read_only=True, dynamic_typing=True)
+        node.set_descriptor(_SIM_TIME, descriptor)
+
+
 def _given(node):
     """Return the parameters that the node was given, by the engine's names."""
     given = {name: p.value for name, p in node.get_parameters_by_prefix("").items()}
-    simulated = given.pop("use_sim_time", False)
+    simulated = given.pop(_SIM_TIME, False)
     if not isinstance(simulated, bool):
         raise ParameterError("parameter use_sim_time must be true or false, not %r" % (simulated,))
     return {

@@ -10,6 +10,7 @@ import time
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from ._runtime.traffic import TrafficWatch
+from .ros_parameters import is_simulated
 
 PERIOD = 3.0
 """Seconds between two checks of the graph."""
@@ -21,7 +22,7 @@ class Watch(TrafficWatch):
 
     def __init__(self, node, tables, allowed):
         own = node.get_fully_qualified_name()
-        traffic = tables.traffic(own, node.resolve_topic_name, allowed)
+        traffic = tables.traffic(own, node.resolve_topic_name, allowed, is_simulated(node))
         super().__init__(traffic, lambda text: node.get_logger().warning(text))
         self._node = node
         self._due = 0.0
@@ -35,7 +36,7 @@ class Watch(TrafficWatch):
 
     def _nodes(self):
         """Return the nodes that publish and those that subscribe to the model's topics."""
-        topics = {*self.traffic.heard, *self.traffic.commanded, *self.traffic.guarded}
+        topics = set(self.traffic.topics)
         graph = self._node
         publishers = {t: _names(graph.get_publishers_info_by_topic(t)) for t in topics}
         return publishers, {t: _names(graph.get_subscriptions_info_by_topic(t)) for t in topics}

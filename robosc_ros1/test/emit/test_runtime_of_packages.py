@@ -6,7 +6,7 @@ import pytest
 from emit.golden_packages import PACKAGES, package_of
 
 ALL = {"__init__", "calls", "clocks", "deadlines", "engine", "eventlog", "inbox", "intake", "internal", "model", "original_state", "port", "recorder",
-       "scheduler", "settings", "telemetry", "traffic", "turns", "values"}  # fmt: skip
+       "scheduler", "settings", "telemetry", "time_monitor", "traffic", "turns", "values"}  # fmt: skip
 ONLY = {
     ("ros1", "controller"): set(),
     ("ros1", "supervisor"): {"matching", "supervisor_engine"},

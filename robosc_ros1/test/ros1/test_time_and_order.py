@@ -122,6 +122,19 @@ def test_a_bag_at_double_speed(stage: Stage, ear: Puppet) -> None:
         assert len(node.events(event("timeout", "scan"))) == 1
 
 
+def test_silence_is_noticed_and_shown_with_two_clocks(stage: Stage, ear: Puppet) -> None:
+    """They are 20 ms apart, as of a simulator and of a bag that is played beside it."""
+    with stage.simulated_time(), stage.controller(ear, NODE) as node:
+        node.shows(lambda s: any("has not begun" in f for f in s["faults"]))
+        with stage.puppet() as bag, stage.puppet() as simulator:
+            for puppet, start in ((bag, 100.0), (simulator, 99.98)):
+                play = {"start": start, "seconds": 1.0, "speed": 1.0, "end": 8.0}
+                puppet.begin("play", **SCAN, to=NODE_NAME, **play)
+            node.tells(event("timeout", "scan"))
+            for text in ("all publish /clock", "steps back again and again"):
+                node.shows(lambda s, text=text: any(text in f for f in s["faults"]))
+
+
 def test_silence_is_noticed_without_a_master(
     generated_workspace: Workspace, roscore: Master
 ) -> None:

@@ -73,6 +73,13 @@ def goal(robot: Peer, other: Peer, target: float = 7.0) -> dict[str, Any]:
     return robot.expect("goal", name="reach")
 
 
+def test_its_clock_cannot_be_changed_while_it_runs(robot: Peer, controller: Start) -> None:
+    controller(NODE)
+    robot.expect_state(NODE, lambda s: True)
+    (refusal,) = robot.order("set_parameter", node=NODE, name="use_sim_time", value=True)
+    assert "read-only" in refusal
+
+
 def test_inputs_go_through_to_the_controller(robot: Peer, other: Peer, controller: Start) -> None:
     controller(NODE)
     repeat(robot, "person", READING, NEAR)

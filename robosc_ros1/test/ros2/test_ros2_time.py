@@ -8,6 +8,8 @@ from __future__ import annotations
 import json
 import signal
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 import pytest
@@ -168,6 +170,27 @@ def test_a_bag_at_double_speed(graph: Graph, controller: Start, ear: Peer) -> No
     assert not [e for e in later if e["event"]["name"] == "scan"]
 
 
+def test_silence_is_noticed_and_shown_with_two_clocks(
+    graph: Graph, controller: Start, ear: Peer
+) -> None:
+    """They are 20 ms apart, as of a simulator and of a bag that is played beside it."""
+    controller(NODE, use_sim_time=True, **RELIABLE)
+    ear.expect_state(NODE, lambda s: any("has not begun" in f for f in s["faults"]))
+    peers = [graph.peer("bag"), graph.peer("simulator")]
+    plays = [
+        partial(peer.order, "play", **SCAN, start=start, until=1.0, speed=1.0, end=8.0)
+        for peer, start in zip(peers, (100.0, 99.98), strict=True)
+    ]
+    with ThreadPoolExecutor() as pool:
+        for play in plays:
+            pool.submit(play)
+        told(ear, "timeout", "scan")
+        wanted = ("/bag and /simulator all publish /clock", "steps back again and again")
+        ear.expect_state(
+            NODE, lambda s: all(any(text in f for f in s["faults"]) for text in wanted)
+        )
+
+
 def test_a_topic_of_two_communications_is_one_input(
     graph: Graph, controller: Start, ear: Peer
 ) -> None:
@@ -193,6 +216,7 @@ def test_use_sim_time_may_be_set_while_the_node_runs(
     sensor.publish(SCAN["name"], SCAN["type"], SCAN["data"])
     ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "fresh")
     sensor.order("set_parameter", node=NODE, name="use_sim_time", value=True)
+    ear.expect_state(NODE, lambda s: any("use_sim_time was changed" in f for f in s["faults"]))
     clock = Clock(sensor, ear)
     clock.show(1e6, 1e6 + 1.0, left=2999.0)
     clock.show(1e6 + 2999.5, left=0.5)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import random
 from typing import Any
 
 import pytest
 from runtime.lamp_robot import PlayedPort
+from runtime.played_engine import Played
 
 from robosc.runtime.engine import Engine
 from robosc.runtime.inbox import LIMIT
@@ -219,6 +221,87 @@ def test_a_clock_that_jumps_back_starts_all_anew() -> None:
     assert bench.wait(1.0)[0] == "501 timeout scan"
 
 
+def test_a_small_step_back_moves_deadlines_by_the_step() -> None:
+    bench = Bench()
+    bench.hear()
+    bench.wait(0.4)
+    bench.port.time -= 1.9  # less than the two seconds of the transition
+    assert bench.wait(1.0)[0] == "101 timeout scan"
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_silence_is_noticed_however_many_clocks_there_are(seed: int) -> None:
+    """Each source tells its own time; all run as fast as the time of the wall."""
+    chance = random.Random(seed)
+    far = chance.choice([0.002, 0.02, 0.3, 1.9, 5.0, 1e4])
+    sources = [chance.uniform(0.0, far) for _ in range(chance.randint(1, 3))]
+    bench = Bench()
+    silent_at = 0.0
+    for step in range(400):
+        wall = step / 100
+        bench.port.time = 1e4 + wall + chance.choice(sources)
+        if wall < 1.0:
+            bench.hear()
+        else:
+            bench.engine.cycle()
+        if wall >= 1.0 and not bench.engine.controller.scan_fresh and not silent_at:
+            silent_at = wall
+    if len(sources) == 1:
+        assert 1.48 <= silent_at <= 1.51
+    else:
+        assert 1.0 <= silent_at <= 1.51 + (far >= 2.0)
+
+
+class Wall:
+    """A bench whose port has a clock of its own, beside that of the machine."""
+
+    def __init__(self, start: float) -> None:
+        self.seconds = 0.0
+        self.port = PlayedPort()
+        self.port.time = start
+        self.engine = Engine(WatchController(), self.port, DEFAULTS, steady=lambda: self.seconds)
+        self.engine.begin()
+
+    def faults(self, *times: float) -> list[str]:
+        """What is shown after these times of the port, each half a second after the one before."""
+        for time in times:
+            self.seconds += 0.5
+            self.port.time = time
+            self.engine.cycle()
+            faults: list[str] = self.engine.snapshot()["faults"]
+        return [fault.split(":")[0] for fault in faults]
+
+
+def test_time_that_does_not_begin_is_shown() -> None:
+    wall = Wall(BEFORE_TIME)
+    assert wall.faults(BEFORE_TIME) == []
+    assert wall.faults(BEFORE_TIME, BEFORE_TIME) == ["ROS time has not begun"]
+    assert wall.port.logs == [("warning", wall.engine.snapshot()["faults"][0])]
+    assert wall.faults(1.7e9) == []
+
+
+def test_time_that_stands_still_is_shown() -> None:
+    wall = Wall(5.0)
+    assert wall.faults(5.5, 6.0, 6.0) == []
+    assert wall.faults(6.0) == ["ROS time stands still"]
+    assert wall.faults(6.1) == []
+    assert wall.faults(6.0, 5.9) == ["ROS time stands still", "ROS time steps back again and again"]
+
+
+def test_several_clocks_are_shown_but_not_a_recording_that_is_played_again() -> None:
+    wall = Wall(5.0)
+    assert wall.faults(5.5, 5.48, 6.0, 5.0, 7.0) == ["ROS time steps back again and again"]
+    assert wall.faults(*range(8, 40)) == []
+    assert wall.faults(0.0, *range(30), 0.0, 1.0) == []
+
+
+def test_a_controller_without_clocks_does_not_mind_time() -> None:
+    played = Played()
+    for _ in range(3):
+        assert played.engine.snapshot()["faults"] == []
+        played.port.time -= 3.0
+
+
 def test_what_seems_to_have_passed_when_time_begins_has_not() -> None:
     port = PlayedPort()
     port.time = BEFORE_TIME
@@ -259,7 +342,8 @@ def test_another_clock_starts_all_anew() -> None:
     bench.hear()
     bench.wait(0.4)
     bench.port.time = 1.7e9
-    bench.engine.restart_clocks()
+    bench.engine.restart_clocks("replaced")
+    assert bench.engine.snapshot()["faults"] == ["replaced"]
     assert bench.wait(1.0)[0] == "500 timeout scan"
 
 

@@ -90,11 +90,13 @@ class Engine(Intake):
     def _begin(self) -> None:
         self._run_to_completion(None)
         self._scheduler.begin(self._port.now())
-        self._clocks.begin(self._port.now())
+        self._clocks.begin()
 
-    def restart_clocks(self) -> None:
-        """Restart the model's clocks after the port's clock was replaced."""
-        self._clocks.restart(self._port.now())
+    def restart_clocks(self, fault: Optional[str]) -> None:
+        """Restart the model's clocks after the port's clock was replaced; ``fault`` is what is to
+        be shown from now on."""
+        self._clocks.change()
+        self._time_monitor.replaced = fault
 
     def cycle(self) -> None:
         """Handle all queued items, then perform each command that is due once."""
@@ -177,7 +179,7 @@ class Engine(Intake):
         arrival = inbox.take()
         applied = self._input(entries, message)
         if inbox.is_watched:
-            self._clocks.heard((entry.key for entry in applied), arrival, self._port.now)
+            self._clocks.heard((entry.key for entry in applied), arrival)
 
     def _take_delayed(self, timer: Timer) -> None:
         """Take a transition whose delay is over, if its guard holds."""
@@ -265,7 +267,7 @@ class Engine(Intake):
                     "undefined value: an array was too short, or no result came",
                 )
         if not self._clocks.concerned.isdisjoint(writes):
-            self._clocks.follow(writes, self._port.now())
+            self._clocks.follow(writes)
         self._schedule(writes, ended)
 
     def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:

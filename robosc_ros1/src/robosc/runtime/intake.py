@@ -18,6 +18,7 @@ from .port import Port
 from .recorder import EventRecorder, Throttle
 from .scheduler import CommandScheduler
 from .settings import Settings
+from .time_monitor import TimeMonitor
 from .turns import Turns
 
 __all__ = ["BoundInput", "Inputs", "Intake", "Item", "Message"]
@@ -89,8 +90,9 @@ class Intake:
             self.settings.server_lost_after,
             port.silence,
         )
-        self._clocks = Clocks(controller, self.settings.timeout_of, self.settings.seconds)
-        self._deadlines = Deadlines(self._clocks, self._calls, port.now, steady, self._awaits)
+        self._clocks = Clocks(controller, self.settings.timeout_of, self.settings.seconds, port.now)
+        self._deadlines = Deadlines(self._clocks, self._calls, steady, self._awaits)
+        self._time_monitor = TimeMonitor(self._clocks, steady)
         self._throttle = Throttle()
         self._turns = Turns(steady)
         self._queue: Deque[Item] = self._turns.queue
@@ -169,7 +171,7 @@ class Intake:
         now = self._port.now()
         times = [
             None if self.stopped else self._time_to_command(now),
-            self._clocks.time_to_next(now),
+            self._clocks.time_to_next(),
         ]
         if self._calls.earliest is not None:
             times.append(self._calls.earliest - self._steady())
@@ -187,13 +189,16 @@ class Intake:
         if dropped != self.recorder.counters["dropped"]:
             self.recorder.counters["dropped"] = dropped
             self._log("warning", "dropped", "messages arrive too fast: some were dropped")
-        left = self._clocks.time_left(self._port.now())
+        left = self._clocks.time_left()
+        for fault in self._time_monitor.look():
+            self._log("warning", "time", fault)
         return {
             "clocks": {self._names.get(key, key): time for key, time in left.items()},
             "controller": self.controller.copy(),
             "counters": dict(self.recorder.counters),
             "number": self.recorder.number,
             "stopped": self.stopped,
+            "faults": self._time_monitor.faults,
             "backlog": self.backlog,
             "counts": {(c.key, c.kind): c.count for c in self._scheduler.commands},
         }

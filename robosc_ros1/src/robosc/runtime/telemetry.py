@@ -232,7 +232,7 @@ class Reporter:
                 self._outlet.diagnostics(ERROR, "the engine does not answer", [])
                 return
             latest = list(self._latest)
-            faults = self._outlet.faults()
+            faults = snapshot["faults"] + self._outlet.faults()
             if self._log_fault:
                 faults.append(self._log_fault)
             unconnected = self._outlet.unconnected()

@@ -19,7 +19,7 @@ class Traffic(NamedTuple):
 
     ``heard`` are the topics of inputs, ``commanded`` those on which this node commands the robot,
     ``guarded`` those on which a supervisor receives the commands of one controller. ``allowed`` are
-    other nodes that may publish on the latter two.
+    other nodes that may publish on the latter two. ``clocks`` are the topics of simulated time.
     """
 
     node: str
@@ -27,9 +27,15 @@ class Traffic(NamedTuple):
     commanded: Tuple[str, ...]
     guarded: Tuple[str, ...] = ()
     allowed: Tuple[str, ...] = ()
+    clocks: Tuple[str, ...] = ()
+
+    @property
+    def topics(self) -> Tuple[str, ...]:
+        """All topics whose other nodes are watched."""
+        return self.heard + self.commanded + self.guarded + self.clocks
 
     def second_publishers(self, publishers: _Nodes) -> Iterator[str]:
-        """Yield faults: other nodes that also command the robot."""
+        """Yield faults: other nodes that also command the robot, and several clocks."""
         for topic in self.commanded:
             for name in self._others(topic, publishers):
                 yield (
@@ -43,6 +49,14 @@ class Traffic(NamedTuple):
                     "%s all publish %s, but only one controller can be guarded: stop the others,"
                     " or name them in the parameter allowed_publishers"
                     % (" and ".join(others), topic)
+                )
+
+        for topic in self.clocks:
+            names = sorted(set(publishers.get(topic, ())))
+            if len(names) > 1:
+                yield "%s all publish %s, so ROS time is not one: stop all but one" % (
+                    " and ".join(names),
+                    topic,
                 )
 
     def unconnected(self, publishers: _Nodes, subscribers: _Nodes) -> Iterator[str]:
