@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Self
 
 from robosc.model.compatibility import type_of
 from robosc.model.diagnostics import Report
@@ -35,7 +34,7 @@ class KnownTypes:
         self.scope = scope
         self.type_declarations = type_declarations
         self.values = ValueScope()
-        self.libraries: dict[str, Self] = {}
+        self.libraries: dict[str, KnownTypes] = {}
         self._report = report
         self._missing = MissingDefinitions(type_declarations.ros.definitions, report)
         self._types: dict[str, Type | None] = {}
@@ -49,7 +48,7 @@ class KnownTypes:
                 self.add_enum(self._shell(node))
 
     @property
-    def all_libraries(self) -> dict[str, Self]:
+    def all_libraries(self) -> dict[str, KnownTypes]:
         """The libraries that are imported, directly or through others, by name."""
         found = dict(self.libraries)
         for table in self.libraries.values():

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from pyparsing import Empty, MatchFirst, Opt, ParserElement, ParseResults, Regex, ZeroOrMore
+from pyparsing import Empty, MatchFirst, Optional, ParserElement, ParseResults, Regex, ZeroOrMore
 
 from robosc.language.tokens import pattern
+from robosc.syntax.pyparsing_names import leave_whitespace, set_name, set_parse_action
 from robosc.syntax.reading import Build, Form, Reading, Stop
 
 __all__ = [
@@ -25,14 +26,14 @@ def terminal(kinds: str, expected: str, build: Build | None = None) -> ParserEle
 
     Without ``build`` they leave no part behind, as keywords and punctuation do.
     """
-    element = Regex(pattern(kinds)).leave_whitespace().set_name(expected)
+    element = set_name(leave_whitespace(Regex(pattern(kinds))), expected)
     if build is None:
         return element
 
     def leave(kinds: str, loc: int, found: ParseResults) -> Form:
         return Form(build, loc, loc + len(found[0]), [])
 
-    return element.set_parse_action(leave)
+    return set_parse_action(element, leave)
 
 
 def keyword(word: str, expected: str = "") -> ParserElement:
@@ -61,12 +62,12 @@ def choice(words: str, expected: str) -> ParserElement:
 
 def either(alternatives: Sequence[ParserElement], expected: str) -> ParserElement:
     """The first of the alternatives that matches."""
-    return MatchFirst(alternatives).set_name(expected)
+    return set_name(MatchFirst(alternatives), expected)
 
 
 def maybe(part: ParserElement, default: Any = None) -> ParserElement:
     """The part, or ``default`` where it does not match."""
-    return Opt(part, default=default)
+    return Optional(part, default=default)
 
 
 def listed(part: ParserElement) -> ParserElement:
@@ -76,12 +77,12 @@ def listed(part: ParserElement) -> ParserElement:
 
 def nothing() -> ParserElement:
     """The empty sequence of tokens."""
-    return Empty().leave_whitespace()
+    return leave_whitespace(Empty())
 
 
 def ended(rule: ParserElement) -> ParserElement:
     """The rule; leaves the index of the token behind it as its last part."""
-    end = nothing().set_parse_action(lambda kinds, loc, found: [loc])
+    end = set_parse_action(nothing(), lambda kinds, loc, found: [loc])
     return rule + end
 
 
@@ -92,7 +93,7 @@ def built(rule: ParserElement, build: Build) -> ParserElement:
         *parts, end = found
         return Form(build, loc, end, [part for part in parts if type(part) is not str])
 
-    return ended(rule).set_parse_action(leave)
+    return set_parse_action(ended(rule), leave)
 
 
 def nested(make: Callable[[ParserElement], ParserElement], limit: int, what: str) -> ParserElement:
@@ -110,4 +111,4 @@ def refused(element: ParserElement, limit: int, what: str) -> ParserElement:
         at = loc + sum(map(len, found))
         raise Stop(kinds, at, f"{what} nested more than {limit} deep", code="too-deep")
 
-    return element.set_parse_action(refuse)
+    return set_parse_action(element, refuse)

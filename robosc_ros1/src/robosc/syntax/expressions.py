@@ -16,6 +16,7 @@ from robosc.language.keywords import UNITS
 from robosc.language.operators import BINARY, UNARY
 from robosc.language.tokens import FOREIGN, is_word, kind_of, kinds_of, pattern
 from robosc.syntax.operands import MAX_DEPTH, Step, build_expression, nested_too_deep
+from robosc.syntax.pyparsing_names import leave_whitespace, set_name
 from robosc.syntax.reading import Form, Stop
 
 __all__ = ["ACCESS", "Expression"]
@@ -54,8 +55,7 @@ class Expression(Empty):
 
     def __init__(self, expected: str) -> None:
         super().__init__()  # type: ignore[no-untyped-call]
-        self.leave_whitespace()
-        self.set_name(expected)
+        set_name(leave_whitespace(self), expected)
         self._expected = expected
 
     def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:

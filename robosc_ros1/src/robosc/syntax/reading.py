@@ -20,6 +20,7 @@ from robosc.language.functions import FUNCTIONS
 from robosc.language.keywords import UNITS, Role, words_of
 from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
 from robosc.source import Span
+from robosc.syntax.pyparsing_names import parse_string
 
 __all__ = ["Build", "Fault", "Form", "Reading", "Stop"]
 
@@ -129,7 +130,7 @@ def _applied(grammar: ParserElement, kinds: str) -> _Applied:
     parses it twice, and most declarations have the kinds of others.
     """
     try:
-        *parts, end = grammar.parse_string(kinds)
+        *parts, end = parse_string(grammar, kinds)
     except ParseBaseException as error:
         # The traceback would keep every frame of the parse alive.
         return _Applied((), error.loc, error.with_traceback(None))

@@ -44,6 +44,7 @@ from robosc.syntax.nodes import (
     StringNode,
 )
 from robosc.syntax.operands import make_leaf
+from robosc.syntax.pyparsing_names import set_parse_action
 from robosc.syntax.reading import Reading, Stop
 
 __all__ = [
@@ -145,7 +146,7 @@ def type_(expected: str) -> ParserElement:
         make_node(BasicTypeNode, "integer"),
     )
     unbounded = terminal("(?: string | boolean | double | none ) '('", "a type")
-    unbounded.set_parse_action(_refuse_range)
+    set_parse_action(unbounded, _refuse_range)
     basic = terminal(f"(?: string | boolean | double | none ) {_NO_COLON}", "a type", _build_basic)
     array = built(
         keyword(f"array {_NO_COLON}")
