@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from robosc.emit.plant_data import plant_data
 from robosc.errors import render_all
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.source import Source
-
-pytest.importorskip("genmsg", reason="genmsg is not installed: definitions cannot be read")
 
 MODEL = """
 robot R {

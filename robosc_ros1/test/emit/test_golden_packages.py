@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import importlib.util
 from functools import cache
 from pathlib import Path
 
@@ -17,11 +16,6 @@ from robosc.emit.package import MARKER
 RUNTIME = Path(robosc.runtime.__file__).parent
 
 
-def needs_definitions(model: str) -> None:
-    if model != "lantern" and importlib.util.find_spec("genmsg") is None:
-        pytest.skip("genmsg is not installed, so that message definitions cannot be read")
-
-
 @cache
 def parsed(content: str) -> ast.Module:
     """Return the tree of a file; most files are in several packages."""
@@ -30,7 +24,6 @@ def parsed(content: str) -> ast.Module:
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_the_package_is_the_golden_one(model: str, target: str, mode: str, kept: Kept) -> None:
-    needs_definitions(model)
     files = kept_files(package_of(model, target, mode), target, mode)
     kept.folder(golden_folder(model, target, mode), {p: f.content for p, f in files.items()})
 
@@ -42,7 +35,6 @@ def test_generation_is_deterministic() -> None:
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_every_file_carries_the_marker(model: str, target: str, mode: str) -> None:
-    needs_definitions(model)
     for path, file in package_of(model, target, mode).files.items():
         assert MARKER in file.content[:600], path
 
@@ -51,7 +43,6 @@ def test_every_file_carries_the_marker(model: str, target: str, mode: str) -> No
 def test_all_python_parses_as_3_8_and_imports_nothing_of_robosc(
     model: str, target: str, mode: str
 ) -> None:
-    needs_definitions(model)
     for path, file in package_of(model, target, mode).files.items():
         if path.endswith(".py") or path.startswith("scripts/"):
             for node in ast.walk(parsed(file.content)):
@@ -63,7 +54,6 @@ def test_all_python_parses_as_3_8_and_imports_nothing_of_robosc(
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_the_runtime_is_copied_as_it_is(model: str, target: str, mode: str) -> None:
-    needs_definitions(model)
     files = package_of(model, target, mode).files
     copies = {path: file for path, file in files.items() if "/_runtime/" in path}
     assert copies
@@ -74,7 +64,6 @@ def test_the_runtime_is_copied_as_it_is(model: str, target: str, mode: str) -> N
 
 @pytest.mark.parametrize("model", MODELS)
 def test_the_controller_is_the_same_for_all_targets(model: str) -> None:
-    needs_definitions(model)
     package = f"{model}_controller"
     first = package_of(model, "ros1").files
     second = package_of(model, "ros2").files
@@ -94,7 +83,6 @@ def test_the_controller_is_the_same_for_all_targets(model: str) -> None:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_supervisor_has_the_model_and_the_robot_of_the_controller(target: str) -> None:
-    needs_definitions("gauntlet")
     guard = package_of("gauntlet", target, "supervisor").files
     controller = package_of("gauntlet", target).files
     module = "src/" if target == "ros1" else ""
@@ -116,7 +104,6 @@ def test_the_controller_knows_no_ros() -> None:
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_nothing_is_imported_in_vain(model: str, target: str, mode: str) -> None:
-    needs_definitions(model)
     for path, file in package_of(model, target, mode).files.items():
         if not path.endswith(".py"):
             continue

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from model_text import faults, resolve
+from test_ros_definitions import around, package
 
 from robosc.errors import Severity
 from robosc.model.entities import Binding, Robot
@@ -14,10 +15,6 @@ from robosc.model.ros.definitions import (
     MessageDefinitions,
 )
 from robosc.source import Source
-
-pytest.importorskip("genmsg", reason="genmsg is not installed: definitions cannot be read")
-
-from test_ros_definitions import around, package
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 

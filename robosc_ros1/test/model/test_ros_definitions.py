@@ -6,14 +6,10 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
-from model_text import faults
 
-from robosc.model.ros import definitions as definitions_module
 from robosc.model.ros.definitions import MessageDefinitions, install_advice
 from robosc.model.ros.interfaces import FieldType, Interface, Missing
 from robosc.model.ros.packages import Packages, Place
-
-pytest.importorskip("genmsg", reason="genmsg is not installed: definitions cannot be read")
 
 MANIFEST = "<package format='3'><name>{}</name></package>"
 
@@ -161,21 +157,6 @@ def test_the_environment_comes_before_what_lies_around(tmp_path: Path) -> None:
     package(tmp_path / "env", "p", msg__M="int8 far\n")
     definitions = around(tmp_path / "m.rscd", ROS_PACKAGE_PATH=str(tmp_path / "env"))
     assert found(definitions.interface("p", "M", "msg")).parts[0].fields[0].name == "far"
-
-
-def test_without_genmsg_definitions_are_not_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    package(tmp_path, "p", msg__M="int8 a\n", action__Go="---\n---\n")
-    monkeypatch.setattr(definitions_module, "_genmsg", lambda: None)
-    definitions = around(tmp_path / "m.rscd")
-    assert definitions.interface("p", "M", "msg") == Missing("genmsg", "p")
-    assert definitions.interface("p", "GoAction", "action") == Missing("genmsg", "p")
-    text = """
-    component P { outgoing message m with type: integer links l }
-    interface l use M from p
-    """
-    assert faults(text, definitions) == [("package-not-found", "p")]
 
 
 def test_advice_names_the_debian_packages() -> None:

@@ -103,7 +103,7 @@ def test_a_package_of_both_versions_is_read_as_the_target_wants(
     for definitions in (
         MessageDefinitions.for_model(model, {}, "1"),
         MessageDefinitions.for_model(model, {"ROS_VERSION": "1"}),
-        MessageDefinitions.for_model(model, {}),  # genmsg is there
+        MessageDefinitions.for_model(model, {}),
         MessageDefinitions.for_model(model, {"ROS_VERSION": "2"}, "1"),
     ):
         fields = found(definitions.interface("p", "Walk", "action")).parts[0].fields

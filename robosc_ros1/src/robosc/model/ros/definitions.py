@@ -1,23 +1,20 @@
 """Definitions of messages, services and actions of ROS packages, read without building them.
 
-Definitions are read by genmsg from ``.msg``, ``.srv`` and ``.action`` files, in source workspaces
-as well as installed packages. Where these files are not installed, generated Python bindings are
-used; without genmsg (a Python that is not the one of ROS), only these. Packages of ROS 2 are read
-by :mod:`robosc.model.ros.rosidl`, which needs nothing installed. :mod:`robosc.model.ros.packages`
-lists where packages are searched for.
+Definitions are read from ``.msg``, ``.srv`` and ``.action`` files, in source workspaces as well as
+installed packages, by :mod:`robosc.model.ros.genmsg_text` for ROS 1 and
+:mod:`robosc.model.ros.rosidl` for ROS 2, which need nothing of ROS. Where these files are not
+installed, generated Python bindings are used. :mod:`robosc.model.ros.packages` lists where packages
+are searched for.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
-from typing import Any
 
-from robosc.model.ros import python_bindings, rosidl
-from robosc.model.ros.interfaces import PARTS, Definition, FieldType, Folder, Interface, Missing
+from robosc.model.ros import genmsg_text, python_bindings, rosidl
+from robosc.model.ros.interfaces import Definition, FieldType, Folder, Interface, Missing
 from robosc.model.ros.packages import Packages, is_ros2_package, is_share
 
 __all__ = ["BASIC", "MessageDefinitions", "install_advice"]
@@ -140,8 +137,7 @@ class MessageDefinitions:
         Raises:
             ValueError: its manifest is faulty.
         """
-        # genmsg belongs to ROS 1: without it, only ROS 2 can be installed.
-        return is_ros2_package(folder, self._manifests or ("2" if _genmsg() is None else "1"))
+        return is_ros2_package(folder, self._manifests or "1")
 
     def _read(self, package: str, type_: str, folder: Folder) -> Interface | Missing:
         home = self.packages.find(package)
@@ -153,12 +149,9 @@ class MessageDefinitions:
         file = home / folder / f"{type_}.{folder}" if home is not None else None
         if file is None or not file.is_file():
             return self._generated(package, type_, folder, home)
-        if _genmsg() is None:
-            generated = self._generated(package, type_, folder, home)
-            return generated if isinstance(generated, Interface) else Missing("genmsg", package)
         try:
             text = file.read_text(encoding="utf-8", errors="replace")
-            return Interface(package, type_, tuple(_parts(text, package, type_, folder)))
+            return Interface(package, type_, tuple(genmsg_text.parts(text, package, type_, folder)))
         except (OSError, ValueError) as error:
             return Missing("faulty", package, detail=f"{package}/{folder}/{file.name} {error}")
 
@@ -203,35 +196,3 @@ def _without_sequence(header: Interface | Missing) -> Interface | Missing:
     (part,) = header.parts
     fields = tuple(field for field in part.fields if field.name != "seq")
     return replace(header, parts=(replace(part, fields=fields),))
-
-
-def _parts(text: str, package: str, type_: str, folder: Folder) -> Iterator[Definition]:
-    names = PARTS[folder]
-    texts = [text] if folder == "msg" else re.split(r"^---.*$", text, flags=re.MULTILINE)
-    if len(texts) != len(names):
-        raise ValueError(f"has {len(texts)} parts instead of {len(names)}, separated by ---")
-    for part, name in zip(texts, names, strict=True):
-        yield _definition(part, f"{package}/{type_}{name}")
-
-
-def _definition(text: str, name: str) -> Definition:
-    genmsg: Any = _genmsg()
-    context = genmsg.msg_loader.MsgContext.create_default()
-    try:
-        spec = genmsg.msg_loader.load_msg_from_string(context, text, name)
-    except genmsg.InvalidMsgSpec as error:
-        raise ValueError(str(error)) from error
-    fields = ((field.name, field.type) for field in spec.parsed_fields())
-    constants = ((c.name, bool(c.val) if c.type == "bool" else c.val) for c in spec.constants)
-    return Definition.of(name, fields, constants)
-
-
-@cache
-def _genmsg() -> Any | None:
-    """genmsg, or None on a machine without ROS."""
-    try:
-        import genmsg
-        import genmsg.msg_loader
-    except ImportError:
-        return None
-    return genmsg

@@ -110,8 +110,7 @@ class Missing:
     """The reason why a definition is not available.
 
     ``reason`` is ``package`` (there is none of that name), ``file`` (it has no such file; ``names``
-    are those that it has), ``faulty`` (the file cannot be read; ``detail`` says why) or ``genmsg``
-    (this Python cannot read definitions).
+    are those that it has) or ``faulty`` (the file cannot be read; ``detail`` says why).
     """
 
     reason: str

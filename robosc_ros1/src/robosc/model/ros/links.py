@@ -275,7 +275,7 @@ class Binder:
         if isinstance(nested, Definition):
             return self._check_object(type_, nested, sending, span)
         if isinstance(nested, Missing):
-            if nested.reason in ("package", "genmsg"):
+            if nested.reason == "package":
                 self.missing.of_package(nested, span)
             else:
                 self._report.add(

@@ -27,7 +27,7 @@ class MissingDefinitions:
         ``kind`` is the word for messages: message, service or action.
         """
         required = isinstance(node, RosTypeNode)
-        if missing.reason in ("package", "genmsg"):
+        if missing.reason == "package":
             self.of_package(missing, node.package.span, required=required)
             return not required
         if missing.reason == "file" and missing.package == node.package.text:
@@ -62,15 +62,9 @@ class MissingDefinitions:
             return
         self._reported.add((package, code))
         without = "its types are not known" if required else "its definitions are not checked"
-        if missing.reason == "genmsg":
-            message = f"the definitions of ROS package '{package}' cannot be read, so {without}"
-            if not required:
-                message = f"the definitions of ROS package '{package}' are not checked"
-            advice = "this Python has no genmsg to read them: use the system's, /usr/bin/python3"
-        else:
-            message = f"ROS package '{package}' is not found, so {without}"
-            advice = install_advice(package)
-            near = get_close_matches(package, self._definitions.packages.all(), n=1, cutoff=0.8)
-            if near:
-                advice = f"did you mean '{near[0]}'? if not, {advice}"
+        message = f"ROS package '{package}' is not found, so {without}"
+        advice = install_advice(package)
+        near = get_close_matches(package, self._definitions.packages.all(), n=1, cutoff=0.8)
+        if near:
+            advice = f"did you mean '{near[0]}'? if not, {advice}"
         self._report.add(code, span, message, advice)
