@@ -48,7 +48,7 @@ from robosc.cli import main
 
 __all__ = [
     "EXAMPLES", "REPOSITORY", "SOURCES", "Completed", "Master", "Workspace", "await_condition",
-    "built_once", "free_port", "master", "missing_ros", "plain_environment", "run_robosc", "stopped",
+    "built_once", "free_port", "link_checkout", "master", "missing_ros", "plain_environment", "run_robosc", "stopped",
 ]  # fmt: skip
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -71,6 +71,18 @@ def missing_ros() -> str | None:
         return f"ROS 1 is not installed ({', '.join(missing)} not found; ./dev setup installs it)"
     probe = subprocess.run([PYTHON, "-c", "import rospy, actionlib"], capture_output=True)
     return None if probe.returncode == 0 else f"{PYTHON} cannot import rospy and actionlib"
+
+
+def link_checkout(folder: Path) -> None:
+    """Link this checkout into a new folder, as ./dev setup and not tests have left it.
+
+    ``rosrun`` looks for executables in all folders of a package.
+    """
+    (folder / ".cache").mkdir(parents=True)
+    (folder / ".cache" / "extras").symlink_to(REPOSITORY / ".cache" / "extras")
+    for path in REPOSITORY.iterdir():
+        if path.name not in (".cache", ".git"):
+            (folder / path.name).symlink_to(path)
 
 
 def plain_environment(**extra: str) -> dict[str, str]:
@@ -312,15 +324,8 @@ class Workspace:
         (self.folder / "src" / package.name).symlink_to(package.resolve())
 
     def add_robosc(self) -> None:
-        """Link this checkout into ``src``, without what only tests have put there.
-
-        ``rosrun`` looks for executables in all folders of a package.
-        """
-        checkout = self.folder / "src" / "robosc"
-        checkout.mkdir()
-        for path in REPOSITORY.iterdir():
-            if path.name not in (".cache", ".git"):
-                (checkout / path.name).symlink_to(path)
+        """Link this checkout into ``src``."""
+        link_checkout(self.folder / "src" / "robosc")
 
     def build(self, *arguments: str) -> str:
         """catkin_make with arguments (``install``, ``run_tests`` …); its output."""

@@ -10,8 +10,8 @@ from robosc.emit.package import Mode
 from robosc.pipeline import Target
 
 __all__ = [
-    "check", "explore", "export", "format", "generate", "lsp", "replay", "simulate", "synthesize",
-    "verify", "view",
+    "check", "explain", "explore", "export", "format", "generate", "lsp", "replay", "simulate",
+    "synthesize", "verify", "view",
 ]  # fmt: skip
 
 
@@ -55,6 +55,10 @@ def check(parser: argparse.ArgumentParser) -> None:
     _common(parser)
 
 
+def explain(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("code", metavar="CODE", help="what stands in brackets in the message")
+
+
 def synthesize(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
     _json(parser)
@@ -91,7 +95,11 @@ def verify(parser: argparse.ArgumentParser) -> None:
 
 def generate(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
-    parser.add_argument("--target", choices=get_args(Target), default="ros1")
+    parser.add_argument(
+        "--target",
+        choices=get_args(Target),
+        help="the version of ROS (default: the one that is sourced, else ros1)",
+    )
     parser.add_argument(
         "--mode",
         choices=get_args(Mode),

@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from difflib import get_close_matches
 from pathlib import Path
 
 from robosc import __version__
@@ -20,6 +21,7 @@ from robosc.errors import (
     UsageError,
 )
 from robosc.progress import ProgressLine
+from robosc.resources import extras_folder
 from robosc.verbs import VERBS, Arguments, Verb
 
 __all__ = ["main"]
@@ -30,8 +32,11 @@ _INTERRUPTED = 130
 def main(words: Sequence[str] | None = None) -> int:
     """Run a command line; the exit code is robosc.errors'. Raises SystemExit on wrong usage."""
     _prepare_streams()
+    _add_extras()
     try:
         try:
+            words = sys.argv[1:] if words is None else words
+            _know_verb(words)
             return _guarded(_parser().parse_args(words))
         finally:
             sys.stdout.flush()
@@ -75,6 +80,14 @@ def _guarded(args: Arguments) -> int:
         args.progress.clear()
 
 
+def _know_verb(words: Sequence[str]) -> None:
+    """Raises SystemExit with a suggestion where the first word is like a verb, but none."""
+    names = [verb.name for verb in VERBS]
+    if words and words[0] not in names and (similar := get_close_matches(words[0], names, 1)):
+        complain(f"there is no verb {words[0]!r}; did you mean 'robosc {similar[0]}'?")
+        raise SystemExit(UsageError.exit_code)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="robosc",
@@ -101,6 +114,13 @@ def _stands_somewhere() -> bool:
         return bool(Path.cwd())
     except FileNotFoundError:
         return False
+
+
+def _add_extras() -> None:
+    """Libraries that ./dev setup has fetched are found where no others are installed."""
+    extras = extras_folder()
+    if extras is not None and str(extras) not in sys.path:
+        sys.path.append(str(extras))
 
 
 def _prepare_streams() -> None:

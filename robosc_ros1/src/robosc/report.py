@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -93,13 +94,17 @@ def _explanation_lines(explanation: Explanation) -> Iterator[str]:
         yield f"    remedy: {explanation.remedy}"
 
 
-def generated_text(result: Generated) -> str:
-    """What was written, sizes and times, and what to type next."""
+def generated_text(result: Generated, reason: str) -> str:
+    """What was written, for which ROS and for which reason, sizes and times, what to type next."""
     files = result.files
     changes = [f"{len(files.written)} written", f"{len(files.unchanged)} unchanged"]
     if files.removed:
         changes.append(f"{len(files.removed)} removed")
-    lines = [sizes(result.supervisor), f"{files.folder}: {', '.join(changes)}"]
+    version = {"ros1": "ROS 1", "ros2": "ROS 2"}[result.output.target]
+    lines = [
+        sizes(result.supervisor),
+        f"{files.folder}: for {version} ({reason}), {', '.join(changes)}",
+    ]
     lines += [f"    {path}" for path in files.written]
     if files.edited:
         lines.append("changed by hand, and so kept as it is (--force replaces it):")
@@ -121,11 +126,20 @@ def _next_commands(result: Generated) -> Iterator[str]:
             yield f"cd {workspace}"
     name = result.package
     if result.output.target == "ros1":
-        yield "catkin_make && source devel/setup.bash"
+        yield f"catkin_make{_python_for_catkin()} && source devel/setup.bash"
         yield f"roslaunch {name} {name}.launch"
     else:
         yield "colcon build && source install/setup.bash"
         yield f"ros2 launch {name} {name}.launch.py"
+
+
+def _python_for_catkin() -> str:
+    """The option for the Python of ROS, where another python3 is first on PATH."""
+    first = shutil.which("python3")
+    if first is None or first in ("/usr/bin/python3", "/bin/python3"):
+        return ""
+    installed = Path("/usr/lib/python3/dist-packages/catkin_pkg").is_dir()
+    return " -DPYTHON_EXECUTABLE=/usr/bin/python3" if installed else ""
 
 
 def verify_text(found: VerifyReport) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
-__all__ = ["diagnostics_page", "templates_folder"]
+__all__ = ["diagnostics_page", "extras_folder", "section", "templates_folder"]
 
 
 def templates_folder() -> Path:
@@ -21,6 +22,18 @@ def diagnostics_page() -> Path | None:
     """The page that explains the codes of diagnostics, if it was installed."""
     places = _places("docs/diagnostics.md", "docs/diagnostics.md")
     return next((place for place in places if place.is_file()), None)
+
+
+def section(page: str, code: str) -> str | None:
+    """What the page about diagnostics says of a code; None if it does not have it."""
+    found = re.search(rf"^### {re.escape(code)}\n(.*?)(?=^##|\Z)", page, re.DOTALL | re.MULTILINE)
+    return None if found is None else f"{code}\n{found.group(1).rstrip()}"
+
+
+def extras_folder() -> Path | None:
+    """The folder with libraries that Debian does not package, if ./dev setup has made one."""
+    places = _places(".cache/extras", "extras")
+    return next((place for place in places if place.is_dir()), None)
 
 
 def _places(in_checkout: str, installed: str) -> list[Path]:

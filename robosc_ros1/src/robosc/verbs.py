@@ -13,10 +13,12 @@ import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robosc import __version__, arguments, pipeline
+from robosc.codes import CODES
 from robosc.console import complain, in_color, tell
 from robosc.errors import (
     EmptySupervisorError,
@@ -27,6 +29,7 @@ from robosc.errors import (
     has_errors,
     sort_diagnostics,
 )
+from robosc.resources import diagnostics_page, section
 
 if TYPE_CHECKING:
     from robosc.model.entities import Robot
@@ -78,6 +81,19 @@ def _check(args: Arguments) -> int:
     return next((r.exit_code for r in results if r.exit_code), 0)
 
 
+def _explain(args: Arguments) -> int:
+    page = diagnostics_page()
+    if page is None:
+        raise UsageError("the page about diagnostics is missing: install robosc again")
+    found = section(page.read_text(encoding="utf-8"), args.code)
+    if found is None:
+        similar = get_close_matches(args.code, CODES, 1)
+        hint = f"did you mean {similar[0]!r}?" if similar else "messages show it in brackets"
+        raise UsageError(f"no diagnostic has the code {args.code!r}; {hint}")
+    print(found)
+    return 0
+
+
 def _synthesize(args: Arguments) -> int:
     from robosc import report
     from robosc.synthesis.documents import synthesize_document
@@ -126,16 +142,26 @@ def _verify(args: Arguments) -> int:
 def _generate(args: Arguments) -> int:
     from robosc import report
 
+    target, reason = _target(args)
     result = pipeline.generate(
         args.model,
         _options(args),
-        pipeline.Output(args.target, args.output, args.package, args.force, args.config, args.mode),
+        pipeline.Output(target, args.output, args.package, args.force, args.config, args.mode),
     )
     tell(result.diagnostics)
     for warning in result.warnings:
         print(f"warning: {warning}", file=sys.stderr)
-    print(report.generated_text(result), end="")
+    print(report.generated_text(result, reason), end="")
     return 0
+
+
+def _target(args: Arguments) -> tuple[pipeline.Target, str]:
+    """The version of ROS to generate for, and why it is this one."""
+    if args.target is not None:
+        return args.target, "--target"
+    if version := os.environ.get("ROS_VERSION"):
+        return ("ros2" if version == "2" else "ros1"), f"ROS_VERSION is {version}"
+    return "ros1", "ROS_VERSION is not set; --target ros2 for ROS 2"
 
 
 def _export(args: Arguments) -> int:
@@ -285,6 +311,8 @@ VERBS = (
          "line_follower.rscd --output ~/catkin_ws/src", arguments.generate, _generate),
     Verb("synthesize", "compute the supervisor: guards, sizes, explanations",
          "line_follower.rscd --json", arguments.synthesize, _synthesize),
+    Verb("explain", "tell what the code of a diagnostic means, with an example and the remedy",
+         "never-allowed", arguments.explain, _explain),
     Verb("explore", "list the controlled (or uncontrolled) transition system",
          "line_follower.rscd --plant --limit 1000", arguments.explore, _explore),
     Verb("verify", "prove a computed supervisor by independent means",

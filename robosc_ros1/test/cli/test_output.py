@@ -266,3 +266,20 @@ def test_next_commands_lead_to_the_workspace(
     lines = [line.strip() for line in commands.splitlines()]
     assert lines[0] == first
     assert lines[-1].startswith("roslaunch ")
+
+
+@pytest.mark.skipif(
+    not Path("/usr/lib/python3/dist-packages/catkin_pkg").is_dir(), reason="catkin is not installed"
+)
+def test_another_python_first_on_path_is_not_given_to_catkin(folder: Path) -> None:
+    (folder / "conda").mkdir()
+    (folder / "conda" / "python3").symlink_to(sys.executable)
+    done = subprocess.run(
+        [sys.executable, "-m", "robosc", "generate", str(folder / "good.rscd")],
+        cwd=folder,
+        env={"PYTHONPATH": str(SOURCES), "PATH": f"{folder / 'conda'}:/usr/bin:/bin"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "catkin_make -DPYTHON_EXECUTABLE=/usr/bin/python3 && " in done.stdout

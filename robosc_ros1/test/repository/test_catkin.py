@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from ros_support import EXAMPLES, REPOSITORY, Workspace
 
+from robosc import executables
 from robosc.view.server import PAGE
 
 MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
@@ -59,6 +60,10 @@ def files(folder: Path) -> Iterator[Path]:
     return (p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
 
 
+def test_ros2_run_has_what_rosrun_has() -> None:
+    assert all(callable(getattr(executables, verb)) for verb in VERBS)
+
+
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_verb_is_found_and_only_once(installed: Workspace, space: str, verb: str) -> None:
     """rosrun would ask which of several is meant."""
@@ -75,6 +80,14 @@ def test_install_space_needs_no_checkout(installed: Workspace) -> None:
     probe = "import robosc.cli; print(robosc.cli.__file__)"
     done = installed.run("/usr/bin/python3", "-c", probe, space="install")
     assert done.stdout.startswith(str(installed.folder / "install"))
+
+
+def test_the_symbolic_engine_is_found_after_dev_setup(installed: Workspace, space: str) -> None:
+    pytest.importorskip("oxidd")
+    done = installed.run(
+        "rosrun", "robosc", "synthesize", "--engine", "bdd", str(MODEL), space=space
+    )
+    assert "bdd engine" in done.stdout.splitlines()[0]
 
 
 def test_the_page_of_view_is_found(installed: Workspace, space: str) -> None:

@@ -19,7 +19,7 @@ from ros_support import EXAMPLES, SOURCES
 ORDER = (
     "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "model",
     "ir", "supervisor", "synthesis", "emit", "simulate", "view", "pipeline", "report", "lsp",
-    "arguments", "console", "verbs", "cli", "start", "__main__",
+    "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
 
@@ -35,7 +35,6 @@ THIRD_PARTY = {
     "pygls": ("lsp.open_texts", "lsp.server", "verbs"),  # verbs tells what to install
     "prompt_toolkit": ("simulate.terminal",),
     "rospkg": ("model.ros.packages",),
-    "genmsg": ("model.ros.definitions",),
     "catkin_pkg": ("model.ros.packages",),
     # A node of ROS that only listens; whatever else is shown needs no ROS.
     "rospy": ("view.ros1",),
@@ -197,7 +196,7 @@ def test_a_small_check_loads_no_library_that_it_can_do_without() -> None:
     """Loading networkx would take longer than everything else that such a check does."""
     model = EXAMPLES / "line_follower" / "line_follower.rscd"
     loaded = libraries_after(f"from robosc.cli import main; main(['check', {str(model)!r}])")
-    assert loaded <= {"pyparsing", "numpy", "rospkg", "genmsg", "catkin_pkg"}
+    assert loaded <= {"pyparsing", "numpy", "rospkg", "catkin_pkg"}
 
 
 def test_watching_a_node_needs_nothing_but_its_ros() -> None:

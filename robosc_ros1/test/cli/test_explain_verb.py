@@ -1,0 +1,49 @@
+"""``explain`` tells what a code means; what is mistyped is answered by a suggestion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from ros_support import Completed
+
+from robosc.codes import CODES
+from robosc.resources import diagnostics_page, section
+
+Robosc = Callable[..., Completed]
+
+
+def test_every_code_has_a_section() -> None:
+    page = diagnostics_page()
+    assert page is not None
+    text = page.read_text(encoding="utf-8")
+    sections = {code: section(text, code) for code in CODES}
+    assert all(found is not None and len(found) > 50 for found in sections.values())
+
+
+def test_meaning_example_and_remedy(robosc: Robosc) -> None:
+    done = robosc("explain", "unexpected-brace")
+    assert done.returncode == 0
+    assert done.stdout.startswith(
+        "unexpected-brace\n\n*error*\n\nA closing brace has no opening one"
+    )
+    assert "robot R { } }" in done.stdout
+    assert done.stdout.endswith("Remove the extra brace.\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("explain", "neverallowed"), "error: no diagnostic has the code 'neverallowed'; did you mean 'never-allowed'?\n"),
+        (("explain", "zzz"), "error: no diagnostic has the code 'zzz'; messages show it in brackets\n"),
+    ],
+)  # fmt: skip
+def test_mistyped_code(robosc: Robosc, words: tuple[str, ...], told: str) -> None:
+    done = robosc(*words)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
+
+
+def test_mistyped_verb(robosc: Robosc) -> None:
+    done = robosc("chekc", "model.rscd")
+    assert done.returncode == 2
+    assert done.stderr == "error: there is no verb 'chekc'; did you mean 'robosc check'?\n"
