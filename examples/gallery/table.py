@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import fcntl
 import subprocess
+from math import fsum  # sum() of floats depends on Python's version
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +68,7 @@ class Table:
         lines = []
         for robot in dict.fromkeys(row["robot"] for row in self.rows):
             rows = [row for row in self.rows if row["robot"] == robot]
-            mean = sum(float(row["simulated"]) for row in rows) / len(rows)
+            mean = fsum(float(row["simulated"]) for row in rows) / len(rows)
             cells = [f"[{robot}]({robot})", done(rows, "1"), done(rows, "2"), f"{mean:.0f} s"]
             cells += [total(rows, "judgements"), total(rows, "violations")]
             lines.append(f"| {' | '.join(cells)} |\n")

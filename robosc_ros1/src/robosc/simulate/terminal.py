@@ -78,7 +78,10 @@ def _prompt_toolkit(session: Session) -> Callable[[], str | None] | None:
     try:
         from prompt_toolkit import PromptSession
         from prompt_toolkit.completion import Completer, Completion
+        from prompt_toolkit.utils import is_dumb_terminal
     except ImportError:
+        return None
+    if is_dumb_terminal():  # which shows what newer versions send to move the cursor
         return None
 
     class Words(Completer):  # type: ignore[misc, unused-ignore]
