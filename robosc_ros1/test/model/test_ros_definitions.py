@@ -216,3 +216,17 @@ def test_bindings_tell_what_definitions_tell(ros: None, tmp_path: Path) -> None:
     assert [p.fields for p in found(bare.interface("nav_msgs", "GetPlan", "srv")).parts] == [
         p.fields for p in found(real.interface("nav_msgs", "GetPlan", "srv")).parts
     ]
+
+
+def test_debian_installs_definitions_without_a_manifest(tmp_path: Path) -> None:
+    """A folder with a manifest is still the better one, wherever it is."""
+    share = tmp_path / "usr" / "share"
+    for name in ("p", "q"):
+        (package(share, name, srv__Set="bool far\n---\n") / "package.xml").unlink()
+    package(tmp_path / "ws" / "src", "q", srv__Set="bool near\n---\n")
+    (tmp_path / "ws" / ".catkin_workspace").touch()
+    model = tmp_path / "ws" / "src" / "m" / "m.rscd"
+    model.parent.mkdir()
+    definitions = around(model, ROS_PACKAGE_PATH=str(share))
+    names = [found(definitions.interface(n, "Set", "srv")).parts[0].fields[0].name for n in "pq"]
+    assert names == ["far", "near"]

@@ -23,6 +23,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import ParseError
 
+from robosc.model.ros.interfaces import KINDS
+
 __all__ = ["Packages", "Place", "is_ros2_package", "is_share"]
 
 _MANIFEST = "package.xml"
@@ -69,7 +71,9 @@ class Packages:
                 found = self._search(place).get(name)
                 if found is not None:
                     return found
-        return None
+        # Debian installs definitions without the manifest, which comes with what C++ needs.
+        shares = (place.folder / name for place in self.places if is_share(place.folder))
+        return next((s for s in shares if any((s / kind).is_dir() for kind in KINDS)), None)
 
     def _search(self, place: Place) -> Mapping[str, Path]:
         if place not in self._searched:
