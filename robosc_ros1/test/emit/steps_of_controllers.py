@@ -107,12 +107,20 @@ def _call(controller: Any, method: Any, *arguments: Any) -> Any:
 
 def taken(run: Run, parameter: EventParameter, value: Value | None) -> Value | None:
     """What a part of the event's value is, or a test of it comes to, before the event."""
+    if renewed(parameter) is not None:
+        return None  # known after the event only
     try:
         if parameter.test is not None:
             return value_of(parameter.test, lambda leaf: run.look(leaf, value))
         return None if value is None else part_of_value(value, parameter.path)
     except Undefined:
         return None
+
+
+def renewed(parameter: EventParameter) -> str | None:
+    """The state variable to which the event gives an outcome that the plant leaves open."""
+    name = str(parameter.path[0]) if parameter.path else ""
+    return name.removeprefix("new ") if name.startswith("new ") else None
 
 
 def step(run: Run, event: Event, value: Value | None) -> None:
@@ -124,8 +132,8 @@ def step(run: Run, event: Event, value: Value | None) -> None:
         return
     after = run.state()
     for number, parameter in enumerate(event.parameters):
-        if parameter.path[:1] and str(parameter.path[0]).startswith("new "):
-            name = str(parameter.path[0]).removeprefix("new ")
+        name = renewed(parameter)
+        if name is not None:
             variable = next(v for v in run.plant.variables if v.name == name)
             values[number] = run.value(variable)
     if guard is not None:

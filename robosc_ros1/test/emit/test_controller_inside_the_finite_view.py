@@ -219,3 +219,105 @@ def test_steps_are_steps_of_the_plant_where_conditions_on_arrays_read_states(see
     for _ in range(150):
         event = rng.choice(run.plant.events)
         step(run, event, some_place(rng) if event.name == "place" else None)
+
+
+SHARED = """
+robot R {{
+    interface links use Reading from nowhere_msgs
+    datatype object Reading {{ a: double b: double c: double name: string }}
+    parameter p: double = 1.0
+    component A {{
+        outgoing message reading with type: Reading links links
+        behaviour {{
+            variable x: double = 1.0
+            variable y: double
+            variable s: string = "a"
+            {outer}
+            initial marked state s0 {{ on response from reading {guards[0]} do {given[0]} }}
+        }}
+    }}
+    component B {{
+        incoming message go with type: none
+        behaviour {{
+            variable x: double
+            variable y: double = 2.0
+            variable s: string
+            initial marked state off {{
+                on response from reading {guards[1]} do {given[1]}
+                on request to go do {copied} goto seen
+            }}
+            marked state seen {{ on response from reading do {given[2]} goto off }}
+        }}
+    }}
+    component C {{
+        outgoing message other with type: double
+        behaviour {{
+            variable x: double
+            on response from reading do x := value.c
+            on response from other do x := value
+            initial marked state here {{}}
+        }}
+    }}
+    requirement go needs {tests[0]}
+    requirement never B.seen and {tests[1]} and {tests[2]}
+}}
+"""
+_VARIABLES = ("A.x", "A.y", "B.x", "B.y", "C.x")
+_COMPARED = (*_VARIABLES, "p", "1.5", "A.x + B.y", "2 * C.x")
+
+
+def shared_model(rng: random.Random) -> str:
+    """A robot with two or three tests of one variable, whose components take one message."""
+
+    def test(left: str) -> str:
+        if rng.random() < 0.15:
+            return rng.choice(["A.s = B.s", "A.s = 'a'", "B.s != A.s"])
+        right = rng.choice([term for term in _COMPARED if term != left])
+        return f"{left} {rng.choice(['<', '<=', '>', '=', '!='])} {right}"
+
+    def given(component: str) -> str:
+        values = {
+            "x": ["value.a", "value.b", "x", "y", "C.x", "value.a + x", "-value.b", "1.5", "p"],
+            "y": ["value.b", "value.c", "y", "x", "value.c - value.a", "A.x"],
+            "s": ["value.name", "'a'", "s"],
+        }
+        chosen = rng.sample(sorted(values), rng.randint(1, 3))
+        return ", ".join(f"{name} := {rng.choice(values[name])}" for name in chosen)
+
+    subject = rng.choice(_VARIABLES)
+    outer = rng.choice(["", f"on response from reading if value.b > 1 do {given('A')}"])
+    return SHARED.format(
+        outer=outer,
+        guards=[rng.choice(["", "if value.a > value.b", "if value.a > 1"]) for _ in range(2)],
+        given=[given("A"), given("B"), given("B")],
+        copied=rng.choice(["x := y", "x := x", "x := y, y := x", "x := A.x", "y := A.x + C.x"]),
+        tests=[test(rng.choice(_VARIABLES)), test(subject), test(subject)],
+    )
+
+
+@pytest.mark.parametrize("seed", quick_first(range(60), 12))
+def test_steps_are_steps_of_the_plant_where_components_take_one_message(seed: int) -> None:
+    rng = random.Random(seed)
+    while True:
+        robot, diagnostics = load(Source("model.rscd", shared_model(rng)))
+        assert robot is not None, diagnostics
+        plant = lower(robot)
+        if all(weight(event) < 3000 for event in plant.events):
+            break
+    supervisor = synthesize(plant)
+    if supervisor.empty:
+        return
+    numbers = [0.5, 1.0, 1.5, 2.0, 2.5, math.nan]
+    run = Run(supervisor, {"p": rng.choice(numbers[:-1])})
+    assert run.state() in set(supervisor.plant.initial_states)
+    for _ in range(150):
+        event = rng.choice(run.plant.events)
+        value: Any = None
+        if event.name == "reading":
+            a, b, c = (rng.choice(numbers) for _ in range(3))
+            value = SimpleNamespace(a=a, b=b, c=c, name=rng.choice(["", "a", "b"]))
+        elif event.name == "other":
+            value = rng.choice(numbers)
+        step(run, event, value)
+        for condition, _ in run.plant.invariants:
+            assert holds(run.plant, condition, run.state())

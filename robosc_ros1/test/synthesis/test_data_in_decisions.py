@@ -393,3 +393,74 @@ def test_a_conversion_of_a_number_with_a_range_is_of_its_exact_value(
     assert (supervisor.controlled_states, supervisor.controlled_transitions) == (4, 4)
     states = explore_document(explore(supervisor))["states"]
     assert [s["variables"] for s in states] == [{"Lift.floor": n} for n in (-1, 0, 1, 2)]
+
+
+TWO_READERS = """
+datatype object Reading {{ low: double high: double level: double }}
+{parameter}
+component Limits {{
+    outgoing message reading with type: Reading links link
+    behaviour {{
+        variable low: double = 1.0
+        variable high: double = 0.0
+        on response from reading do low := value.low, high := value.high
+        initial marked state s {{}}
+    }}
+}}
+component Gauge {{
+    incoming message go with type: none
+    behaviour {{
+        variable level: double
+        on response from reading do level := value.level
+        initial marked state off {{ on request to go goto seen }}
+        marked state seen {{}}
+    }}
+}}
+requirement never Gauge.seen and {condition}
+"""
+
+
+@ENGINES
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "Gauge.level < Limits.high and Gauge.level > Limits.low",
+        "Limits.high > Gauge.level and Limits.low < Gauge.level",
+        "Gauge.level > p and Gauge.level < Limits.high and Gauge.level != Limits.low",
+        "Gauge.level = Limits.high + 1 and Gauge.level > Limits.high",
+    ],
+)
+def test_tests_of_one_variable_change_independently(condition: str, engine: str) -> None:
+    parameter = "parameter p: double = 0.5" if "p " in condition else ""
+    supervisor = supervisor_of(
+        TWO_READERS.format(parameter=parameter, condition=condition), engine
+    )
+    assert guard_text(supervisor, "go.request") == ("false", "never")
+    assert "compare" not in supervisor_text(supervisor)
+
+
+def test_a_variable_that_is_assigned_to_itself_keeps_what_is_known_of_it() -> None:
+    plant = plant_of(
+        """
+        datatype object Place { n: integer }
+        component C {
+            outgoing message same with type: none
+            outgoing message place with type: Place links link
+            incoming message go with type: none
+            behaviour {
+                variable v: Place
+                variable w: Place
+                initial marked state s {
+                    on response from same do v := v
+                    on response from place do w := value
+                    on request to go do v := w
+                }
+            }
+        }
+        requirement go needs C.v.n < 3
+        requirement never C.v.n > 5 and C.w.n > 5
+        """
+    )
+    (same,) = (event for event in plant.events if event.name == "same")
+    (go,) = (event for event in plant.events if event.name == "go")
+    assert same.parameters == go.parameters == ()

@@ -267,6 +267,8 @@ def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:
 def _labels(classes: Classes, term: Term, robot: Robot) -> tuple[str, ...]:
     """Return the texts, for users, of the values of a term: ``Battery.charge > 0.2``, ``x <=
     1``."""
+    if isinstance(term, ChoiceRef) and term.renews is not None:
+        return tuple(f"new {label}" for label in _labels(classes, term.renews, robot))
 
     def spelled(leaf: Leaf) -> str | None:
         incoming = isinstance(leaf, ValueRef) and leaf == term

@@ -179,9 +179,11 @@ class ChoiceRef(ValueRef):
     """A test of data whose result the environment chooses when the event happens.
 
     The plant takes it as a further part of the event's value; its ``path`` is the test's name.
+    ``renews`` is the term of the state that it replaces, where no test determines the outcome.
     """
 
     test: TestRef | None = None
+    renews: VariableRef | TestRef | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,14 @@ from robosc.ir.finite.view import (
 )
 from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation, to_dsl
 from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
-from robosc.model.entities import Component, Provide, ResultTransition, Robot, data_expressions
+from robosc.model.entities import (
+    Assignment,
+    Component,
+    Provide,
+    ResultTransition,
+    Robot,
+    data_expressions,
+)
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
@@ -190,6 +197,7 @@ class ViewBuilder:
         given = {
             (component.name, assignment.variable): assignment.value
             for assignment in transition.assignments
+            if not _is_itself(component.name, assignment)
         }
         if isinstance(term, VariableRef):
             value = given.get((term.component, term.variable))
@@ -202,7 +210,8 @@ class ViewBuilder:
         copied = [value for value in map(given.get, changed) if isinstance(value, VariableRef)]
         together = self._together(read, component, transition)
         alone = len(changed) == len(copied) == 1 and not together
-        if alone and element_asked_for(term.subject) is not None:
+        followed = element_asked_for(term.subject) is not None or is_presence(term.subject)
+        if alone and followed:
             return self._copied(term, copied[0], given)
         uncertain = any(may_be_undefined(given[name]) for name in changed)
         # An assignment of an undefined value has no effect, so only some may happen.
@@ -215,16 +224,23 @@ class ViewBuilder:
         return self._substituted(term, given)
 
     def _anything(self, term: StateTerm, reason: str) -> ChoiceRef:
-        """Return a choice by the environment: any value of the term."""
-        name = to_dsl(term, self.robot)
-        choice = ChoiceRef((f"new {name}",), term.type)
+        """Return a choice by the environment: any value of the term.
+
+        Its name is that of the whole term: tests of one variable against different things change
+        independently of each other.
+        """
+        name = term.name if isinstance(term, TestRef) else to_dsl(term, self.robot)
+        choice = ChoiceRef((f"new {name}",), term.type, renews=term)
         self.unknown.setdefault(choice, reason)
         return choice
 
     def _copied(
         self, test: TestRef, source: VariableRef, given: Mapping[tuple[str, str], Expr]
     ) -> Expr:
-        """Return a test of an element after a copy; it is unchanged if the source is missing."""
+        """Return a test of presence or of an element after a copy.
+
+        It is unchanged if the source is missing.
+        """
         there = self.terms.computed(Holds(replace(source, span=None)))
         self.states.setdefault(there)
         copied = self._substituted(test, given)
@@ -363,6 +379,14 @@ def _follows_assignments(term: Term) -> TypeGuard[TestRef]:
     if not isinstance(term, TestRef):
         return False
     return is_presence(term.subject) or element_asked_for(term.subject) is not None
+
+
+def _is_itself(component: str, assignment: Assignment) -> bool:
+    """Whether an assignment gives a variable its own value, which changes nothing."""
+    value = assignment.value
+    return isinstance(value, VariableRef) and (
+        (value.component, value.variable) == (component, assignment.variable)
+    )
 
 
 def _is_free(expr: Expr) -> TypeGuard[TestRef | ChoiceRef]:
