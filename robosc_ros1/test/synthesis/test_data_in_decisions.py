@@ -432,9 +432,7 @@ requirement never Gauge.seen and {condition}
 )
 def test_tests_of_one_variable_change_independently(condition: str, engine: str) -> None:
     parameter = "parameter p: double = 0.5" if "p " in condition else ""
-    supervisor = supervisor_of(
-        TWO_READERS.format(parameter=parameter, condition=condition), engine
-    )
+    supervisor = supervisor_of(TWO_READERS.format(parameter=parameter, condition=condition), engine)
     assert guard_text(supervisor, "go.request") == ("false", "never")
     assert "compare" not in supervisor_text(supervisor)
 

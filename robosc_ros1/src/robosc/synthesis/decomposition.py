@@ -16,7 +16,7 @@ from typing import TypeAlias
 
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.disjoint_sets import DisjointSets
-from robosc.ir.finite.builder import sent_wholes
+from robosc.ir.finite.view import sent_wholes
 from robosc.model.entities import EventKind, Kind
 from robosc.supervisor import Explanation, Step, Supervisor
 from robosc.synthesis.result import nothing_allowed
@@ -104,8 +104,8 @@ def _sets(plant: Plant) -> DisjointSets:
         sets.join([*map(_request, keys), *support(plant, plant.view.expression(condition))])
     # Others are about a command and the objects and arrays that it sends.
     for provide in robot.provides:
-        for variable in sent_wholes(provide):
-            there = support(plant, plant.view.is_there(variable))
+        for whole in sent_wholes(provide):
+            there = support(plant, plant.view.is_there(whole))
             sets.join([_request(provide.communication), *there])
     # The controller handles the events of one message together, and compares preferred commands.
     for numbers in inputs(plant):

@@ -33,6 +33,7 @@ from robosc.ir.finite.view import (
     UpdateKey,
     may_be_missing,
     reference_to,
+    sent_wholes,
     update_key,
 )
 from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation, to_dsl
@@ -40,10 +41,8 @@ from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
 from robosc.model.entities import (
     Assignment,
     Component,
-    Provide,
     ResultTransition,
     Robot,
-    data_expressions,
 )
 from robosc.model.expr import (
     Binary,
@@ -68,7 +67,7 @@ from robosc.model.types import (
     domain,
 )
 
-__all__ = ["ViewBuilder", "finite_view", "sent_wholes"]
+__all__ = ["ViewBuilder", "finite_view"]
 
 
 def finite_view(robot: Robot) -> FiniteView:
@@ -398,14 +397,6 @@ def _is_free(expr: Expr) -> TypeGuard[TestRef | ChoiceRef]:
 
 def _is_term(expr: Expr) -> bool:
     return isinstance(expr, VariableRef | ValueRef | TestRef) and domain(expr.type) is None
-
-
-def sent_wholes(provide: Provide) -> Iterator[VariableRef]:
-    """Yield the objects and arrays that provided data read: no command is sent without them."""
-    for expr in data_expressions(provide.data):
-        for part in walk(expr):
-            if isinstance(part, VariableRef) and isinstance(part.type, ArrayType | ObjectType):
-                yield replace(part, span=None)
 
 
 def _substitute(expr: Expr, given: Mapping[tuple[str, str], Expr]) -> Expr:

@@ -8,8 +8,8 @@ expressions.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from robosc.ir.finite.classes import Classes
@@ -18,10 +18,12 @@ from robosc.ir.formulas import Leaf, negation
 from robosc.model.entities import (
     Assignment,
     EventKind,
+    Provide,
     Requirement,
     ResultTransition,
     Robot,
     Variable,
+    data_expressions,
 )
 from robosc.model.expr import (
     Aggregate,
@@ -36,12 +38,12 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
 )
-from robosc.model.traversal import may_be_undefined
-from robosc.model.types import Value
+from robosc.model.traversal import may_be_undefined, walk
+from robosc.model.types import ArrayType, ObjectType, Value
 
 __all__ = [
     "FiniteView", "Scope", "ScopedTerm", "StateTerm", "UpdateKey", "may_be_missing", "reference_to",
-    "update_key",
+    "sent_wholes", "update_key",
 ]  # fmt: skip
 
 Scope: TypeAlias = tuple[EventKind, str] | None
@@ -152,3 +154,11 @@ def may_be_missing(term: Term) -> bool:
         case ValueRef():
             return may_be_undefined(term)
     return False
+
+
+def sent_wholes(provide: Provide) -> Iterator[VariableRef]:
+    """Yield the objects and arrays that provided data read: no command is sent without them."""
+    for expr in data_expressions(provide.data):
+        for part in walk(expr):
+            if isinstance(part, VariableRef) and isinstance(part.type, ArrayType | ObjectType):
+                yield replace(part, span=None)

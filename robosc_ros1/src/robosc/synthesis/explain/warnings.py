@@ -12,7 +12,7 @@ from itertools import combinations
 
 from robosc.errors import Diagnostic, Note, Severity, listing
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
-from robosc.ir.finite.builder import sent_wholes
+from robosc.ir.finite.view import sent_wholes
 from robosc.ir.formulas import conjunction, negation, to_dsl
 from robosc.model.entities import EventKind, Kind, Provide, Requirement
 from robosc.model.expr import TRUE, Expr, StateRef
