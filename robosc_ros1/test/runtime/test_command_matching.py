@@ -15,6 +15,19 @@ class Header:
         self.seq, self.stamp, self.frame_id = seq, seq / 10, "base"
 
 
+# What tells a header is its type, as the bindings of both versions of ROS have it.
+Header.__module__ = "std_msgs.msg._Header"
+
+
+class Drive:
+    """A command with the fields of a header beside its own."""
+
+    __slots__ = ("frame_id", "speed", "stamp")
+
+    def __init__(self, speed: float = 0.0, stamp: float = 0.0, frame_id: str = "") -> None:
+        self.speed, self.stamp, self.frame_id = speed, stamp, frame_id
+
+
 class Speed:
     """A message of ROS 1 with single precision."""
 
@@ -74,3 +87,12 @@ def test_a_field_may_be_called_like_a_word_of_python() -> None:
 
 def test_no_number_is_never_exact() -> None:
     assert matching_command(EXACT, Speed(float("nan"))) == "drive"
+
+
+def test_fields_that_a_header_has_too_are_data() -> None:
+    rows = (("halt", ({"speed": 0.0},), None), ("drive", ({"speed": 2.0, "frame_id": "a"},), None))
+    patterns = command_patterns(rows, lambda data: Drive(**data))
+    assert matching_command(patterns, Drive(0.0)) == "halt"
+    assert matching_command(patterns, Drive(2.0, frame_id="a")) == "drive"
+    assert matching_command(patterns, Drive(2.0)) is None
+    assert matching_command(patterns, Drive(0.0, stamp=1.0)) is None

@@ -286,7 +286,9 @@ def test_after_a_safe_stop_everything_is_blocked() -> None:
 class OnceController(LampController):
     """Going forbids to go again; that is no reason to stop it."""
 
-    goes = False
+    def __init__(self) -> None:
+        super().__init__()
+        self.goes = False
 
     def is_standing(self) -> bool:
         return not self.goes
@@ -309,14 +311,39 @@ class OnceController(LampController):
     )
 
 
-def test_what_a_command_forbids_by_itself_does_not_end_it() -> None:
-    bench = Bench(OnceController(), stop_command=HALT)
+class JoinedController(OnceController):
+    """The same in one requirement: ``go needs clear and standing``."""
+
+    REQUIREMENTS = (
+        Requirement("go needs clear and standing", "lamp.rscd:1", OnceController.can_go_once),
+        *OnceController.REQUIREMENTS[1:],
+    )
+
+
+@pytest.mark.parametrize("spelling", [OnceController, JoinedController])
+def test_what_a_command_forbids_by_itself_does_not_end_it(spelling: type[OnceController]) -> None:
+    bench = Bench(spelling(), stop_command=HALT)
     bench.sense(50)
     assert bench.offer(3, DRIVE) == [(GO, 3)]
     bench.sense(60)
     assert bench.port.take() == []
     assert bench.offer(3, DRIVE) == []
     bench.sense(2)
+    assert bench.port.take() == [HALT]
+
+
+@pytest.mark.parametrize("spelling", [OnceController, JoinedController])
+def test_what_others_change_back_is_no_effect_of_the_command(
+    spelling: type[OnceController],
+) -> None:
+    controller = spelling()
+    bench = Bench(controller, stop_command=HALT)
+    bench.sense(50)
+    assert bench.offer(3, DRIVE) == [(GO, 3)]
+    controller.goes = False  # as an event of the robot does it
+    bench.sense(60)
+    controller.goes = True
+    bench.sense(70)
     assert bench.port.take() == [HALT]
 
 

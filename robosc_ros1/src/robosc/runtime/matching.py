@@ -61,10 +61,15 @@ def _content(message: Any) -> Any:
         return [_content(part) for part in message]
     if not hasattr(message, "__slots__"):
         return message
-    fields = parts_of(message)
-    if {"stamp", "frame_id"} <= set(fields):
+    if _is_header(type(message)):
         return None
-    return [_content(part) for part in fields.values()]
+    return [_content(part) for part in parts_of(message).values()]
+
+
+def _is_header(message_class: type) -> bool:
+    """Whether a class is ``std_msgs/Header`` of either ROS; other types may have the same fields."""
+    package = message_class.__module__.partition(".")[0]
+    return (package, message_class.__name__) == ("std_msgs", "Header")
 
 
 def _one_of(contents: List[Any]) -> Callable[[Any], bool]:

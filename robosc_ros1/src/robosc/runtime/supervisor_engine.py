@@ -10,7 +10,7 @@ A message that was passed is *in effect* until another one passes on its topic, 
 ends. If a command in effect becomes forbidden, and the parameter ``stop_command`` is set, the stop
 command is sent or the goal is cancelled, because nothing else would end the movement. A command may
 forbid itself by its own effect (a requirement that it is not started twice), which is no reason to
-stop it.
+stop it: what counts is whether it would be forbidden if it had not changed the state itself.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any, Callable, Dict, FrozenSet, List, NamedTuple, Optional, S
 from .engine import Engine
 from .inbox import Inbox
 from .matching import CommandPattern, matching_command
-from .model import Controller
+from .model import Command, Controller
 from .port import Port
 from .scheduler import ScheduledCommand
 from .settings import Settings
@@ -52,6 +52,16 @@ class _Offered(NamedTuple):
     patterns: Sequence[CommandPattern]
 
 
+class _InEffect(NamedTuple):
+    """A command in effect; for each attribute that it changed, the value before and after it.
+
+    An attribute that something else has changed since is no effect of the command any more.
+    """
+
+    key: str
+    changes: Dict[str, Tuple[Any, Any]]
+
+
 class SupervisorPort(Port):
     """A port on which ``data`` are the payloads from the other controller, passed on unchanged."""
 
@@ -76,8 +86,7 @@ class SupervisorEngine(Engine):
         self._scheduled: Dict[Tuple[str, str], ScheduledCommand] = {
             (c.key, c.kind): c for c in self._scheduler.commands
         }
-        # By topic or key of an action: the command in effect, and the reasons it caused itself.
-        self._effect: Dict[str, Tuple[str, FrozenSet[str]]] = {}
+        self._effect: Dict[str, _InEffect] = {}  # by topic, or key of an action
         self._answers: Dict[str, Answer] = {}  # by key, for the requests in progress
 
     # From any thread
@@ -187,6 +196,7 @@ class SupervisorEngine(Engine):
             self.recorder.record(kind, name, None, "failed", reason)
             self._log("error", key, "%s could not be passed on: %s" % (name, reason))
             return False
+        before = dict(vars(self.controller))
         if command.apply is not None:
             command.apply()
         command.count += 1
@@ -196,7 +206,9 @@ class SupervisorEngine(Engine):
         if kind == "cancel":
             self._effect.pop(key, None)
         elif command.sort != "service" and key != self.settings.stop_command:
-            self._effect[place] = (key, self._against(key))
+            now = vars(self.controller)
+            changes = {n: (v, now[n]) for n, v in before.items() if not _same(v, now[n])}
+            self._effect[place] = _InEffect(key, changes)
         else:
             self._effect.pop(place, None)
         self._revoke()
@@ -246,24 +258,33 @@ class SupervisorEngine(Engine):
         super()._after(writes, ended)
         self._revoke()
 
-    def _against(self, key: str) -> FrozenSet[str]:
-        """Return why a command in effect is forbidden, its own phase apart."""
-        request = self._scheduled[key, "request"].row
-        why = violated if request.guard(self.controller) else blocked_by
-        reasons = why(self.controller, request)
-        return frozenset(r["text"] for r in reasons if r["kind"] in ("requirement", "synthesis"))
+    def _forbidden(self, command: _InEffect) -> bool:
+        """Whether a command in effect would be forbidden even without the changes it made."""
+        state = vars(self.controller)
+        for name, (_, after) in tuple(command.changes.items()):
+            if not _same(state[name], after):
+                del command.changes[name]
+        row = self._scheduled[command.key, "request"].row
+        if not self._against(row):
+            return False
+        state.update({name: before for name, (before, _) in command.changes.items()})
+        try:
+            return self._against(row)
+        finally:
+            state.update({name: after for name, (_, after) in command.changes.items()})
+
+    def _against(self, request: Command) -> bool:
+        """Whether requirements or synthesis forbid a request now, whatever its phase."""
+        return not request.guard(self.controller) or bool(violated(self.controller, request))
 
     def _revoke(self) -> None:
         """Stop commands in effect that have become forbidden, if a stop command is set."""
         if not self.settings.stop_command or self.stopped is not None or self._closing:
             return
         ended = []
-        for place, (key, own) in self._effect.items():
-            against = self._against(key)
-            if against <= own:
-                self._effect[place] = (key, against)
-            else:
-                ended.append((place, key))
+        for place, effect in self._effect.items():
+            if self._forbidden(effect):
+                ended.append((place, effect.key))
         command = self._scheduled[self.settings.stop_command, "request"]
         stop = False
         for place, key in ended:
@@ -279,3 +300,8 @@ class SupervisorEngine(Engine):
                 self._passes(key, "cancel", None, key)
         if stop:
             self._send_stop(command)
+
+
+def _same(value: Any, other: Any) -> bool:
+    """Whether an attribute has kept its value; not-a-number is the same as itself."""
+    return value is other or bool(value == other)

@@ -38,12 +38,7 @@ from robosc.ir.finite.view import (
 )
 from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation, to_dsl
 from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
-from robosc.model.entities import (
-    Assignment,
-    Component,
-    ResultTransition,
-    Robot,
-)
+from robosc.model.entities import Component, ResultTransition, Robot
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
@@ -196,7 +191,9 @@ class ViewBuilder:
         given = {
             (component.name, assignment.variable): assignment.value
             for assignment in transition.assignments
-            if not _is_itself(component.name, assignment)
+            # What is assigned to itself does not change.
+            if assignment.value
+            != VariableRef(component.name, assignment.variable, assignment.value.type)
         }
         if isinstance(term, VariableRef):
             value = given.get((term.component, term.variable))
@@ -378,14 +375,6 @@ def _follows_assignments(term: Term) -> TypeGuard[TestRef]:
     if not isinstance(term, TestRef):
         return False
     return is_presence(term.subject) or element_asked_for(term.subject) is not None
-
-
-def _is_itself(component: str, assignment: Assignment) -> bool:
-    """Whether an assignment gives a variable its own value, which changes nothing."""
-    value = assignment.value
-    return isinstance(value, VariableRef) and (
-        (value.component, value.variable) == (component, assignment.variable)
-    )
 
 
 def _is_free(expr: Expr) -> TypeGuard[TestRef | ChoiceRef]:
