@@ -152,6 +152,7 @@ class ActionRelay(GoalCaller):
         self._result_type = type(parts.action_result)
         self._feedback_type = type(parts.action_feedback)
         self._goal_id = None
+        self._stamp = rospy.Time()  # of the goal, as its server has it
         self._accepted = False
         self._ended = None  # when its status showed its end
         self._send_goal = self._publisher(self._robot + "/goal", self._goal_type)
@@ -173,11 +174,10 @@ class ActionRelay(GoalCaller):
                 if kind in ("blocked", "error"):
                     self._refuse(message, kind, payload)
 
-            engine.request(self._key, message.goal, (message.goal_id.id, onward), answer)
+            engine.request(self._key, message.goal, (message.goal_id, onward), answer)
 
         def cancel(raw):
-            message = read(raw, GoalID)
-            if message.id in ("", self._goal_id):
+            if self._is_meant(read(raw, GoalID)):
                 self._cancelled = True
                 engine.withdraw(self._key)
             self._send_cancel.publish(passed_on(raw))
@@ -190,10 +190,20 @@ class ActionRelay(GoalCaller):
         self._pass_back(engine, "/feedback", self._feedback_type, self._on_feedback)
         self._pass_back(engine, "/result", self._result_type, self._on_result, self._send_result)
 
+    def _is_meant(self, cancel):
+        """Return whether the server cancels the goal: by its id, with all goals, or with those up to
+        a time (the rules of actionlib's ActionServer)."""
+        if cancel.id == self._goal_id:
+            return True
+        return self._stamp <= cancel.stamp if cancel.stamp else not cancel.id
+
     # The engine's side
 
     def start(self, data, token, timeout):
-        self._goal_id, message = data
+        goal_id, message = data
+        self._goal_id = goal_id.id
+        # A server stamps a goal without stamp on arrival.
+        self._stamp = goal_id.stamp if goal_id.stamp else rospy.Time.now()
         self.begin(message, token, timeout)
 
     def transmit(self, goal, token):
@@ -213,7 +223,9 @@ class ActionRelay(GoalCaller):
         with self._lock:
             if self._token is None:
                 return
-            found = [s.status for s in array.status_list if s.goal_id.id == self._goal_id]
+            statuses = [s for s in array.status_list if s.goal_id.id == self._goal_id]
+            found = [status.status for status in statuses]
+            self._stamp = statuses[0].goal_id.stamp if statuses else self._stamp
             if found and found[0] in WORKING:
                 if not self._accepted:
                     self._accepted = True

@@ -214,6 +214,37 @@ def test_a_cancel_of_the_controller_reaches_the_robot(
         node.enters("ObstacleGrabber", "looking")
 
 
+LONG_AGO, LATER = {"secs": 1, "nsecs": 0}, {"secs": 4000000000, "nsecs": 0}
+
+
+@pytest.mark.parametrize(
+    ("fields", "meant"),
+    [
+        ({"id": ""}, True),
+        ({"id": "", "stamp": LATER}, True),
+        ({"id": "another", "stamp": LATER}, True),
+        ({"id": "", "stamp": LONG_AGO}, False),
+        ({"id": "another"}, False),
+        ({"id": "another", "stamp": LONG_AGO}, False),
+    ],
+)
+def test_a_cancel_counts_if_the_server_cancels_the_goal(
+    guarded: Stage, robot: Puppet, other: Puppet, fields: dict[str, Any], meant: bool
+) -> None:
+    with guarded.controller(other, NODE, stop_command="stop") as node:
+        ready_to_grab(node, robot, other)
+        other.do("send", name="/supervised/grab", **GRAB, fields={})
+        node.enters("ObstacleGrabber", "grabbing")
+        cancel = {"topic": "/supervised/grab/cancel", "type": "actionlib_msgs/GoalID"}
+        other.do("publish", **cancel, fields=fields)
+        if not meant:
+            # The goal is still the supervisor's to cancel.
+            robot.publish("/distance", FLOAT, 2.0)
+            node.tells(event("cancel", "grab"))
+        robot.wait(lambda line: line.get("cancelled"), "the cancel")
+        assert other.wait(lambda line: line.get("ended"), "the end")["status"] == 2
+
+
 def test_goals_that_are_sent_upon_the_result_before_pass(guarded: Stage, other: Puppet) -> None:
     """The supervisor's own state follows a result before the controller hears of it."""
     action = {"type": "robot_common/NavigateAction"}
