@@ -76,6 +76,9 @@ class TopicOutlet(Outlet):
     def state(self, text):
         self._state.publish(String(data=text))
 
+    def wants_state(self):
+        return self.listeners(self._state) > 0
+
     def events(self, texts):
         for text in texts:
             self._events.publish(String(data=text))

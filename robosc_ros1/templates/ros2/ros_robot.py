@@ -157,7 +157,7 @@ def listen(node, type_, topic, received, profile):
 
 def start_controller(*parameters):
     """Start the node as a process with settings for the test, so that it loses no message."""
-    words = ["--ros-args", "-p", "state_rate:=200.0"]
+    words = ["--ros-args", "-p", "state_rate:=200.0", "-p", "whole_values:=true"]
     for parameter in parameters:
         words += ["-p", parameter]
     for communication in PLANT_COMMUNICATIONS.values():

@@ -107,7 +107,10 @@ class Engine(Intake):
         engine."""
         number = self.recorder.number
         try:
-            function(*arguments)
+            try:
+                function(*arguments)
+            finally:
+                self.recorder.settle()
         except Exception:
             self._log("error", "internal", "unexpected error:\n" + traceback.format_exc())
             try:
@@ -188,7 +191,7 @@ class Engine(Intake):
             self._clocks.stop(timer)
             self.recorder.counters["inputs"] += 1
             row = timer.row
-            self.recorder.record("after", row.component, path, tau=row.number)
+            self.recorder.record("after", row.component, path, tau=row.number, writes=row.writes)
             self._after(frozenset(row.writes), None)
 
     def _end_by_deadline(self, key: str, reason: str) -> None:
@@ -233,7 +236,7 @@ class Engine(Intake):
             detail = message.reason
             self.recorder.counters["errors"] += 1
             self._log("warning", entry.key, "%s failed: %s" % (entry.name, detail))
-        self.recorder.record(entry.kind, entry.name, value, "applied", detail)
+        self.recorder.record(entry.kind, entry.name, value, detail=detail, writes=entry.writes)
         return True
 
     def _mismatch(self, entry: BoundInput, message: Any, value: Any, reason: str) -> None:
@@ -279,7 +282,7 @@ class Engine(Intake):
         for steps, (tau, path) in enumerate(self._transitions.run(writes), 1):
             written |= frozenset(tau.writes)
             self.recorder.counters["taus"] += 1
-            self.recorder.record("tau", tau.component, path, tau=tau.number)
+            self.recorder.record("tau", tau.component, path, tau=tau.number, writes=tau.writes)
             if steps > self.controller.STEP_BOUND:
                 self._safe_stop("the internal transitions never end (%s)" % tau.component)
                 break
@@ -310,7 +313,7 @@ class Engine(Intake):
             command.apply()
         command.count += 1
         self.recorder.counters["commands"] += 1
-        self.recorder.record(command.kind, name, data)
+        self.recorder.record(command.kind, name, data, writes=command.writes)
         self._scheduler.performed(command, now)
         self._after(command.writes, command.key if command.is_cancel else None)
 

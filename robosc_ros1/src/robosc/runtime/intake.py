@@ -65,7 +65,7 @@ class Intake:
     ) -> None:
         self.settings = settings or Settings()
         self.controller = controller
-        self.recorder = EventRecorder()
+        self.recorder = EventRecorder(controller=None if self.settings.whole_values else controller)
         self.stopped: Optional[str] = None
         """The reason of the safe stop; None: not stopped."""
         self.changed = threading.Event()

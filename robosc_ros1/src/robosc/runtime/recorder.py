@@ -5,18 +5,37 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional
+from typing import (
+    Any,
+    Callable,
+    Deque,
+    Dict,
+    Iterable,
+    List,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+)
+
+from .effects import Names, attribute_names, effect_of
+from .model import Controller
+from .shortening import Shortener, is_small, shortened_text
 
 __all__ = ["STOP_COMMAND", "Entry", "EventRecorder", "Throttle"]
 
 _CAPACITY = 50000
+_LONGEST = 400
+"""Characters of a detail."""
 STOP_COMMAND = "stop command"
 """The detail of a request that was sent as the stop command, regardless of its guard."""
 
 
 class Entry(NamedTuple):
     """One event. ``outcome`` is "applied", "mismatch", "failed" or "stopped";
-    ``tau`` is the number of an internal transition, else 0."""
+    ``tau`` is the number of an internal transition, else 0. ``shortened`` tells whether the value
+    is a short form; ``effect`` is what the event did then, or where earlier values were
+    shortened."""
 
     number: int
     time: float
@@ -26,13 +45,24 @@ class Entry(NamedTuple):
     value: Any
     outcome: str
     detail: Optional[str]
+    shortened: bool = False
+    effect: Optional[Dict[str, Any]] = None
 
 
 class EventRecorder:
-    """Records the latest events, for a reporter to take, and counts all."""
+    """Records the latest events, for a reporter to take, and counts all.
 
-    def __init__(self, now: Callable[[], float] = time.time) -> None:
+    With a ``controller``, large values are recorded in short forms, with the effects of the events.
+    """
+
+    def __init__(
+        self, now: Callable[[], float] = time.time, controller: Optional[Controller] = None
+    ) -> None:
         self._now = now
+        self._controller = controller
+        self._names: Optional[Names] = None
+        self._is_partial = False  # the effect of an event was recorded only in a short form
+        self._fresh: List[Tuple[Entry, Sequence[Tuple[str, Any]]]] = []
         self._entries: Deque[Entry] = deque(maxlen=_CAPACITY)
         self.counters: Dict[str, int] = {
             "inputs": 0, "commands": 0, "taus": 0, "errors": 0, "mismatches": 0, "undefined": 0,
@@ -48,11 +78,41 @@ class EventRecorder:
         outcome: str = "applied",
         detail: Optional[str] = None,
         tau: int = 0,
+        writes: Iterable[str] = (),
     ) -> None:
+        """Record an event after it was applied and wrote these attributes of the controller."""
         self.number += 1
-        self._entries.append(
-            Entry(self.number, self._now(), kind, name, tau, value, outcome, detail)
-        )
+        entry = Entry(self.number, self._now(), kind, name, tau, value, outcome, detail)
+        if self._controller is None or not (
+            self._fresh or self._is_partial or not is_small(value) or len(detail or "") > _LONGEST
+        ):
+            self._entries.append(entry)
+            return
+        state = self._controller.__dict__
+        self._fresh.append((entry, [(attribute, state[attribute]) for attribute in writes]))
+
+    def settle(self) -> None:
+        """Make short forms, after the reaction to an input and in the same thread."""
+        fresh, self._fresh = self._fresh, []
+        for entry, values in fresh:
+            shorten = Shortener()
+            value = shorten(entry.value)
+            detail = entry.detail and shortened_text(entry.detail, _LONGEST)
+            effect = None
+            if not shorten.whole or self._is_partial:
+                effect = self._effect(values)
+                self._is_partial |= "shortened" in effect
+            self._entries.append(
+                entry._replace(
+                    value=value, detail=detail, shortened=not shorten.whole, effect=effect
+                )
+            )
+
+    def _effect(self, values: Sequence[Tuple[str, Any]]) -> Dict[str, Any]:
+        if self._names is None:
+            assert self._controller is not None
+            self._names = attribute_names(self._controller)
+        return effect_of(self._names, values)
 
     def take(self) -> List[Entry]:
         """Return the entries since the last call; gaps in their numbers show dropped entries."""

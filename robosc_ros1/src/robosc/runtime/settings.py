@@ -72,6 +72,7 @@ class Settings(NamedTuple):
     server_lost_after: float = 5.0
     state_rate: float = 20.0
     publish_events: bool = True
+    whole_values: bool = False
     event_log: str = ""
     event_log_size: float = 10.0
     event_log_files: int = 5
@@ -134,6 +135,9 @@ _GENERAL = (
     ),
     _general("state_rate", "maximal rate of ~state, in Hz", minimum=0.1),
     _general("publish_events", "publish each event on ~events"),
+    _general(
+        "whole_values", "show and log large values whole: to subscribers, and in the event log"
+    ),
     _general("event_log", "file for the event log, one JSON document per line"),
     _general("event_log_size", "size at which the event log is rotated, in MB", minimum=1e-3),
     _general("event_log_files", "number of rotated log files to keep", minimum=0),

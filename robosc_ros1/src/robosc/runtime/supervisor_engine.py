@@ -201,7 +201,7 @@ class SupervisorEngine(Engine):
             command.apply()
         command.count += 1
         self.recorder.counters["commands"] += 1
-        self.recorder.record(kind, name)
+        self.recorder.record(kind, name, writes=command.writes)
         super()._after(command.writes, key if kind == "cancel" else None)
         if kind == "cancel":
             self._effect.pop(key, None)

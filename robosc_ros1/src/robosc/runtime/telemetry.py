@@ -20,6 +20,7 @@ from .eventlog import EventLog
 from .model import Command, Controller
 from .original_state import OriginalState
 from .recorder import Entry
+from .shortening import ROOM, Shortener, shortened_text
 from .values import jsonable
 
 __all__ = [
@@ -29,6 +30,8 @@ __all__ = [
 
 OK, WARN, ERROR = 0, 1, 2  # the levels of diagnostic_msgs/DiagnosticStatus, REP 107
 _LATEST = 10
+_ROOM = 16000
+"""About the characters that the short forms of all variables take in a document."""
 UNEXPLAINED = (
     "it could lead to a state from which a requirement is violated, a variable leaves its range"
     " or no marked state can be reached, whatever the controller does"
@@ -49,6 +52,10 @@ class Outlet:
         """Whether events have a subscriber."""
         return True
 
+    def wants_state(self) -> bool:
+        """Whether the state has a subscriber."""
+        return True
+
     def diagnostics(self, level: int, message: str, values: List[Tuple[str, str]]) -> None:
         raise NotImplementedError
 
@@ -65,9 +72,14 @@ class Outlet:
 
 
 def dump(document: Any) -> str:
-    return json.dumps(
-        jsonable(document), separators=(",", ":"), ensure_ascii=False, allow_nan=False
-    )
+    """Return the document as JSON, with the values of the language as :func:`jsonable` has them."""
+    try:
+        return _encode(document)  # the usual case, many times faster
+    except (TypeError, ValueError):
+        return _encode(jsonable(document))
+
+
+_encode = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode
 
 
 def event_document(entry: Entry) -> Dict[str, Any]:
@@ -75,8 +87,8 @@ def event_document(entry: Entry) -> Dict[str, Any]:
     event: Dict[str, Any] = {"kind": entry.kind, "name": entry.name}
     if entry.kind in ("tau", "after"):
         event["index"] = entry.tau
-    event["value"] = entry.value
-    return {
+    event["value"] = jsonable(entry.value)
+    document = {
         "version": 1,
         "number": entry.number,
         "time": round(entry.time, 6),
@@ -84,6 +96,21 @@ def event_document(entry: Entry) -> Dict[str, Any]:
         "outcome": entry.outcome,
         "detail": entry.detail,
     }
+    if entry.shortened:
+        document["shortened"] = True
+    if entry.effect is not None:
+        document["effect"] = entry.effect
+    return document
+
+
+def _short_event(document: Dict[str, Any]) -> Dict[str, Any]:
+    """Return the document of an event without its effect, and with a short form of its value."""
+    shorten = Shortener()
+    short = {name: part for name, part in document.items() if name != "effect"}
+    short["event"] = {**document["event"], "value": shorten(document["event"]["value"])}
+    if not shorten.whole:
+        short["shortened"] = True
+    return short
 
 
 def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]:
@@ -138,8 +165,9 @@ def state_document(
     latest: List[Dict[str, Any]],
     faults: Sequence[str] = (),
     unconnected: Sequence[str] = (),
+    whole: bool = True,
 ) -> Dict[str, Any]:
-    """Return the document of ``~state``."""
+    """Return the document of ``~state``, with whole values or short forms of them."""
     controller: Controller = snapshot["controller"]
     names = {c.key: c.name for c in controller.COMMUNICATIONS}
     phases = {
@@ -158,13 +186,15 @@ def state_document(
                 "count": snapshot["counts"][command.key, command.kind],
             }
         )
-    return {
+    variables = controller.variables()
+    variables, shortened = (jsonable(variables), []) if whole else _short_values(variables)
+    document = {
         "version": 1,
         "robot": controller.ROBOT,
         "time": round(time.time(), 6),
         "number": snapshot["number"],
         "components": controller.components(),
-        "variables": controller.variables(),
+        "variables": variables,
         "parameters": controller.parameters(),
         "communications": phases,
         "commands": commands,
@@ -175,6 +205,23 @@ def state_document(
         "unconnected": list(unconnected),
         "latest": latest,
     }
+    if shortened:
+        document["shortened"] = shortened
+    return document
+
+
+def _short_values(values: Dict[str, Any]) -> Tuple[Dict[str, Any], List[str]]:
+    """Return the short forms of values, which share the room that a document has, and the names of
+    those that are not whole."""
+    room = min(ROOM, _ROOM // max(1, len(values)))
+    result: Dict[str, Any] = {}
+    shortened: List[str] = []
+    for name, value in values.items():
+        shorten = Shortener(room)
+        result[name] = shorten(value)
+        if not shorten.whole:
+            shortened.append(name)
+    return result, shortened
 
 
 class Reporter:
@@ -231,17 +278,18 @@ class Reporter:
             if snapshot is None:
                 self._outlet.diagnostics(ERROR, "the engine does not answer", [])
                 return
-            latest = list(self._latest)
             faults = snapshot["faults"] + self._outlet.faults()
             if self._log_fault:
                 faults.append(self._log_fault)
             unconnected = self._outlet.unconnected()
-            document = state_document(snapshot, latest, faults, unconnected)
+            whole = self._engine.settings.whole_values and self._outlet.wants_state()
+            latest = self._latest if whole else map(_short_event, self._latest)
+            document = state_document(snapshot, list(latest), faults, unconnected, whole)
             self._outlet.state(dump(document))
             if self._original is not None:
                 self._outlet.legacy(dump(self._original.document(document)))
             if periodic:
-                self._outlet.diagnostics(*self._diagnosis(snapshot, faults, unconnected))
+                self._outlet.diagnostics(*self._diagnosis(snapshot, document))
         except Exception as error:  # one failed report must not end the reporter
             if periodic:
                 self._cannot_report("%s: %s" % (type(error).__name__, error))
@@ -295,7 +343,7 @@ class Reporter:
                 self._log_fault = "event log: %s" % error
 
     def _diagnosis(
-        self, snapshot: Dict[str, Any], faults: List[str], unconnected: List[str]
+        self, snapshot: Dict[str, Any], document: Dict[str, Any]
     ) -> Tuple[int, str, List[Tuple[str, str]]]:
         counters: Dict[str, int] = snapshot["counters"]
         news = [
@@ -304,13 +352,12 @@ class Reporter:
             if counters.get(name, 0) > self._last_counters.get(name, 0)
         ]
         self._last_counters = dict(counters)
-        news += faults
-        controller: Controller = snapshot["controller"]
+        news += document["faults"]
         values = [(name, str(value)) for name, value in counters.items()]
         values.append(("backlog", str(snapshot["backlog"])))
-        values.extend(("unconnected", text) for text in unconnected)
-        values.extend(controller.components().items())
-        values.extend((k, str(v)) for k, v in controller.variables().items())
+        values.extend(("unconnected", text) for text in document["unconnected"])
+        values.extend(document["components"].items())
+        values.extend((name, shortened_text(str(v))) for name, v in document["variables"].items())
         if snapshot["stopped"] == INACTIVE:
             return WARN if news else OK, ", ".join(["not active", *news]), values
         if snapshot["stopped"] is not None:

@@ -34,6 +34,11 @@ class LogEntry:
     outcome: str
 
     @property
+    def shortened(self) -> bool:
+        """Whether the value is a short form."""
+        return bool(self.document.get("shortened"))
+
+    @property
     def text(self) -> str:
         name = f"{self.name}.{self.kind}" if self.name else self.kind
         return f"{name}{self.index}" if self.index else name
@@ -117,7 +122,8 @@ def _entry(file: str, line: int, document: Any) -> LogEntry:
             "outcome": str(outcome),
         } if kind in _KINDS and outcome in _OUTCOMES:
             index = event.get("index", 0)
-            if isinstance(index, int) and isinstance(document.get("parameters", {}), dict):
+            parts = [document.get(name, {}) for name in ("parameters", "effect")]
+            if isinstance(index, int) and all(isinstance(part, dict) for part in parts):
                 value = event.get("value")
                 return LogEntry(document, file, line, number, kind, name, index, value, outcome)
     raise UsageError(f"{file}:{line}: this is not an event of a log, version 1")

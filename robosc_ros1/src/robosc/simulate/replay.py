@@ -20,6 +20,7 @@ from robosc.model.traversal import all_names, path_text
 from robosc.model.types import ArrayType, NoneType, ObjectType, Type, domain
 from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.recorder import STOP_COMMAND
+from robosc.runtime.shortening import Shortener
 from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
@@ -27,6 +28,7 @@ from robosc.simulate.exact_values import data_behind, value_with_classes
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.generated import make_controller
 from robosc.simulate.machine import Reason
+from robosc.simulate.shortened_values import UnknownValue, apply_effect
 from robosc.simulate.typed_values import typed_value, within_whole
 from robosc.supervisor import Supervisor
 
@@ -55,6 +57,8 @@ class Replayed:
     mismatches: int
     departures: tuple[Departure, ...]
     missing: tuple[str, ...]
+    unchecked: int
+    """Events whose effects are taken from the log, which has the values only in short forms."""
 
     @property
     def exit_code(self) -> int:
@@ -80,6 +84,7 @@ def replay(supervisor: Supervisor, log: str) -> Replayed:
         follower.mismatches,
         tuple(follower.departures),
         tuple(follower.missing),
+        follower.unchecked,
     )
 
 
@@ -94,6 +99,10 @@ class Follower:
         self._taus = {(t.component, t.number): t for t in self._fresh.TAUS}
         self._afters = {(a.component, a.number): a for a in self._fresh.AFTERS}
         self._carried = _carried(supervisor)
+        self._variables = {
+            key: _Part(variable.type, optional=True)
+            for key, variable in supervisor.plant.robot.variables.items()
+        }
         self._plant = supervisor.plant
         self._events = {(e.name, e.kind.value): e for e in self._plant.events}
         self._controller: Controller | None = None
@@ -101,7 +110,7 @@ class Follower:
         self._next = 1
         self.lost: str | None = None
         """Why the state is not known any more, in the present run."""
-        self.runs = self.events = self.mismatches = 0
+        self.runs = self.events = self.mismatches = self.unchecked = 0
         self.departures: list[Departure] = []
         self.missing: list[str] = []
 
@@ -146,7 +155,7 @@ class Follower:
         self._stopped |= entry.outcome == "stopped"
         if entry.outcome != "applied":
             return
-        self.lost = self._leaves(self._controller, entry)
+        self.lost = self._follows(self._controller, entry)
         if self.lost is not None:
             event = self._told(entry)
             departure = Departure(entry.file, entry.line, entry.number, event, self.lost)
@@ -164,8 +173,37 @@ class Follower:
         except ValueError:
             return entry.text  # the reason says it
 
+    def _follows(self, controller: Controller, entry: LogEntry) -> str | None:
+        """Apply an event as the model says, or as the log says where that does not have the values;
+        why it cannot be, if so."""
+        effect = entry.document.get("effect")
+        if effect is None:
+            return self._leaves(controller, entry)
+        if not (entry.shortened and (entry.name, entry.kind) in self._inputs):
+            try:
+                twin = controller.copy()
+                reason = self._leaves(twin, entry)
+                controller.__dict__.update(twin.__dict__)
+                return reason
+            except UnknownValue:
+                pass
+        self.unchecked += 1
+
+        def restored(name: str, told: Any) -> Any:
+            return self._variables[name].restored(told)
+
+        try:
+            apply_effect(controller, effect, restored)
+        except (KeyError, ValueError) as error:
+            return f"its effect cannot be {json.dumps(effect)}: {error}"
+        return None
+
     def _leaves(self, controller: Controller, entry: LogEntry) -> str | None:
-        """Apply an event; why it cannot be, if so."""
+        """Apply an event; why it cannot be, if so.
+
+        Raises:
+            UnknownValue: that depends on values that the log has only in a short form.
+        """
         if entry.kind == EventKind.TAU.value:
             tau = self._taus.get((entry.name, entry.index))
             return _step(controller, tau, entry.value)
@@ -185,7 +223,7 @@ class Follower:
             stopping = entry.document.get("detail") == STOP_COMMAND
             if self._stopped and not stopping:
                 return "the controller had made a safe stop"
-            reason = _perform(controller, command, entry.value, stopping)
+            reason = _perform(controller, command, entry, stopping)
             if reason is None:
                 return None
             event = self._events[entry.name, entry.kind]
@@ -235,7 +273,10 @@ def _of_type(type_: Type, told: Any) -> Any:
 
 
 def _can_step(controller: Controller, tau: Tau) -> bool:
-    return tau.step(controller.copy()) is not None
+    try:
+        return tau.step(controller.copy()) is not None
+    except UnknownValue:
+        return False
 
 
 def _step(controller: Controller, row: After | Tau | None, path: Any) -> str | None:
@@ -259,7 +300,10 @@ def _apply(controller: Controller, input_: Input, told: Any, parts: dict[str, _P
     return None
 
 
-def _perform(controller: Controller, command: Command, value: Any, stopping: bool) -> str | None:
+def _perform(
+    controller: Controller, command: Command, entry: LogEntry, stopping: bool
+) -> str | None:
+    value = entry.value
     reasons = blocked_by(controller, command)
     if reasons and not stopping:
         return "; ".join(str(Reason(**reason)) for reason in reasons)
@@ -268,7 +312,8 @@ def _perform(controller: Controller, command: Command, value: Any, stopping: boo
             data = command.data(controller)
         except Undefined:
             return "some of its data has not arrived yet"
-        provided = json.loads(json.dumps(jsonable(data)))
+        shown = Shortener()(data) if entry.shortened else jsonable(data)
+        provided = json.loads(json.dumps(shown))
         # A node that guards another controller passes that one's data, and does not log them.
         if value is not None and provided != value:
             return f"the model sends {json.dumps(provided)}, the log has {json.dumps(value)}"
@@ -327,6 +372,8 @@ def replay_text(found: Replayed) -> str:
     mismatches = counted(found.mismatches, "mismatch", "es")
     reported = f", {mismatches} reported" if found.mismatches else ""
     size = f"{counted(found.runs, 'run')}, {counted(found.events, 'event')}"
+    if found.unchecked:
+        reported += f", {found.unchecked} with effects as logged (large values, see whole_values)"
     lines.append(f"{found.robot}: {size}{reported}: {verdict}")
     return "\n".join(lines) + "\n"
 
@@ -345,4 +392,5 @@ def replay_document(found: Replayed) -> dict[str, Any]:
             for d in found.departures
         ],
         "missing": list(found.missing),
+        "unchecked": found.unchecked,
     }  # fmt: skip

@@ -21,6 +21,7 @@ from robosc.runtime.values import jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.machine import COMMANDS
 from robosc.simulate.replay import Follower
+from robosc.simulate.shortened_values import UnknownValue
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.series import Collector
@@ -201,7 +202,11 @@ class Recording:
             "stopped": moment.stopped,
             "counters": moment.tally.counters,
         }
-        state: Json = jsonable({**state_document(snapshot, []), "time": _time(last)})
+        try:
+            document = state_document(snapshot, [], whole=False)
+        except UnknownValue:  # the log does not say what is enabled
+            return None
+        state: Json = jsonable({**document, "time": _time(last)})
         return state
 
 

@@ -1,0 +1,60 @@
+"""Values that an event log has only in a short form, and the effects that it has instead."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from robosc.runtime.effects import attribute_names
+from robosc.runtime.model import Controller
+
+__all__ = ["ShortenedValue", "UnknownValue", "apply_effect"]
+
+
+class UnknownValue(Exception):
+    """Something depends on a value that the log does not have whole."""
+
+
+class ShortenedValue(str):
+    """The short form of a variable's value. It can be shown, but nothing can be computed from it.
+
+    Raises:
+        UnknownValue: at every use but as a text of JSON.
+    """
+
+    def _refuse(self, *_: object) -> NoReturn:
+        raise UnknownValue(str.__str__(self))
+
+    __eq__ = __ne__ = __lt__ = __le__ = __gt__ = __ge__ = _refuse
+    __iter__ = __len__ = __contains__ = __getitem__ = _refuse
+    __add__ = __radd__ = __deepcopy__ = _refuse
+    __hash__ = str.__hash__
+
+    def __getattribute__(self, name: str) -> Any:
+        if name.startswith("__"):
+            return super().__getattribute__(name)
+        raise UnknownValue(str.__str__(self))
+
+
+def apply_effect(
+    controller: Controller, effect: dict[str, Any], restored: Callable[[str, Any], Any]
+) -> None:
+    """Change a controller as an event did; ``restored`` returns the value of a variable.
+
+    Raises:
+        ValueError: the controller has no such thing, or it cannot have the value.
+    """
+    attributes = {place: name for name, place in attribute_names(controller).items()}
+    short = effect.get("shortened", [])
+    for group in ("components", "variables", "communications"):
+        for name, told in effect.get(group, {}).items():
+            attribute = attributes.get((group, name))
+            if attribute is None:
+                raise ValueError(f"the model has no {name}")
+            if name in short:
+                text = told if isinstance(told, str) else json.dumps(told, ensure_ascii=False)
+                value: Any = ShortenedValue(text)
+            else:
+                value = restored(name, told) if group == "variables" else told
+            setattr(controller, attribute, value)
