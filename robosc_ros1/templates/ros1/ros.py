@@ -13,7 +13,8 @@ import rosgraph
 import rospy
 from rosgraph_msgs.msg import Clock
 
-from ._runtime.port import BEFORE_TIME
+from ._runtime.port import BEFORE_TIME, steady_time
+from .ros_backlog import BACKLOG
 from .ros_calls import Action, Service
 from .ros_messages import clean, compose
 from .ros_port import CallingPort, TopicOutlet
@@ -77,7 +78,10 @@ class RosPort(CallingPort):
                 time.sleep(0.005)
 
     def now(self):
-        return (rospy.get_time() or BEFORE_TIME) if self._simulated else time.monotonic()
+        return (rospy.get_time() or BEFORE_TIME) if self._simulated else steady_time()
+
+    def await_inputs(self, done):
+        return BACKLOG.await_taken(done)
 
     def send(self, key, data):
         publisher, message_type = self._publishers[key]

@@ -13,6 +13,7 @@ import yaml
 from ._runtime.settings import ParameterError, excerpt, flatten, private, read
 from ._runtime.telemetry import Reporter
 from .ros import RosOutlet, RosPort
+from .ros_backlog import watch_connections
 from .ros_connections import send_promptly
 from .ros_watch import Watch
 
@@ -112,6 +113,7 @@ class NodeLifecycle:
         """Initialise the node; False if it was stopped while waiting for the master, or has
         parameters that ROS cannot represent."""
         send_promptly()
+        watch_connections()
         try:
             arguments = [carried(argument) for argument in sys.argv]
         except ParameterError as error:

@@ -80,7 +80,7 @@ class RelayPort(RosPort):
         def heard(data):
             engine.follow(keys, read(data, type_), lambda: publish(data))
 
-        self._node.create_subscription(type_, robot, heard, profile, raw=True)
+        self.listen(type_, robot, heard, profile, raw=True)
 
     def _relay_command(self, engine, controller, type_, rows):
         patterns = command_patterns(rows, maker(type_))
@@ -89,7 +89,7 @@ class RelayPort(RosPort):
             engine.offer(controller, patterns, read(data, type_), data)
 
         profile = self._profiles[rows[0][0]]
-        self._node.create_subscription(type_, controller, heard, profile, raw=True)
+        self.listen(type_, controller, heard, profile, raw=True)
 
 
 def _serving(engine, executor_thread, key):

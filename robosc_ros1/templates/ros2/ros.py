@@ -12,7 +12,7 @@ import time
 from rclpy.clock import ClockChange, JumpThreshold
 from rclpy.duration import Duration
 
-from ._runtime.port import BEFORE_TIME
+from ._runtime.port import BEFORE_TIME, steady_time
 from .ros_calls import Action, Service
 from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import is_simulated, qos_profile
@@ -52,6 +52,7 @@ class RosPort(CallingPort):
         for topic, message_type, keys in tables.publications:
             publisher = node.create_publisher(message_type, topic, profiles[keys[0]])
             self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
+        self._inputs = []  # functions that take the messages that wait
         self._jumps = None
         self.exit_code = 0
         self.on_exit = None
@@ -74,7 +75,11 @@ class RosPort(CallingPort):
             post = engine.poster(keys)
             if has_oddities(message_type):
                 post = _plainly(post)
-            _subscribe(self._node, message_type, topic, post, self._profiles[keys[0]])
+            self.listen(message_type, topic, post, self._profiles[keys[0]])
+
+    def listen(self, message_type, topic, post, profile, raw=False):
+        """Subscribe to a topic; ``post`` gets each message, or its bytes if ``raw``."""
+        self._inputs.append(_subscribe(self._node, message_type, topic, post, profile, raw))
 
     def _on_clock(self, engine, jump):
         """Handle progress of ROS time, or a change of use_sim_time."""
@@ -117,7 +122,16 @@ class RosPort(CallingPort):
     def now(self):
         if self._simulated:
             return self._node.get_clock().now().nanoseconds * 1e-9 or BEFORE_TIME
-        return time.monotonic()
+        return steady_time()
+
+    def await_inputs(self, done):
+        def take():
+            for take_waiting in self._inputs:
+                take_waiting()
+            done()
+
+        self.executor_thread.do(take)
+        return True
 
     def send(self, key, data):
         publisher, message_type = self._publishers[key]
@@ -140,18 +154,24 @@ class RosPort(CallingPort):
             self.on_exit()
 
 
-def _subscribe(node, message_type, topic, post, profile):
+def _subscribe(node, message_type, topic, post, profile, raw):
+    """Subscribe to a topic; return a function that takes the messages that wait."""
+
     def heard(message):
         post(message)
         # A cycle of the executor costs ten times as much as a message, so take all that wait.
-        for _ in range(BATCH):
+        take(BATCH)
+
+    def take(most):
+        for _ in range(most):
             with subscription.handle:
-                found = subscription.handle.take_message(message_type, False)
+                found = subscription.handle.take_message(message_type, raw)
             if found is None:
                 return
             post(found[0])
 
-    subscription = node.create_subscription(message_type, topic, heard, profile)
+    subscription = node.create_subscription(message_type, topic, heard, profile, raw=raw)
+    return lambda: take(max(BATCH, profile.depth))
 
 
 def _plainly(post):

@@ -60,6 +60,25 @@ def test_a_sensor_that_stood_still_and_comes_back_with_a_burst(stage: Stage, ear
         assert node.events(event("timeout", "scan")) == [silent]
 
 
+def test_scans_that_waited_while_the_node_stood_still_move_nothing(
+    stage: Stage, ear: Puppet
+) -> None:
+    with stage.controller(ear, NODE, rate=50.0) as node, stage.puppet() as sensor:
+        sensor.begin("publish", **SCAN, times=100, rate=50.0)
+        drives(node)
+        silent = node.tells(event("timeout", "scan"))
+        mark = ear.mark
+        with stopped(node.process.pid):
+            sensor.do("publish", **SCAN, times=20, rate=20.0)
+        node.shows(lambda s: s["counters"]["inputs"] >= 120, since=mark)
+        node.tells(event("timeout", "scan"), since=mark)
+        sensor.do("publish", **SCAN)
+        driven = node.tells(event("request", "drive"), since=mark)
+        scans = [e["number"] for e in node.events(event("response", "scan"))]
+        assert len(scans) == 121
+        assert silent["number"] < scans[100] < scans[120] < driven["number"]
+
+
 def test_a_sensor_at_the_edge_of_its_timeout(stage: Stage, ear: Puppet) -> None:
     """On a simulated clock the edge is exact, however slow the machine is."""
     with stage.simulated_time(), stage.controller(ear, NODE) as node, stage.puppet() as sensor:

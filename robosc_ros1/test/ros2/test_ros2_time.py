@@ -109,6 +109,31 @@ def test_bursts_after_silence(graph: Graph, controller: Start, ear: Peer) -> Non
     assert state["counters"]["dropped"] == 0
 
 
+def test_scans_that_waited_while_the_node_stood_still_move_nothing(
+    graph: Graph, controller: Start, ear: Peer
+) -> None:
+    process = controller(NODE, **RELIABLE, qos__scan__depth=100)
+    sensor = graph.peer("sensor")
+    scans = [SCAN["data"]] * 20
+    sensor.order("publish", **{**SCAN, "data": scans}, matched=1, qos={}, rate=20.0)
+    drives(ear)
+    told(ear, "timeout", "scan")
+    before = ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "silent")
+    with stopped(process.popen.pid):
+        sensor.order("publish", **{**SCAN, "data": scans}, matched=1, qos={}, rate=20.0)
+    heard = before["counters"]["inputs"] + len(scans)
+    ear.expect_state(
+        NODE,
+        lambda s: s["counters"]["inputs"] > heard and s["communications"]["scan"] == "silent",
+    )
+    events = [json.loads(e["data"]["data"]) for e in ear.events("message", name=f"{NODE}/events")]
+    names = [event["event"]["name"] for event in events]
+    assert names.count("scan") > len(scans)
+    assert "drive" not in names
+    sensor.publish(SCAN["name"], SCAN["type"], SCAN["data"])
+    told(ear, "request", "drive")
+
+
 class Clock:
     """The clock of a graph with simulated time. It is best effort, so it may have to be said again."""
 

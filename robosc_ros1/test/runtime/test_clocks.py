@@ -11,6 +11,7 @@ from runtime.played_engine import Played
 
 from robosc.runtime.engine import Engine
 from robosc.runtime.inbox import LIMIT
+from robosc.runtime.matching import command_patterns
 from robosc.runtime.model import After, Command, Communication, Controller, Input
 from robosc.runtime.port import BEFORE_TIME
 from robosc.runtime.settings import read
@@ -439,3 +440,101 @@ def test_commands_and_clocks_have_their_turn_within_a_flood() -> None:
     bench.engine.cycle()
     assert bench.port.take() == [HALT]
     assert bench.engine.backlog > LIMIT // 2
+
+
+class WaitingPort(PlayedPort):
+    """A port with messages that wait outside until the test hands them over."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.waits = True
+        self.done: list[Any] = []
+
+    def await_inputs(self, done: Any) -> bool:
+        self.done.append(done)
+        return self.waits
+
+
+class Standing:
+    """A supervisor or a controller that may stand still."""
+
+    def __init__(self, engine_type: Any = Engine) -> None:
+        self.port = WaitingPort()
+        self.blocked: list[str] = []
+        self.port.blocked = self.blocked.append  # type: ignore[attr-defined]
+        self.engine = engine_type(
+            WatchController(), self.port, DEFAULTS, steady=lambda: self.port.time
+        )
+        self.post = self.engine.poster([SCAN])
+        self.engine.begin()
+        self.engine.cycle()
+        self.port.take()
+
+    def hear(self, value: Any = 5.0) -> list[str]:
+        self.engine.controller.motor = "ready"
+        self.post(value)
+        self.engine.cycle()
+        return self.port.take()
+
+
+def test_after_a_pause_nothing_is_commanded_on_messages_that_waited() -> None:
+    standing = Standing()
+    assert standing.hear() == [DRIVE]
+    standing.port.time += 7.0
+    standing.engine.cycle()
+    assert standing.port.take() == [], "not even a command that silence allows"
+    for _ in range(3):
+        assert standing.hear() == []
+        assert not standing.engine.controller.scan_fresh
+        standing.port.time += 0.1
+    (done,) = standing.port.done
+    done()
+    standing.engine.cycle()
+    assert standing.port.take() == [HALT], "what waited is too old to drive on"
+    assert standing.hear() == [DRIVE]
+    assert "stood still for 7.0 s" in standing.port.logs[0][1]
+
+
+def test_a_second_pause_begins_anew_and_a_hanging_connection_ends() -> None:
+    standing = Standing()
+    for _ in range(2):
+        standing.port.time += 1.0
+        standing.engine.cycle()
+    first, _ = standing.port.done
+    first()
+    assert standing.hear() == [], "the second pause is not over"
+    for _ in range(9):
+        standing.port.time += 0.2
+        assert standing.hear() == []
+    standing.port.time += 0.4
+    assert standing.hear() == [DRIVE]
+
+
+def test_nothing_is_held_where_nothing_waits() -> None:
+    standing = Standing()
+    standing.port.waits = False
+    standing.port.time += 7.0
+    assert standing.hear() == [DRIVE]
+
+
+def test_a_supervisor_blocks_what_it_cannot_judge_after_a_pause() -> None:
+    standing = Standing(SupervisorEngine)
+    patterns = command_patterns([(DRIVE, None, None)], dict)
+
+    def offer() -> list[str]:
+        standing.engine.offer("drive", patterns, {}, b"")
+        standing.engine.cycle()
+        return standing.port.take()
+
+    standing.hear()
+    assert offer() == [DRIVE]
+    standing.port.time += 7.0
+    standing.engine.cycle()
+    standing.hear()
+    assert offer() == []
+    assert '"kind":"paused"' in standing.blocked[-1]
+    standing.port.done[-1]()
+    standing.engine.cycle()
+    assert offer() == []
+    standing.hear()
+    assert offer() == [DRIVE]

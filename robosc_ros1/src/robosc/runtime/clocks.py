@@ -136,17 +136,17 @@ class Clocks:
     def is_watched(self, key: str) -> bool:
         return key in self._watches
 
-    def heard(self, keys: Iterable[str], arrival: float) -> None:
-        """Restart the timeouts of messages that arrived at this time of the port; messages without
-        a timeout are ignored."""
-        time = self.time()
+    def heard(self, keys: Iterable[str], arrival: Optional[float]) -> None:
+        """Restart the timeouts of messages that arrived at this time of the port, or end them
+        (None: too long ago); messages without a timeout are ignored."""
+        time = now = self.time()
         # Otherwise it is from before a step back, or before time started.
-        if self._since <= arrival <= self._last:
+        if arrival is not None and self._since <= arrival <= self._last:
             time = arrival + self._shift
         for key in keys:
             watch = self._watches.get(key)
             if watch is not None:
-                watch.deadline = time + watch.delay
+                watch.deadline = now if arrival is None else time + watch.delay
                 self.plan(watch)
 
     def follow(self, writes: FrozenSet[str]) -> None:

@@ -79,7 +79,7 @@ class Engine(Intake):
         """Execute the controller until :meth:`close`."""
         self.begin()
         while not self._closing:
-            self._turns.wait(self.time_to_deadline())
+            self._turns.wait(self._patience())
             self.cycle()
 
     def begin(self) -> None:
@@ -107,14 +107,14 @@ class Engine(Intake):
         engine."""
         number = self.recorder.number
         try:
-            try:
-                function(*arguments)
-            finally:
-                self.recorder.settle()
+            self._notice_pause()
+            function(*arguments)
+            self.recorder.settle()
         except Exception:
             self._log("error", "internal", "unexpected error:\n" + traceback.format_exc())
             try:
                 self._safe_stop("internal error: " + traceback.format_exc(limit=0).strip())
+                self.recorder.settle()
             except Exception:
                 self._log("error", "internal", traceback.format_exc())
         if self.recorder.number != number and not self.changed.is_set():
@@ -140,7 +140,7 @@ class Engine(Intake):
 
     def _perform_next(self) -> bool:
         """Perform the next command that is due; False if there is none."""
-        if self.stopped is not None or self._closing:
+        if self.stopped is not None or self._closing or self._pauses.holds:
             return False
         command = self._scheduler.next(self._port.now())
         if command is None:
@@ -182,15 +182,16 @@ class Engine(Intake):
         arrival = inbox.take()
         applied = self._input(entries, message)
         if inbox.is_watched:
-            self._clocks.heard((entry.key for entry in applied), arrival)
+            known = None if self._pauses.holds else arrival
+            self._clocks.heard((entry.key for entry in applied), known)
 
     def _take_delayed(self, timer: Timer) -> None:
         """Take a transition whose delay is over, if its guard holds."""
         path = timer.step()
         if path is not None:
             self._clocks.stop(timer)
-            self.recorder.counters["inputs"] += 1
             row = timer.row
+            self.recorder.counters["inputs"] += 1
             self.recorder.record("after", row.component, path, tau=row.number, writes=row.writes)
             self._after(frozenset(row.writes), None)
 

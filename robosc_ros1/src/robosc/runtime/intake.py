@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from types import MethodType
 from typing import Any, Callable, Deque, Dict, Optional, Sequence, Tuple, Union
 
@@ -14,7 +13,8 @@ from .deadlines import Deadlines
 from .inbox import Inbox
 from .internal import InternalTransitions
 from .model import Controller, Input
-from .port import Port
+from .pauses import Pauses
+from .port import Port, steady_time
 from .recorder import EventRecorder, Throttle
 from .scheduler import CommandScheduler
 from .settings import Settings
@@ -61,7 +61,7 @@ class Intake:
         controller: Controller,
         port: Port,
         settings: Optional[Settings] = None,
-        steady: Callable[[], float] = time.monotonic,
+        steady: Callable[[], float] = steady_time,
     ) -> None:
         self.settings = settings or Settings()
         self.controller = controller
@@ -95,6 +95,7 @@ class Intake:
         self._time_monitor = TimeMonitor(self._clocks, steady)
         self._throttle = Throttle()
         self._turns = Turns(steady)
+        self._pauses = Pauses(self._clocks.delays, steady, port.await_inputs, self._turns.put)
         self._queue: Deque[Item] = self._turns.queue
         self._inboxes: Dict[Tuple[str, ...], Inbox] = {}
         self._undefined = 0
@@ -177,6 +178,17 @@ class Intake:
             times.append(self._calls.earliest - self._steady())
         known = [time for time in times if time is not None]
         return max(0.0, min(_LONGEST_WAIT, *known)) if known else None
+
+    def _notice_pause(self) -> None:
+        pause = self._pauses.look()
+        if pause is not None:
+            text = "this node stood still for %.1f s (it was stopped, or the machine was busy)"
+            self._log("warning", "pause", text % pause)
+
+    def _patience(self) -> Optional[float]:
+        """Return the seconds for which the engine's thread may wait."""
+        times = (self.time_to_deadline(), self._pauses.beat)
+        return min((time for time in times if time is not None), default=None)
 
     def _time_to_command(self, now: float) -> Optional[float]:
         return self._scheduler.time_to_next(now)

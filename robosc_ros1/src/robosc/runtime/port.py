@@ -9,9 +9,11 @@ port takes.
 
 from __future__ import annotations
 
-from typing import Any, Dict, Optional
+import time
+from functools import partial
+from typing import Any, Callable, Dict, Optional
 
-__all__ = ["BEFORE_TIME", "Data", "Port"]
+__all__ = ["BEFORE_TIME", "Data", "Port", "steady_time"]
 
 Data = Optional[Dict[str, Any]]
 """The fields to set, nested; all others keep their defaults. None: no fields to set."""
@@ -19,6 +21,14 @@ Data = Optional[Dict[str, Any]]
 
 BEFORE_TIME = -1.0
 """The time while ROS time is simulated and has not been published yet."""
+
+
+steady_time: Callable[[], float] = (
+    partial(time.clock_gettime, time.CLOCK_BOOTTIME)
+    if hasattr(time, "CLOCK_BOOTTIME")
+    else time.monotonic
+)
+"""A steady clock of the machine that goes on while it is suspended."""
 
 
 class Port:
@@ -54,6 +64,11 @@ class Port:
     def log(self, level: str, text: str) -> None:
         """Write to the log; level is "debug", "info", "warning" or "error"."""
         raise NotImplementedError
+
+    def await_inputs(self, done: Callable[[], None]) -> bool:
+        """Have ``done`` called, in any thread, once the engine was given all messages that wait for
+        it outside now; False if nothing waits there."""
+        return False
 
     def exit(self, code: int) -> None:
         """End the process soon, without waiting for the engine, which calls this."""

@@ -22,7 +22,7 @@ from .engine import Engine
 from .inbox import Inbox
 from .matching import CommandPattern, matching_command
 from .model import Command, Controller
-from .port import Port
+from .port import Port, steady_time
 from .scheduler import ScheduledCommand
 from .settings import Settings
 from .telemetry import blocked_by, dump, violated
@@ -78,7 +78,7 @@ class SupervisorEngine(Engine):
         controller: Controller,
         port: SupervisorPort,
         settings: Optional[Settings] = None,
-        steady: Callable[[], float] = time.monotonic,
+        steady: Callable[[], float] = steady_time,
     ) -> None:
         super().__init__(controller, port, settings, steady)
         self._publish = port.blocked
@@ -172,6 +172,9 @@ class SupervisorEngine(Engine):
         """Return why a command is not allowed now; empty if it is."""
         if self.stopped is not None:
             return [{"kind": "stopped", "text": "safe stop: " + self.stopped}]
+        if self._pauses.holds:
+            text = "the supervisor stood still, and first applies the messages that waited"
+            return [{"kind": "paused", "text": text}]
         command = self._scheduled[key, kind]
         # Preferences are not checked: the choice of commands is left to the other controller.
         if command.possible and command.authorised():

@@ -1,0 +1,94 @@
+"""What waits in sockets has been handed over when a backlog says so, on real sockets."""
+
+from __future__ import annotations
+
+import io
+import random
+import socket
+import threading
+from importlib import import_module
+from typing import Any
+
+import pytest
+from ros1.test_prompt_connections import TEMPLATES
+
+
+@pytest.fixture
+def module(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(TEMPLATES))
+    return import_module("ros_backlog")
+
+
+class Reader:
+    """A connection of which a thread hands over what it receives, as slowly as it is allowed to."""
+
+    def __init__(self, backlog: Any, chance: random.Random) -> None:
+        self.ours, self.theirs = socket.socketpair()
+        self.handed = 0
+        self.sent = 0
+        self.may_go_on = threading.Event()
+        self.may_go_on.set()
+        self._backlog = backlog
+        self._size = chance.choice([1, 7, 100, 65536])
+        self.thread = threading.Thread(target=self._read, daemon=True)
+        self.thread.start()
+
+    def _read(self) -> None:
+        while True:
+            buffer = io.BytesIO()
+            try:
+                count = self._backlog.receive(self.ours, buffer, self._size)
+            except Exception:  # the other end has gone
+                return
+            self.may_go_on.wait()
+            self.handed += count
+
+    def send(self, size: int) -> None:
+        self.theirs.sendall(bytes(size))
+        self.sent += size
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_all_that_waited_was_handed_over(module: Any, seed: int) -> None:
+    chance = random.Random(seed)
+    backlog = module.Backlog()
+    readers = [Reader(backlog, chance) for _ in range(5)]
+    for _ in range(40):
+        for reader in chance.sample(readers, 2):
+            reader.may_go_on.clear()
+        for reader in readers:
+            reader.send(chance.choice([0, 1, 50, 3000]))
+        sent = [reader.sent for reader in readers]
+        found: list[list[int]] = []
+        over = threading.Event()
+
+        def done(found: list[list[int]] = found, over: threading.Event = over) -> None:
+            found.append([reader.handed for reader in readers])
+            over.set()
+
+        if not backlog.await_taken(done):
+            done()
+        elif chance.random() < 0.5:
+            readers[0].send(5000)  # more may come meanwhile
+        for reader in readers:
+            reader.may_go_on.set()
+        assert over.wait(20)
+        (handed,) = found
+        assert all(h >= s for h, s in zip(handed, sent, strict=True)), (handed, sent)
+    for reader in readers:
+        reader.theirs.close()
+        reader.thread.join(20)
+
+
+def test_a_connection_that_ends_keeps_nobody_waiting(module: Any) -> None:
+    backlog = module.Backlog()
+    reader, other = (Reader(backlog, random.Random(n)) for n in range(2))
+    reader.may_go_on.clear()
+    reader.send(10)
+    over = threading.Event()
+    while not backlog.await_taken(over.set):  # until its thread waits for data
+        pass
+    reader.theirs.close()
+    reader.may_go_on.set()
+    assert over.wait(20)
+    other.theirs.close()
