@@ -102,11 +102,10 @@ class EventRecorder:
             if not shorten.whole or self._is_partial:
                 effect = self._effect(values)
                 self._is_partial |= "shortened" in effect
-            self._entries.append(
-                entry._replace(
-                    value=value, detail=detail, shortened=not shorten.whole, effect=effect
-                )
-            )
+            entry = entry._replace(detail=detail, effect=effect)
+            if not shorten.whole:
+                entry = entry._replace(value=value, shortened=True)
+            self._entries.append(entry)
 
     def _effect(self, values: Sequence[Tuple[str, Any]]) -> Dict[str, Any]:
         if self._names is None:
