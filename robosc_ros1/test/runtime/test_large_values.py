@@ -19,6 +19,7 @@ from robosc.runtime.model import Communication, Controller, Input
 from robosc.runtime.settings import Settings
 from robosc.runtime.shortening import Shortener
 from robosc.runtime.telemetry import Reporter, dump
+from robosc.runtime.values import not_finite
 
 NAN, INFINITY = float("nan"), float("inf")
 LARGEST = 64_000
@@ -67,6 +68,26 @@ class Untouchable(list[Any]):
 
     def __iter__(self) -> NoReturn:
         raise AssertionError("all elements are looked at")
+
+
+class Bytes(array.array):  # type: ignore[type-arg]
+    """As a picture comes in ROS 2."""
+
+    def __iter__(self) -> NoReturn:
+        raise AssertionError("all elements are looked at")
+
+
+def test_whether_a_picture_is_finite_is_known_without_looking_at_it() -> None:
+    assert not_finite({"data": Bytes("B", bytes(50))}) is None
+
+
+@pytest.mark.parametrize("kind", ["f", "d"])
+def test_the_first_number_that_is_not_finite_is_found(kind: str) -> None:
+    numbers = array.array(kind, [1.0] * 50)
+    assert not_finite({"ranges": numbers}) is None
+    numbers[7] = INFINITY
+    for values in (numbers, list(numbers), [0, *numbers[1:]]):
+        assert not_finite({"ranges": values}) == "ranges[7] is inf"
 
 
 def drawn(chance: random.Random, depth: int) -> Any:

@@ -112,8 +112,12 @@ def _first_not_finite(data: Value) -> Optional[Tuple[str, float]]:
     if data is None or isinstance(data, (bool, int, str, bytes)):
         return None
     if isinstance(data, (list, tuple)) or hasattr(data, "tolist"):
-        if set(map(type, data)) <= {bool, int, str}:
-            return None  # there may be very many
+        # There may be very many: those of ROS 2 tell the type of their elements.
+        if getattr(data, "typecode", "d") not in "fd":
+            return None
+        types = set(map(type, data))
+        if types <= {bool, int, str} or (types == {float} and all(map(math.isfinite, data))):
+            return None
         parts = [("[%d]" % index, part) for index, part in enumerate(data)]
     else:
         fields = data if isinstance(data, dict) else parts_of(data)
