@@ -172,7 +172,7 @@ class SupervisorEngine(Engine):
         """Return why a command is not allowed now; empty if it is."""
         if self.stopped is not None:
             return [{"kind": "stopped", "text": "safe stop: " + self.stopped}]
-        if self._pauses.holds:
+        if self._pauses.holds and kind == "request":
             text = "the supervisor stood still, and first applies the messages that waited"
             return [{"kind": "paused", "text": text}]
         command = self._scheduled[key, kind]
