@@ -6,9 +6,9 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
+from typing import TextIO
 
 from robosc import __version__
 from robosc.console import complain, tell
@@ -45,12 +45,14 @@ def main(words: Sequence[str] | None = None) -> int:
         return _INTERRUPTED
     except BrokenPipeError:
         # The reader has seen enough (robosc explore … | head): nothing to report.
-        _drop_output()
+        _drop_output(sys.stdout)
         return 0
     except OSError as error:
-        _drop_output()
-        with suppress(OSError):
+        _drop_output(sys.stdout)
+        try:
             complain(f"cannot write the result: {error.strerror or error}")
+        except OSError:
+            _drop_output(sys.stderr)
         return UsageError.exit_code
 
 
@@ -139,6 +141,6 @@ def _prepare_streams() -> None:
     sys.set_int_max_str_digits(0)
 
 
-def _drop_output() -> None:
+def _drop_output(stream: TextIO) -> None:
     """What is still to be written goes nowhere, so that ending does not fail on it again."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
