@@ -10,8 +10,8 @@ from robosc.emit.package import Mode
 from robosc.pipeline import Target
 
 __all__ = [
-    "check", "explain", "explore", "export", "format", "generate", "lsp", "replay", "simulate",
-    "synthesize", "verify", "view",
+    "check", "explain", "explore", "export", "format", "generate", "lsp", "new", "replay",
+    "simulate", "synthesize", "verify", "view",
 ]  # fmt: skip
 
 
@@ -50,9 +50,26 @@ def _parameters(parser: argparse.ArgumentParser) -> None:
 
 
 def check(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("models", metavar="MODEL", nargs="+", help="a .rscd file")
+    parser.add_argument(
+        "models", metavar="MODEL", nargs="+", help="a .rscd file, or a folder with such files"
+    )
     _json(parser)
+    parser.add_argument(
+        "--format",
+        choices=["text", "json", "github", "sarif"],
+        default="text",
+        help="how to print: github annotates pull requests, sarif is for code scanners",
+    )
     _common(parser)
+
+
+def new(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", metavar="NAME", help="the name of the robot, as in Rover")
+    parser.add_argument(
+        "--from-ros",
+        action="store_true",
+        help="from the nodes that run now, with how often their messages come",
+    )
 
 
 def explain(parser: argparse.ArgumentParser) -> None:

@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from robosc.errors import Diagnostic, counted, sort_diagnostics
 from robosc.ir.automaton import Plant, PlantState, VariableKind
@@ -19,7 +20,15 @@ if TYPE_CHECKING:
     from robosc.synthesis.explore import Graph
     from robosc.synthesis.verify.findings import VerifyReport
 
-__all__ = ["diagnostics", "generated_text", "graph_text", "supervisor_text", "verify_text"]
+__all__ = [
+    "diagnostics",
+    "generated_text",
+    "github_text",
+    "graph_text",
+    "sarif",
+    "supervisor_text",
+    "verify_text",
+]
 
 Document = dict[str, Any]
 
@@ -41,6 +50,61 @@ def diagnostics(found: Iterable[Diagnostic]) -> Document:
                 "hint": d.hint,
             }
             for d in sort_diagnostics(found)
+        ],
+    }
+
+
+def github_text(found: Iterable[Diagnostic]) -> str:
+    """``check --format github``: workflow commands, which annotate lines of a pull request."""
+    return "".join(
+        f"::{d.severity.value} file={_escaped(d.span.source.path, ':,')},line={d.span.line},"
+        f"col={d.span.column},endLine={d.span.end_line},endColumn={d.span.end_column},"
+        f"title={d.code}::{_escaped(_with_hint(d))}\n"
+        for d in sort_diagnostics(found)
+    )
+
+
+def _escaped(text: str, also: str = "") -> str:
+    for character in f"%\r\n{also}":
+        text = text.replace(character, f"%{ord(character):02X}")
+    return text
+
+
+def _with_hint(found: Diagnostic) -> str:
+    return found.message if found.hint is None else f"{found.message}; {found.hint}"
+
+
+def sarif(found: Iterable[Diagnostic], version: str) -> Document:
+    """``check --format sarif``: a log of SARIF 2.1.0, which code scanners read."""
+    ordered = sort_diagnostics(found)
+    rules = [{"id": code} for code in sorted({d.code for d in ordered})]
+    results = [
+        {
+            "ruleId": d.code,
+            "level": d.severity.value,
+            "message": {"text": _with_hint(d)},
+            "locations": [
+                {
+                    "physicalLocation": {
+                        "artifactLocation": {"uri": quote(Path(d.span.source.path).as_posix())},
+                        "region": {
+                            "startLine": d.span.line,
+                            "startColumn": d.span.column,
+                            "endLine": d.span.end_line,
+                            "endColumn": d.span.end_column,
+                        },
+                    }
+                }
+            ],
+        }
+        for d in ordered
+    ]
+    driver = {"name": "robosc", "version": version, "rules": rules}
+    return {
+        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+        "version": "2.1.0",
+        "runs": [
+            {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
         ],
     }
 

@@ -11,7 +11,7 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -29,6 +29,7 @@ from robosc.errors import (
     has_errors,
     sort_diagnostics,
 )
+from robosc.names import is_identifier, snake_case
 from robosc.resources import diagnostics_page, section
 
 if TYPE_CHECKING:
@@ -38,6 +39,9 @@ if TYPE_CHECKING:
 __all__ = ["VERBS", "Arguments", "Verb"]
 
 Arguments = argparse.Namespace
+
+_LISTENING = 3.0
+"""Seconds in which ``new --from-ros`` measures how often messages come."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,7 @@ def _check(args: Arguments) -> int:
     options = _options(args)
     results: list[pipeline.Checked] = []
     unreadable: list[UsageError] = []
-    for path in {os.path.realpath(path): path for path in args.models}.values():
+    for path in {os.path.realpath(path): path for path in _files(args.models)}.values():
         try:
             results.append(pipeline.check(path, options))
         except UsageError as error:
@@ -65,8 +69,12 @@ def _check(args: Arguments) -> int:
     if not results:
         raise UsageError("\n".join(str(problem) for problem in unreadable))
     diagnostics = sort_diagnostics(d for result in results for d in result.diagnostics)
-    if args.json:
+    if args.json or args.format == "json":
         _print_json(report.diagnostics(diagnostics))
+    elif args.format == "sarif":
+        _print_json(report.sarif(diagnostics, __version__))
+    elif args.format == "github":
+        print(report.github_text(diagnostics), end="")
     else:
         tell(diagnostics)
         count = {s: sum(d.severity is s for d in diagnostics) for s in Severity}
@@ -79,6 +87,53 @@ def _check(args: Arguments) -> int:
     if unreadable:
         return UsageError.exit_code
     return next((r.exit_code for r in results if r.exit_code), 0)
+
+
+def _files(paths: Iterable[str]) -> Iterator[str]:
+    """The paths, and for each that is a folder all models below it.
+
+    Raises:
+        UsageError: there are none.
+    """
+    for path in paths:
+        if not Path(path).is_dir():
+            yield path
+            continue
+        models = sorted(Path(path).rglob("*.rscd"))
+        if not models:
+            raise UsageError(f"there is no .rscd file in {path}")
+        yield from map(str, models)
+
+
+def _new(args: Arguments) -> int:
+    from robosc.new.skeleton import from_survey, small
+    from robosc.new.survey import Survey, survey
+
+    name = args.name
+    if not is_identifier(name):
+        raise UsageError(f"{name!r} is not a name for a robot: letters, digits and _, as in Rover")
+    file = Path(f"{snake_case(name)}.rscd")
+    if file.exists():
+        raise UsageError(f"{file} is there already: take another name, or remove it")
+    if args.from_ros:
+        from robosc.new import from_ros1, from_ros2
+        from robosc.view.node import which_ros
+
+        listen = {"1": from_ros1.listen, "2": from_ros2.listen}[which_ros(os.environ)]
+        graph, periods = listen(_LISTENING)
+        found = survey(graph)
+        if found == Survey((), (), (), ()):
+            raise UsageError("no node of a robot is running: start the robot first")
+        text = from_survey(name, found, periods)
+        print(f"{counted(len(found.outgoing), 'topic')} from the robot,"
+              f" {len(found.incoming)} to it, {counted(len(found.services), 'service')},"
+              f" {counted(len(found.actions), 'action')}")  # fmt: skip
+    else:
+        text = small(name)
+    pipeline.write_text(file, text)
+    pipeline.format_file(file)
+    print(f"{file}: written; next:\n    robosc check {file}")
+    return 0
 
 
 def _explain(args: Arguments) -> int:
@@ -311,6 +366,8 @@ VERBS = (
          "line_follower.rscd --output ~/catkin_ws/src", arguments.generate, _generate),
     Verb("synthesize", "compute the supervisor: guards, sizes, explanations",
          "line_follower.rscd --json", arguments.synthesize, _synthesize),
+    Verb("new", "write a model to begin with: a small one, or one made from what runs in ROS",
+         "Rover --from-ros", arguments.new, _new),
     Verb("explain", "tell what the code of a diagnostic means, with an example and the remedy",
          "never-allowed", arguments.explain, _explain),
     Verb("explore", "list the controlled (or uncontrolled) transition system",

@@ -18,7 +18,7 @@ from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
     "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "model",
-    "ir", "supervisor", "synthesis", "emit", "simulate", "view", "pipeline", "report", "lsp",
+    "ir", "supervisor", "synthesis", "emit", "simulate", "view", "new", "pipeline", "report", "lsp",
     "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
@@ -37,9 +37,10 @@ THIRD_PARTY = {
     "rospkg": ("model.ros.packages",),
     "catkin_pkg": ("model.ros.packages",),
     # A node of ROS that only listens; whatever else is shown needs no ROS.
-    "rospy": ("view.ros1",),
-    "rosgraph": ("view.ros1",),
-    "rclpy": ("view.ros2",),
+    "rospy": ("view.ros1", "new.from_ros1"),
+    "rosgraph": ("view.ros1", "new.from_ros1"),
+    "rosservice": ("new.from_ros1",),
+    "rclpy": ("view.ros2", "new.from_ros2"),
     "std_msgs": ("view.ros1", "view.ros2"),
 }
 """Library to the modules that may import it."""

@@ -1,0 +1,45 @@
+"""The graph of ROS 1, as the master and the nodes tell it."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections import defaultdict
+from functools import partial
+
+from robosc.errors import UsageError
+from robosc.new.survey import RosGraph, periods_of
+
+__all__ = ["listen"]
+
+
+def listen(seconds: float) -> tuple[RosGraph, dict[str, float]]:
+    """Return the graph, and the longest pause of each topic that was heard several times.
+
+    Raises:
+        UsageError: there is no master.
+        ModuleNotFoundError: this Python has no rospy.
+    """
+    import rosgraph
+    import rospy
+    import rosservice
+
+    if not rosgraph.is_master_online():
+        raise UsageError(f"no master on {rosgraph.get_master_uri()}: start the robot first")
+    rospy.init_node("robosc_new", anonymous=True, disable_signals=True, disable_rosout=True)
+    master = rosgraph.Master(rospy.get_name())
+    published, subscribed, offered = (dict(part) for part in master.getSystemState())
+    types = dict(master.getTopicTypes())
+    for service in offered:
+        with contextlib.suppress(OSError, rosservice.ROSServiceIOException):
+            types[service] = rosservice.get_service_type(service) or ""
+    arrivals = defaultdict[str, "list[float]"](list)
+
+    def arrived(topic: str, message: object) -> None:
+        arrivals[topic].append(time.monotonic())
+
+    for topic in published:
+        rospy.Subscriber(topic, rospy.AnyMsg, partial(arrived, topic))
+    time.sleep(seconds)
+    rospy.signal_shutdown("everything was heard")
+    return RosGraph(published, subscribed, offered, {}, types), periods_of(arrivals)

@@ -1,0 +1,101 @@
+"""The graph of ROS 2, as discovery tells it."""
+
+from __future__ import annotations
+
+import importlib
+import time
+import uuid
+from collections import defaultdict
+from functools import partial
+from typing import Any
+
+from robosc.errors import UsageError
+from robosc.new.survey import RosGraph, periods_of
+
+__all__ = ["listen"]
+
+_DISCOVERY = 2.0
+"""Seconds until the nodes of a graph are known."""
+
+
+def listen(seconds: float) -> tuple[RosGraph, dict[str, float]]:
+    """Return the graph, and the longest pause of each topic that was heard several times.
+
+    Raises:
+        UsageError: ROS 2 does not start.
+        ModuleNotFoundError: this Python has no rclpy.
+    """
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+
+    context = rclpy.Context()
+    try:
+        rclpy.init(context=context)
+    except RuntimeError as error:
+        raise UsageError(f"ROS 2 does not start: {error}") from error
+    own = f"robosc_new_{uuid.uuid4().hex[:8]}"
+    node = rclpy.create_node(
+        own, context=context, use_global_arguments=False, start_parameter_services=False
+    )
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    _spin(executor, _DISCOVERY)
+    graph = _graph(node, f"/{own}")
+    arrivals = defaultdict[str, "list[float]"](list)
+    for topic in graph.publishers:
+        _subscribe(node, topic, graph.types[topic], arrivals)
+    _spin(executor, seconds)
+    executor.shutdown()
+    node.destroy_node()
+    context.try_shutdown()
+    return graph, periods_of(arrivals)
+
+
+def _spin(executor: Any, seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while (left := end - time.monotonic()) > 0:
+        executor.spin_once(timeout_sec=left)
+
+
+def _graph(node: Any, own: str) -> RosGraph:
+    from rclpy.action import get_action_server_names_and_types_by_node
+
+    types: dict[str, str] = {}
+    kinds: list[dict[str, list[str]]] = []
+    ends = (
+        node.get_publisher_names_and_types_by_node,
+        node.get_subscriber_names_and_types_by_node,
+        node.get_service_names_and_types_by_node,
+        partial(get_action_server_names_and_types_by_node, node),
+    )
+    nodes = [(n, ns) for n, ns in node.get_node_names_and_namespaces() if f"{ns}/{n}"[1:] != own]
+    for end in ends:
+        found = defaultdict[str, "list[str]"](list)
+        for name, namespace in nodes:
+            try:
+                at_node = end(name, namespace)
+            except RuntimeError:  # rclpy's, for a node that has ended meanwhile
+                continue
+            for topic, (type_, *_) in at_node:
+                if "/_action/" not in topic:
+                    found[topic].append(f"{namespace.rstrip('/')}/{name}")
+                    package, _, rest = type_.partition("/")
+                    types[topic] = f"{package}/{rest.rpartition('/')[2]}"
+        kinds.append(dict(found))
+    publishers, subscribers, services, actions = kinds
+    return RosGraph(publishers, subscribers, services, actions, types)
+
+
+def _subscribe(node: Any, topic: str, type_: str, arrivals: dict[str, list[float]]) -> None:
+    from rclpy.qos import qos_profile_sensor_data
+
+    package, _, name = type_.partition("/")
+    try:
+        message = getattr(importlib.import_module(f"{package}.msg"), name)
+    except (ImportError, AttributeError):  # its package is not installed here
+        return
+
+    def arrived(message: object) -> None:
+        arrivals[topic].append(time.monotonic())
+
+    node.create_subscription(message, topic, arrived, qos_profile_sensor_data, raw=True)

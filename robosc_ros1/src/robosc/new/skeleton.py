@@ -1,0 +1,167 @@
+"""The text of a model to begin with."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+
+from robosc.language.keywords import RESERVED, escape
+from robosc.new.survey import Offer, Survey
+
+__all__ = ["from_survey", "small"]
+
+_SMALL = """\
+// A robot that drives while nothing is near. Replace its parts by those of your robot, and try:
+//   robosc check FILE        robosc simulate FILE        robosc generate FILE
+robot NAME {
+    // A part of the robot, seen from the controller: "outgoing" messages come from the part.
+    component Sensor {
+        // Silent for half a second: distance.fresh is false. Types of ROS: sensor_msgs/Range.
+        outgoing message distance with identifier: "/distance", timeout: 0.5 s, type: double
+
+        behaviour {
+            variable metres: double = 0.0
+            // "marked": the part is at rest here. The robot can always get back to such states.
+            initial marked state watching {
+                on response from distance do metres := value
+            }
+        }
+    }
+
+    // "incoming" messages go to the part: they are the controller's commands.
+    component Drive {
+        incoming message forward with identifier: "/speed", type: double
+        incoming message halt with identifier: "/speed", type: double
+    }
+
+    // What must hold whenever the command is sent. All that is allowed is sent.
+    requirement forward needs distance.fresh and Sensor.metres > 0.5
+    prefer forward over halt
+
+    provide forward with 0.2
+    provide halt with 0.0
+}
+"""
+
+_HEAD = """\
+// Made from what runs: all that a controller could read and command. Go through it and decide
+// what it needs; the comments say where.
+robot {name} {{
+"""
+
+_PERMITTED = """\
+    // As it stands, no command is sent until the node's parameter is set: permitted:=true
+    parameter permitted: boolean = false
+"""
+
+_SERVICE = """\
+            initial marked state idle {{
+                on request to {name} goto busy
+            }}
+            state busy {{
+                on response from {name} goto idle
+                on error from {name} goto idle    // nothing answers, or it fails
+"""
+
+_CANCELLED = "                on cancel from {name} goto idle\n"
+
+
+def small(name: str) -> str:
+    """The text of a small model, with comments for somebody who has seen none."""
+    return _SMALL.replace("NAME", name)
+
+
+def from_survey(name: str, found: Survey, periods: Mapping[str, float]) -> str:
+    """The text of a model with all that was found.
+
+    ``periods`` are the longest seconds between two messages of each topic that was heard.
+    """
+    names = _Names(name)
+    outgoing = [(offer, names.communication(offer.name)) for offer in found.outgoing]
+    incoming = [(offer, names.communication(offer.name)) for offer in found.incoming]
+    lines = [_HEAD.format(name=escape(name))]
+    if incoming or found.services or found.actions:
+        lines.append(_PERMITTED)
+    nodes = dict.fromkeys(offer.node for offer, _ in (*outgoing, *incoming))
+    for node in nodes:
+        lines.append(f"\n    component {names.component(node)} {{    // node {node}\n")
+        for offer, short in outgoing:
+            if offer.node == node:
+                lines += _outgoing(offer, short, periods.get(offer.name))
+        for offer, short in incoming:
+            if offer.node == node:
+                lines.append(f"        incoming {_message(offer, short)}\n")
+        lines.append("    }\n")
+    commands = [short for _, short in incoming]
+    for kind, offers in (("service", found.services), ("action", found.actions)):
+        for offer in offers:
+            short = names.communication(offer.name)
+            commands.append(short)
+            lines += _called(kind, offer, short, names.component(short))
+    fresh = [f"{short}.fresh" for offer, short in outgoing if offer.name in periods]
+    lines += _requirements(commands, fresh)
+    return "".join(lines) + "}\n"
+
+
+def _message(offer: Offer, short: str, timeout: str = "") -> str:
+    return f'message {short} with identifier: "{offer.name}",{timeout} type: {offer.type}'
+
+
+def _outgoing(offer: Offer, short: str, period: float | None) -> Iterator[str]:
+    if offer.others:
+        others = ", ".join(offer.others)
+        yield f"        // {others} receives it; if the controller is to send it: incoming\n"
+    if period is None:
+        yield "        // nothing was heard of it: does it come rarely? else give it a timeout\n"
+        yield f"        outgoing {_message(offer, short)}\n"
+    else:
+        timeout = f" timeout: {_timeout(period)},"
+        yield f"        outgoing {_message(offer, short, timeout)}\n"
+
+
+def _timeout(period: float) -> str:
+    """Three times the longest pause that was measured, rounded up, as a duration."""
+    tenths = math.ceil(max(3 * period, 0.1) * 10)
+    return f"{tenths // 10} s" if tenths % 10 == 0 else f"{tenths / 10:.1f} s"
+
+
+def _called(kind: str, offer: Offer, short: str, component: str) -> Iterator[str]:
+    yield f"\n    component {component} {{    // node {offer.node}\n"
+    yield f'        {kind} {short} with identifier: "{offer.name}", type: {offer.type}\n\n'
+    yield "        behaviour {\n" + _SERVICE.format(name=short)
+    if kind == "action":
+        yield _CANCELLED.format(name=short)
+    yield "            }\n        }\n    }\n"
+
+
+def _requirements(commands: Iterable[str], fresh: Iterable[str]) -> Iterator[str]:
+    guard = " and ".join(("permitted", *fresh))
+    for command in commands:
+        yield f"\n    // when may it be sent? and with which data: provide {command} with {{ … }}\n"
+        yield f"    requirement {command} needs {guard}\n"
+
+
+class _Names:
+    """Identifiers for names of ROS, each given once."""
+
+    def __init__(self, robot: str) -> None:
+        self._taken = {robot, "permitted"}
+
+    def communication(self, name: str) -> str:
+        """``/door/position``: ``position``, or ``door_position`` if that is taken."""
+        parts = [re.sub(r"\W", "_", part) for part in name.strip("/").split("/")]
+        return self._free("_".join(parts[-count:]) for count in range(1, len(parts) + 1))
+
+    def component(self, name: str) -> str:
+        """``/arm/drive_17_1234``: ``Drive``; anonymous nodes have such ends."""
+        base = re.sub(r"(_\d+)+$", "", name.strip("/").split("/")[-1])
+        words = "".join(word[:1].upper() + word[1:] for word in re.split(r"[\W_]+", base))
+        return self._free((words,))
+
+    def _free(self, candidates: Iterable[str]) -> str:
+        usable = [c if re.match(r"[A-Za-z_]", c) else f"x{c}" for c in candidates]
+        usable += [f"{usable[-1]}_{number}" for number in range(2, 1000)]
+        name = next(c for c in usable if c not in self._taken and c not in RESERVED)
+        self._taken.add(name)
+        return escape(name)
