@@ -45,6 +45,10 @@ class CallingPort(Port):
     def silence(self, key):
         return self._actions[key].silence()
 
+    def faults(self):
+        found = (action.fault() for action in self._actions.values())
+        return [fault for fault in found if fault is not None]
+
 
 class TopicOutlet(Outlet):
     """The node's own topics, for a version of ROS that defines ``publisher`` and ``listeners``.

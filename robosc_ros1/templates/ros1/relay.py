@@ -8,6 +8,7 @@ A blocked goal is rejected on behalf of the robot.
 
 import io
 import threading
+import time
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
@@ -23,6 +24,9 @@ from .ros_messages import fill
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
+UNENDED = (*WORKING, GoalStatus.PENDING)
+UNKNOWN_AFTER = 1.0
+"""Seconds after its cancel in which a goal may be missing in the server's status."""
 
 
 def raw_subscriber(topic, message_type, heard):
@@ -155,10 +159,11 @@ class ActionRelay(GoalCaller):
         self._stamp = rospy.Time()  # of the goal, as its server has it
         self._accepted = False
         self._ended = None  # when its status showed its end
+        self._unended = {}  # the ids of cancelled goals that the server has not ended, with times
         self._send_goal = self._publisher(self._robot + "/goal", self._goal_type)
         self._send_cancel = self._publisher(self._robot + "/cancel", GoalID)
         self._send_result = self._publisher(self._controller + "/result", self._result_type)
-        super().__init__(Ends(self._send_goal))
+        super().__init__(robot, self._send_cancel, Ends(self._send_goal))
         self._from_controller = []
 
     def connect(self, engine):
@@ -178,7 +183,10 @@ class ActionRelay(GoalCaller):
 
         def cancel(raw):
             if self._is_meant(read(raw, GoalID)):
-                self._cancelled = True
+                with self._lock:
+                    if self._token is not None and not self._cancelled:
+                        self._cancelled = True
+                        self.drop()
                 engine.withdraw(self._key)
             self._send_cancel.publish(passed_on(raw))
 
@@ -191,8 +199,8 @@ class ActionRelay(GoalCaller):
         self._pass_back(engine, "/result", self._result_type, self._on_result, self._send_result)
 
     def _is_meant(self, cancel):
-        """Return whether the server cancels the goal: by its id, with all goals, or with those up to
-        a time (the rules of actionlib's ActionServer)."""
+        """Return whether the server cancels the goal: by its id, with all goals, or with those up
+        to a time (the rules of actionlib's ActionServer)."""
         if cancel.id == self._goal_id:
             return True
         return self._stamp <= cancel.stamp if cancel.stamp else not cancel.id
@@ -212,6 +220,12 @@ class ActionRelay(GoalCaller):
     def transmit_cancel(self):
         self._send_cancel.publish(GoalID(id=self._goal_id))
 
+    def unended(self):
+        return [(known, True) for known in self._unended]
+
+    def keep(self):
+        self._unended = {**self._unended, self._goal_id: time.monotonic()}
+
     def forget(self):
         self._accepted = False
         self._ended = None
@@ -219,6 +233,7 @@ class ActionRelay(GoalCaller):
     # The robot's side
 
     def _on_status(self, array):
+        self._look_for_unended({s.goal_id.id: s.status for s in array.status_list})
         self.on_status()
         with self._lock:
             if self._token is None:
@@ -239,6 +254,17 @@ class ActionRelay(GoalCaller):
                 if self._heard - self._ended > RESULT_TIMEOUT:
                     self.report(self._token, "error", "it ended, but its result did not arrive")
                     self._token = None
+
+    def _look_for_unended(self, statuses):
+        """Forget cancelled goals that the server has ended, or does not know after some time."""
+        now = time.monotonic()
+
+        def goes_on(known, since):
+            status = statuses.get(known)
+            return now - since < UNKNOWN_AFTER if status is None else status in UNENDED
+
+        with self._lock:
+            self._unended = {k: since for k, since in self._unended.items() if goes_on(k, since)}
 
     def _on_feedback(self, message):
         token = self._token_of(message)

@@ -24,6 +24,17 @@ RESULT_TIMEOUT = 2.0
 """Seconds after the status shows the end of a goal, after which its result counts as lost."""
 SETTLED = 2.0
 """Seconds after which a connection is used even if the other end does not list it."""
+REPEAT = 1.0
+"""Seconds after which a goal that goes on is cancelled again, and is shown as a fault."""
+GONE = 5.0
+"""Seconds without status of the server after which a cancelled goal counts as ended."""
+UNENDED = (
+    actionlib.CommState.WAITING_FOR_GOAL_ACK,
+    actionlib.CommState.PENDING,
+    actionlib.CommState.ACTIVE,
+    actionlib.CommState.RECALLING,
+    actionlib.CommState.PREEMPTING,
+)
 HUNG_CALLS = 8
 """The number of unreturned calls of one service at which further requests fail at once."""
 
@@ -191,16 +202,22 @@ def _forget_goals(manager):
 class GoalCaller:
     """Goals of one action, at most one of them current, which wait until the server is connected.
 
-    ``ends`` are the publishers and subscribers that must be connected. Subclasses define
-    ``transmit`` and ``transmit_cancel``, which are called with ``_lock``.
+    ``canceller`` is the publisher of cancels; ``ends`` are the publishers and subscribers that must
+    be connected. Subclasses define ``transmit`` and ``transmit_cancel``, which are called with
+    ``_lock``. A cancelled goal moves the robot until its server has ended it: it is cancelled again
+    and no other goal is sent until then.
     """
 
-    def __init__(self, ends):
+    def __init__(self, name, canceller, ends):
         self.report = None
+        self._name = name
+        self._canceller = canceller
         self._ends = ends
         self._lock = threading.Lock()
         self._token = None
         self._cancelled = False
+        self._dropped = 0.0  # when a goal was cancelled
+        self._asked = 0.0  # when unended goals were cancelled last
         self._heard = time.monotonic()
 
     def transmit(self, goal, token):
@@ -213,16 +230,43 @@ class GoalCaller:
     def forget(self):
         """Forget the previous goal."""
 
-    def is_connected(self):
-        return self._ends.are_connected()
+    def unended(self):
+        """Return the ids of cancelled goals that the server has not ended, each with whether it is
+        to be cancelled again."""
+        raise NotImplementedError
+
+    def keep(self):
+        """Keep the current goal, which is cancelled, among the unended ones. With ``_lock``."""
+        raise NotImplementedError
+
+    def fault(self):
+        """Return that a cancelled goal goes on, as text; None if there is none."""
+        since = time.monotonic() - self._dropped
+        if since < REPEAT or not self.goes_on():
+            return None
+        text = "%s: a goal goes on that was cancelled %.0f s ago; the server has not ended it"
+        return text % (self._name, since)
+
+    def may_begin(self):
+        """Return whether a goal can be sent: the server has ended those that were cancelled."""
+        return self._ends.are_connected() and not self.goes_on()
+
+    def goes_on(self):
+        """Return whether a cancelled goal has not ended. It has if its server is gone."""
+        return self.silence() < GONE and bool(self.unended())
+
+    def drop(self):
+        """Watch the current goal, which is cancelled, until the server has ended it. With
+        ``_lock``."""
+        self._dropped = self._asked = time.monotonic()
+        self.keep()
 
     def begin(self, goal, token, timeout):
         """Send a goal now, or when the server is connected."""
         with self._lock:
             self._token, self._cancelled = token, False
-            self._heard = time.monotonic()
             self.forget()
-        if self.is_connected():
+        if self.may_begin():
             self._send(goal, token)
         else:
             deadline = time.monotonic() + timeout
@@ -234,6 +278,7 @@ class GoalCaller:
             if self._token == token and not self._cancelled:
                 self._cancelled = True
                 self.transmit_cancel()
+                self.drop()
 
     def abandon(self, token):
         self.cancel(token)  # abandoned goals must not continue
@@ -247,15 +292,20 @@ class GoalCaller:
 
     def on_status(self):
         """Handle the arrival of the server's status."""
-        self._heard = time.monotonic()
+        self._heard = now = time.monotonic()
         self._ends.look()  # so that later goals need not wait
+        if now - self._asked >= REPEAT:
+            self._asked = now
+            for known, again in self.unended():
+                if again:
+                    self._canceller.publish(GoalID(id=known))
 
     def _wait(self, goal, token, deadline):
         while time.monotonic() < deadline and not rospy.is_shutdown():
             if self._token != token:
                 return
             self._ends.look()
-            if self._cancelled or self.is_connected():
+            if self._cancelled or self.may_begin():
                 try:
                     self._send(goal, token)
                 except Exception as error:
@@ -282,17 +332,20 @@ class Action(GoalCaller):
         self._client.manager._generate_id = new_goal_id
         client = self._client
         super().__init__(
-            Ends(client.pub_goal, client.pub_cancel, client.result_sub, client.feedback_sub)
+            name,
+            client.pub_cancel,
+            Ends(client.pub_goal, client.pub_cancel, client.result_sub, client.feedback_sub),
         )
         self._handle = None
+        self._unended = []  # cancelled goals
         topic = rospy.remap_name(name) + "/status"
         self._watch = rospy.Subscriber(topic, GoalStatusArray, lambda _: self.on_status())
 
     def start(self, data, token, timeout):
         self.begin(compose(type(self._type().action_goal.goal)(), data), token, timeout)
 
-    def is_connected(self):
-        return super().is_connected() and self._client.last_status_msg is not None
+    def may_begin(self):
+        return super().may_begin() and self._client.last_status_msg is not None
 
     def transmit(self, goal, token):
         tracker = _GoalTracker(token, self.report)
@@ -301,11 +354,26 @@ class Action(GoalCaller):
             self._handle = self._client.send_goal(goal, tracker.on_transition, tracker.on_feedback)
 
     def transmit_cancel(self):
-        if self._handle is not None:
-            self._handle.cancel()
+        # Not by the handle, whose state would never be that of an ended goal again if the goal
+        # ends at this moment.
+        if self._handle is not None and self._handle.get_comm_state() in UNENDED:
+            self._canceller.publish(GoalID(id=_id_of(self._handle)))
+
+    def unended(self):
+        # A cancel that arrived before its goal is kept by the server for as long as it is repeated.
+        states = [(_id_of(goal), goal.get_comm_state()) for goal in self._unended]
+        return [(k, s != actionlib.CommState.RECALLING) for k, s in states if s in UNENDED]
+
+    def keep(self):
+        goals = self._unended if self._handle is None else [*self._unended, self._handle]
+        self._unended = [goal for goal in goals if goal.get_comm_state() in UNENDED]
 
     def forget(self):
         self._handle = None
+
+
+def _id_of(handle):
+    return handle.comm_state_machine.action_goal.goal_id.id
 
 
 class _GoalTracker:

@@ -199,11 +199,6 @@ class ActionRelay(Action):
         if kind == "error":
             self._end(goal, GoalStatus.STATUS_ABORTED)
 
-    def _cancel_answered(self, goal, future):
-        Action._cancel_answered(self, goal, future)
-        if not goal.ended.done():
-            self._goals[goal.token] = goal  # its end must be reported to the controller
-
     def _watch(self, goal):
         over = Action._watch(self, goal)
         if over:  # its result will not arrive any more

@@ -8,6 +8,7 @@ locks are needed, and no answer is received before its request is recorded.
 import time
 
 from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient
 
 from ._runtime.calls import Failure
@@ -24,7 +25,11 @@ WATCH = 0.25
 FEEDBACK = 100
 """Length of the queue of feedback."""
 KEPT_GOALS = 8
-"""The most goals of one action whose cancelling is awaited."""
+"""The most goals of one action that wait for the answer of a server to their sending."""
+REPEAT = 1.0
+"""Seconds after which a goal that goes on is cancelled again, and is shown as a fault."""
+GONE = 5.0
+"""Seconds without the server after which a cancelled goal counts as ended."""
 
 
 class Service:
@@ -94,6 +99,7 @@ class Action:
         self._client = ActionClient(
             node, type_, name, feedback_sub_qos_profile=qos_profile("reliable", FEEDBACK)
         )
+        self._label = name
         self._status = name + "/_action/status"
         self._goals = {}  # by token; used by the executor's thread only
         self._heard = time.monotonic()
@@ -116,13 +122,24 @@ class Action:
         """Whether the cancelling of a goal is awaited."""
         return any(goal.cancelled for goal in list(self._goals.values()))
 
+    def fault(self):
+        """Return that a cancelled goal goes on, as text; None if there is none."""
+        for goal in list(self._goals.values()):
+            if goal.handle is not None and goal.dropped is not None:
+                since = time.monotonic() - goal.dropped
+                if goal.refused or since > REPEAT:
+                    what = "refuses to cancel the goal" if goal.refused else "has not ended it"
+                    text = "%s: a goal goes on that was cancelled %.0f s ago; the server %s"
+                    return text % (self._label, since, what)
+        return None
+
     def _begin(self, goal):
         self._keep(goal)
         self._send(goal)
 
     def _keep(self, goal):
         for token, old in list(self._goals.items()):
-            if old.abandoned and len(self._goals) >= KEPT_GOALS:
+            if old.abandoned and old.handle is None and len(self._goals) >= KEPT_GOALS:
                 del self._goals[token]  # its server will not answer any more
         self._goals[goal.token] = goal
 
@@ -131,10 +148,12 @@ class Action:
             self._executor_thread.poll((self, goal.token), lambda: self._try(goal))
 
     def _try(self, goal):
-        """Send the goal if the server is available; False: try again."""
+        """Send the goal if the server is available and has ended the goals before; False: try
+        again."""
         if goal.token not in self._goals:
             return True
-        if not self._client.server_is_ready():
+        unended = [g for g in self._goals.values() if g is not goal and g.handle is not None]
+        if unended or not self._client.server_is_ready():
             return False
         goal.sent = True
         future = self._client.send_goal_async(
@@ -158,7 +177,7 @@ class Action:
         if goal.cancelled:
             self._send_cancel(goal)
         goal.servers = self._servers()
-        self._heard = time.monotonic()
+        goal.seen = self._heard = time.monotonic()
         self._executor_thread.poll((self, goal.token), lambda: self._watch(goal), WATCH)
 
     def _ask(self, goal):
@@ -182,9 +201,15 @@ class Action:
         """Check the server of a running goal; True: the goal has ended."""
         if goal.token not in self._goals:
             return True
+        now = time.monotonic()
         if not self._client.server_is_ready():
-            return goal.abandoned
-        self._heard = time.monotonic()
+            if goal.dropped is None or now - goal.seen < GONE:
+                return False
+            del self._goals[goal.token]
+            return True
+        goal.seen = self._heard = now
+        if goal.dropped is not None and not goal.cancelled and now - goal.asked >= REPEAT:
+            self._send_cancel(goal)
         servers = self._servers()
         if servers - goal.servers:
             # A restarted server reports that it does not know the goal.
@@ -203,20 +228,26 @@ class Action:
         if not goal.sent:
             self._finish(goal, "error", "cancelled before it was sent")
             return
+        goal.dropped = time.monotonic()
         goal.cancelled = True
         if goal.handle is not None:
             self._send_cancel(goal)
 
     def _send_cancel(self, goal):
+        goal.cancelled, goal.asked = True, time.monotonic()
         future = goal.handle.cancel_goal_async()
         future.add_done_callback(lambda future: self._cancel_answered(goal, future))
 
     def _cancel_answered(self, goal, future):
         goal.cancelled = False
-        if not future.result().goals_canceling and not goal.abandoned:
-            self._node.get_logger().warning("the server of %s refuses to cancel" % self._status)
-        if goal.abandoned:
-            self._goals.pop(goal.token, None)
+        # A server also refuses to cancel a goal that has just ended.
+        answer = future.result()
+        ended = answer.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
+        refused = not answer.goals_canceling and not ended and goal.token in self._goals
+        if refused and not goal.refused:
+            text = "the server of %s refuses to cancel its goal, which may go on" % self._label
+            self._node.get_logger().warning(text)
+        goal.refused = refused
 
     def _abandon(self, token):
         goal = self._goals.get(token)
@@ -240,5 +271,11 @@ class Goal:
         self.sent = False
         self.cancelled = False
         """A cancel was requested, and the server has not answered it yet."""
+        self.refused = False
+        """The server refused the last cancel."""
         self.abandoned = False
+        self.dropped = None
+        """When the engine cancelled it (steady seconds); until its end no other goal is sent."""
+        self.asked = 0.0  # when the server was asked last to cancel it
+        self.seen = 0.0  # when its server was there last
         self.servers = set()

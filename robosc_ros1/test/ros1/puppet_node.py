@@ -127,7 +127,10 @@ class Action:
             handle.set_accepted()
         # Only now: who hears of the goal may want it finished at once.
         identity = handle.get_goal_id().id
-        tell(asked=self.name, id=identity, message=plain(handle.get_goal()))
+        active = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
+        others = [h for h in self.handles[:-1] if h.get_goal_status().status in active]
+        running = len(others)
+        tell(asked=self.name, id=identity, message=plain(handle.get_goal()), running=running)
         if mode not in ("reject", "recall", "ignore"):
             threading.Thread(target=self.act, args=(handle, mode), daemon=True).start()
 
@@ -135,7 +138,7 @@ class Action:
         tell(cancelled=self.name)
         if self.mode == "deaf":
             handle.set_succeeded(filled(type(self.type().action_result.result)(), self.fields))
-        else:
+        elif self.mode != "go on":
             handle.set_canceled()
 
     def act(self, handle, mode):
@@ -147,7 +150,7 @@ class Action:
         self.finish(handle, mode)
 
     def finish(self, handle, mode):
-        if handle.get_goal_status().status != GoalStatus.ACTIVE:
+        if handle.get_goal_status().status not in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING):
             return
         result = filled(type(self.type().action_result.result)(), self.fields)
         if mode == "succeed":

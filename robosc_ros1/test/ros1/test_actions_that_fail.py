@@ -171,6 +171,29 @@ def test_a_cancel_ends_the_goal_whatever_the_server_answers(
         assert goals_end_once(node)
 
 
+@pytest.mark.parametrize("end", ["succeed", "abort", "preempt"])
+def test_a_cancelled_goal_that_goes_on_is_a_fault_and_holds_the_next(
+    stage: Stage, puppet: Puppet, ear: Puppet, end: str
+) -> None:
+    puppet.do("action", **RUN, mode="go on")
+    ear.do("listen", topic="/run/cancel", type="actionlib_msgs/GoalID")
+    with stage.controller(ear, timeout__run=60.0) as node:
+        want(puppet, True)
+        asked = puppet.wait(lambda line: line.get("asked") == "/run", "the goal")
+        want(puppet, False)
+        node.tells(event("cancel", "run"))
+        mark, heard = puppet.mark, ear.mark
+        want(puppet, True)
+        node.shows(lambda s: any("run: a goal goes on" in fault for fault in s["faults"]))
+        # The server is asked again.
+        ear.hears("/run/cancel", lambda message: message["id"] == asked["id"], since=heard)
+        puppet.do("finish", name="/run", mode=end)
+        again = puppet.wait(lambda line: line.get("asked") == "/run", "another goal", since=mark)
+        assert again["running"] == 0
+        node.shows(lambda s: s["faults"] == [], since=ear.mark)
+        assert [e["outcome"] for e in node.events() if e["outcome"] != "applied"] == []
+
+
 def test_goals_of_a_controller_that_came_again_while_the_clock_stands(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:

@@ -92,14 +92,22 @@ def test_a_violated_requirement_cancels(graph: Graph, controller: Start) -> None
 
 
 def test_a_refused_cancel_is_survived(graph: Graph, controller: Start) -> None:
-    controller()
+    node = controller(timeout__reach=60.0)
     robot = ready(graph, cancel=False)
     goal = robot.expect("goal", name="reach")
     robot.publish("person", READING, {"valid": True, "distance": 0.5})
     robot.expect("cancel", name="reach")
-    told(robot, goal, end="succeed", result={"code": 0})
+    # The goal goes on: the next one waits for its end, and the server is asked again.
     robot.publish("person", READING, {"valid": True, "distance": 5.0})
+    robot.expect_state(
+        "guarded_arm", lambda s: any("reach: a goal goes on" in f for f in s["faults"])
+    )
+    robot.expect("cancel", name="reach")
+    assert "refuses to cancel" in node.output
+    assert robot.events("goal", name="reach") == []
+    told(robot, goal, end="succeed", result={"code": 0})
     robot.expect("goal", name="reach")
+    robot.expect_state("guarded_arm", lambda s: s["faults"] == [])
 
 
 def test_a_goal_over_its_deadline_is_cancelled(graph: Graph, controller: Start) -> None:

@@ -210,7 +210,7 @@ class Intake:
             "counters": dict(self.recorder.counters),
             "number": self.recorder.number,
             "stopped": self.stopped,
-            "faults": self._time_monitor.faults,
+            "faults": self._time_monitor.faults + self._port.faults(),
             "backlog": self.backlog,
             "counts": {(c.key, c.kind): c.count for c in self._scheduler.commands},
         }

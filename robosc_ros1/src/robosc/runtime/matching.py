@@ -67,7 +67,7 @@ def _content(message: Any) -> Any:
 
 
 def _is_header(message_class: type) -> bool:
-    """Whether a class is ``std_msgs/Header`` of either ROS; other types may have the same fields."""
+    """Whether this is ``std_msgs/Header`` of either ROS; other types may have the same fields."""
     package = message_class.__module__.partition(".")[0]
     return (package, message_class.__name__) == ("std_msgs", "Header")
 

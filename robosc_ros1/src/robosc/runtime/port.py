@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, List, Optional
 
 __all__ = ["BEFORE_TIME", "Data", "Port", "steady_time"]
 
@@ -60,6 +60,10 @@ class Port:
         """Return the wall time in seconds since the last status of the action server; None:
         unknown."""
         return None
+
+    def faults(self) -> List[str]:
+        """Return the current faults of servers, as texts."""
+        return []
 
     def log(self, level: str, text: str) -> None:
         """Write to the log; level is "debug", "info", "warning" or "error"."""
