@@ -2,6 +2,7 @@
 """The process of the node: it joins the controller, the engine and their connections."""
 
 import os
+import signal
 import sys
 import threading
 from xmlrpc.client import MAXINT, MININT, dumps
@@ -120,6 +121,10 @@ class NodeLifecycle:
             print("%s: %s" % (name, error), file=sys.stderr)
             self.code = 2
             return False
+        # rospy handles SIGINT and SIGTERM. A hang-up of the terminal must stop the robot as well,
+        # unless whoever started the node wants it to survive that (nohup).
+        if signal.getsignal(signal.SIGHUP) == signal.SIG_DFL:
+            signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown("hang-up"))
         try:
             rospy.init_node(name, argv=arguments)
         except rospy.ROSInitException:

@@ -46,8 +46,10 @@ def begin():
         print("ROS 2 cannot start: %s" % error, file=sys.stderr)
         return None
     ended = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: ended.set())
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        # Whoever starts the node by nohup wants it to survive the end of the terminal.
+        if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, lambda *_: ended.set())
     # The engine's thread must not wait the default 5 ms for the interpreter lock.
     sys.setswitchinterval(0.0005)
     return ended
