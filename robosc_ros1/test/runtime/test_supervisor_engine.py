@@ -265,6 +265,14 @@ def test_a_goal_is_cancelled_when_it_becomes_forbidden() -> None:
     assert bench.port.cancelled == [(ARM, 1)]
 
 
+def test_a_goal_that_becomes_forbidden_is_cancelled_after_a_pause_too() -> None:
+    bench = Bench(stop_command=HALT)
+    bench.request(ARM)
+    bench.guard._pauses.holds = True  # as while the messages are applied that waited
+    bench.sense(50)
+    assert bench.port.cancelled == [(ARM, 1)]
+
+
 @pytest.mark.parametrize("distance", [50, 2])
 def test_nothing_is_stopped_unless_a_stop_command_is_set(distance: int) -> None:
     bench = Bench()
