@@ -5,12 +5,14 @@ from __future__ import annotations
 import io
 import random
 import socket
+import struct
 import threading
 from importlib import import_module
 from typing import Any
 
 import pytest
 from ros1.test_prompt_connections import TEMPLATES
+from ros_support import await_condition
 
 
 @pytest.fixture
@@ -23,13 +25,15 @@ class Reader:
     """A connection of which a thread hands over what it receives, as slowly as it is allowed to."""
 
     def __init__(self, backlog: Any, chance: random.Random) -> None:
-        self.ours, self.theirs = socket.socketpair()
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            self.theirs = socket.create_connection(server.getsockname())
+            self.ours, _ = server.accept()
         self.handed = 0
         self.sent = 0
         self.may_go_on = threading.Event()
         self.may_go_on.set()
         self._backlog = backlog
-        self._size = chance.choice([1, 7, 100, 65536])
+        self._size = chance.choice([20, 100, 65536])
         self.thread = threading.Thread(target=self._read, daemon=True)
         self.thread.start()
 
@@ -47,17 +51,26 @@ class Reader:
         self.theirs.sendall(bytes(size))
         self.sent += size
 
+    def await_arrival(self) -> None:
+        """Wait until the kernel has passed on what was sent, which may take a while under load."""
+        info = b""
+        while not info or struct.unpack_from("=Q", info, 128)[0] < self.sent:
+            info = self.ours.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 136)
+
 
 @pytest.mark.parametrize("seed", range(10))
 def test_all_that_waited_was_handed_over(module: Any, seed: int) -> None:
     chance = random.Random(seed)
     backlog = module.Backlog()
     readers = [Reader(backlog, chance) for _ in range(5)]
+    await_condition(lambda: len(backlog._open) == len(readers), "five threads that receive")
     for _ in range(40):
         for reader in chance.sample(readers, 2):
             reader.may_go_on.clear()
         for reader in readers:
             reader.send(chance.choice([0, 1, 50, 3000]))
+        for reader in readers:
+            reader.await_arrival()
         sent = [reader.sent for reader in readers]
         found: list[list[int]] = []
         over = threading.Event()
