@@ -75,7 +75,13 @@ class _Builder:
         return f"datatype enum Band from {self.type} to {{ {' '.join(rules)} {joined} default -> high }}"
 
     def items(self) -> str:
-        """A number of an array that came in, or its only string."""
+        """A number of an array that came in, or its only string; or what replaces a missing one."""
+        found = self.item()
+        if self.rng.random() < 0.6:
+            return found
+        return f"({found} else {self.constant()})"
+
+    def item(self) -> str:
         if self.type == "string":
             return "value.items[0]"
         kept = self.pick("", f" if {self.comparison('e')}")

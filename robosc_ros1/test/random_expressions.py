@@ -128,6 +128,13 @@ class RandomExpressions:
             return [p for i in (0, 1) for p in self.paths(element, f"{path}[{i}]")]
         return [p for name, t in type_.properties for p in self.paths(t, f"{path}.{name}")]
 
+    def replaced(self, path: str, type_: RandomType) -> str:
+        """An element of an array, or, depending on its path, what replaces it where it is missing."""
+        rng = random.Random(f"{path} {type_.text} {self.budget}")
+        if "[" not in path or not type_.values or rng.random() < 0.6:
+            return path
+        return f"({path} else {rng.choice(type_.values)})"
+
     # --- expressions -------------------------------------------------------------------------
 
     def readable(self, kind: str, scope: Scope, type_: RandomType | None = None) -> list[str]:
@@ -144,7 +151,7 @@ class RandomExpressions:
             for variable in component.variables
             if fits(variable.type) and (scope.data or not variable.silent)
         ]
-        found += [path for path, t in self.paths(scope.value) if fits(t)]
+        found += [self.replaced(path, t) for path, t in self.paths(scope.value) if fits(t)]
         return found
 
     def boolean(self, scope: Scope, depth: int = 2) -> str:

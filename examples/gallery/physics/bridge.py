@@ -23,6 +23,7 @@ from typing import Any
 from physics.actions import ActionServer
 from physics.faults import Faults
 from physics.progress import Progress
+from physics.rover import Laser
 from physics.world import STEP, World
 from physics.worlds import WORLDS
 
@@ -192,9 +193,12 @@ class Bridge:
         world.step()
         for topic, type_, fields in world.sense():
             if not self._faults.is_silent(topic, world.time):
+                ranges = self._faults.ranges(topic, world.time)
+                if ranges is not None:
+                    fields = {**fields, "ranges": ranges * len(fields["ranges"])}
                 self._ros.publish(topic, type_, fields, world.time)
                 self._heard_at[topic] = self._ticked
-                world.observer.hear(topic)
+                world.observer.hear(topic, usable=ranges is None)
                 expected[topic] = expected.get(topic, 0) + 1
         self._await(
             lambda: all(progress.taken[name] >= count for name, count in expected.items()),
@@ -270,7 +274,10 @@ def main() -> int:
     args = parse_arguments()
     middleware = connect(args.ros, "gallery")
     world = WORLDS[args.world](args.seed)
-    faults = Faults.planted(args.seed, world.sensors, world.actions) if args.faults else Faults()
+    faults = Faults()
+    if args.faults:
+        scanners = [topic for topic, type_ in world.sensors.items() if type_ == Laser.TYPE]
+        faults = Faults.planted(args.seed, world.sensors, world.actions, scanners)
     bridge = Bridge(world, faults, middleware, args.ros, args.controller, args.guarded)
     started = time.monotonic()
     try:

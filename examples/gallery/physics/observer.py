@@ -46,9 +46,9 @@ class Observer:
         self._facts: dict[str, Any] = {}
         self._moments: deque[Moment] = deque()
 
-    def hear(self, topic: str) -> None:
-        """A message of the robot was published."""
-        self._heard = {**self._heard, topic: self._now}
+    def hear(self, topic: str, usable: bool = True) -> None:
+        """A message of the robot was published; one that is not usable is worse than none."""
+        self._heard = {**self._heard, topic: self._now if usable else float("-inf")}
 
     def note(self, **facts: Any) -> None:
         """Something else became true; what is noted before the first tick is from the start."""

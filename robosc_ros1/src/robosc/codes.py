@@ -51,7 +51,7 @@ _MODEL_ERRORS = (
     "duplicate-assignment",
     # requirements and data
     "not-over-components", "requirement-on-outgoing", "preference-on-outgoing", "preference-cycle",
-    "provide-for-outgoing", "nothing-to-provide",
+    "provide-for-outgoing", "nothing-to-provide", "stop-not-a-message", "several-stops",
     # libraries
     "library-not-found", "library-clash", "import-cycle", "import-incomplete",
     # ROS interfaces

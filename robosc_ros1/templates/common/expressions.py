@@ -46,6 +46,8 @@ class Expressions:
             return self.convert(arguments[0], self.evaluate(arguments[1], message))
         if operator == "each":
             return self.aggregate(arguments, message)
+        if operator == "else":
+            return self.otherwise(arguments, message)
         if operator in FUNCTIONS:
             return FUNCTIONS[operator](*[self.evaluate(a, message) for a in arguments])
         left = self.evaluate(arguments[0], message)
@@ -56,6 +58,16 @@ class Expressions:
         if operator == "=>":
             return (not left) or self.evaluate(arguments[1], message)
         return OPERATORS[operator](left, self.evaluate(arguments[1], message))
+
+    def otherwise(self, choices, message):
+        """Return the first choice, or the second if that is undefined or not a number."""
+        try:
+            value = self.evaluate(choices[0], message)
+            if not isinstance(value, float) or value == value:
+                return value
+        except Undefined:
+            pass
+        return self.evaluate(choices[1], message)
 
     def comes_true(self, condition, message):
         """Whether a condition is defined and true, or data are defined."""

@@ -139,9 +139,10 @@ def add_up(numbers):
 
 
 def best_of(function):
-    """Return a function for the best of several numbers; undefined for none."""
+    """Return a function for the best of several numbers, NaN aside; undefined for none."""
 
-    def apply(numbers):
+    def apply(results):
+        numbers = [number for number in results if number == number]
         if not numbers:
             raise Undefined
         result = numbers[0]

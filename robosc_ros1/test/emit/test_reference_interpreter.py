@@ -18,8 +18,8 @@ from emit.judged_controllers import judging_modules
 from robosc.language.functions import AGGREGATES, CALLS
 from robosc.language.operators import BINARY, UNARY, Operand, Operator
 from robosc.model.evaluation import evaluate
-from robosc.model.expr import Binary, Literal, Unary
-from robosc.model.types import BooleanType, DoubleType, IntegerType
+from robosc.model.expr import Binary, Call, Literal, Unary
+from robosc.model.types import ArrayType, BooleanType, DoubleType, IntegerType
 
 NUMBERS = (0, 1, -1, 2, -3, 7, 10**400, -(10**400), 0.0, -0.0, 0.5, -2.5, 1e308, math.inf, -math.inf,
            math.nan)  # fmt: skip
@@ -67,6 +67,38 @@ def test_unary_operators_mean_the_same(shadow: SimpleNamespace, operator: Operat
         assert same(interpreter.evaluate([operator.key, ["literal", value]]), expected), value
 
 
+UNDEFINED = Call(
+    "element", (Literal((), ArrayType(DoubleType())), Literal(0, IntegerType())), DoubleType()
+)
+
+
+def test_else_replaces_what_is_undefined(shadow: SimpleNamespace) -> None:
+    interpreter = shadow.Shadow.__new__(shadow.Shadow)
+    missing = ["element", ["literal", ()], ["literal", 0]]
+    for value in (*NUMBERS, *BOOLEANS):
+        expr = Binary("else", UNDEFINED, literal(value), DoubleType())
+        assert same(evaluate(expr, lambda leaf: None), value)
+        assert same(interpreter.evaluate(["else", missing, ["literal", value]]), value)
+    both = Binary("else", UNDEFINED, UNDEFINED, DoubleType())
+    assert outcome(lambda: evaluate(both, lambda leaf: None)) == "undefined"
+    assert outcome(lambda: interpreter.evaluate(["else", missing, missing])) == "undefined"
+
+
+@pytest.mark.parametrize(
+    ("aggregate", "results", "expected"),
+    [
+        ("min", [math.nan, 2.0, math.nan, 0.5], 0.5),
+        ("max", [math.nan, 2.0, math.nan, 0.5], 2.0),
+        ("min", [math.nan, math.nan], "undefined"),
+        ("max", [math.nan], "undefined"),
+    ],
+)
+def test_erroneous_readings_count_as_missing(
+    aggregate: str, results: list[float], expected: float | str
+) -> None:
+    assert outcome(lambda: AGGREGATES[aggregate].scalar(results)) == expected
+
+
 def outcome(function: Callable[[], object]) -> object:
     """A result, or the text that there is none."""
     try:
@@ -108,7 +140,9 @@ def test_aggregates_mean_the_same(shadow: SimpleNamespace, aggregate: Operator) 
 def test_the_table_of_the_reference_interpreter_holds_nothing_else(shadow: SimpleNamespace) -> None:
     assert set(shadow.FUNCTIONS) == set(CALLS)
     assert set(shadow.AGGREGATES) == set(AGGREGATES)
-    assert set(shadow.OPERATORS) == {o.key for o in BINARY.values() if not o.is_lazy}
+    assert set(shadow.OPERATORS) == {
+        o.key for o in BINARY.values() if not o.is_lazy and o.spelling != "else"
+    }
 
 
 @pytest.mark.parametrize(

@@ -48,11 +48,26 @@ def test_topic_that_was_heard_long_ago_is_not_fresh() -> None:
 
 
 def test_faults_of_a_seed_are_the_same_every_time() -> None:
-    faults = Faults.planted(5, ["/line", "/scan"], ["/drive"])
-    assert faults == Faults.planted(5, ["/scan", "/line"], ["/drive"])
-    assert faults != Faults.planted(6, ["/line", "/scan"], ["/drive"])
+    faults = Faults.planted(5, ["/line", "/scan"], ["/drive"], ["/scan"])
+    assert faults == Faults.planted(5, ["/scan", "/line"], ["/drive"], ["/scan"])
+    assert faults != Faults.planted(6, ["/line", "/scan"], ["/drive"], ["/scan"])
     ((topic, begin, end),) = faults.silences
     assert end - begin == 2.0
     assert faults.is_silent(topic, begin) and not faults.is_silent(topic, end)
     assert faults.kills and faults.late > 0.0
-    assert not Faults.planted(5, ["/line"], []).late
+    ((scanner, first),) = faults.unusable
+    scans = [faults.ranges(scanner, first + 0.4 * number + 0.1) for number in range(-1, 6)]
+    assert repr(scans) == "[None, [], [nan], [0.0], [0.01], [inf], None]"
+    assert faults.ranges("/line", first) is None
+    assert not Faults.planted(5, ["/line"], [], []).late
+
+
+def test_unusable_scan_is_worse_than_none() -> None:
+    observer = Observer()
+    observer.tick(STEP)
+    observer.hear("/scan")
+    observer.tick(STEP + 1.1 * TOLERANCE)
+    observer.hear("/scan", usable=False)
+    observer.tick(STEP + 2.5 * TOLERANCE)
+    observer.judge("sees", lambda m: m.fresh("/scan", 10.0))
+    assert observer.violations["sees"] == 1

@@ -43,6 +43,10 @@ def with_condition(condition: str) -> str:
         ("P.w in {free, blocked}", "P.w = free or P.w = blocked"),
         ('P.t = "n" + string(P.n)', 'P.t = "n" + string(P.n)'),
         ("!(P.n in {3})", "!(P.n = 3)"),
+        ("(P.d / 0 else P.d else 2) > 1", "(P.d / 0 else P.d else 2.0) > 1"),
+        ("((P.d else 1) else 2) > 1", "((P.d else 1.0) else 2.0) > 1"),
+        ("(P.f or P.n > 1 else true) and P.f", "(P.f or P.n > 1) and P.f"),
+        ("(P.n + 1 else 2) > 1", "(P.n + 1 else 2) > 1"),
     ],
 )
 def test_calls_are_understood(written: str, meant: str) -> None:
@@ -55,6 +59,23 @@ def test_a_comparison_of_three_is_explained() -> None:
     _, diagnostics = load(source)
     (fault,) = (d for d in diagnostics if d.code == "type-mismatch")
     assert fault.hint == "write 1 < P.n and P.n < …"
+
+
+def test_else_replaces_no_array() -> None:
+    model = """
+    datatype object Scan { ranges: array(double) }
+    interface scan use Scan from example_msgs
+    component P {
+        outgoing message scan with type: Scan links scan
+        behaviour {
+            variable front: double
+            initial marked state s {
+                on response from scan do front := min(r for r in value.ranges else [0.0])
+            }
+        }
+    }
+    """
+    assert ("type-mismatch", "value.ranges") in faults(model)
 
 
 @pytest.mark.parametrize(
@@ -72,6 +93,9 @@ def test_a_comparison_of_three_is_explained() -> None:
         ('P.t = "a" + 1', ("type-mismatch", "1")),
         ("P.n = 1 + P.t", ("type-mismatch", "P.t")),
         ("length(P.t) = 3", ("type-mismatch", "P.t")),
+        ("(P.d else true) > 1", ("type-mismatch", "true")),
+        ("(P.d else P.n) > 1", ("type-mismatch", "P.n")),
+        ("(P.n else 0.5) > 1", ("type-mismatch", "0.5")),
     ],
 )
 def test_a_wrong_call_is_marked(condition: str, fault: tuple[str, str]) -> None:

@@ -58,6 +58,12 @@ def evaluate(expr: Expr, read: Any) -> Any:
             return evaluate(left, read) or evaluate(right, read)
         case Binary(operator="=>", left=left, right=right):
             return not evaluate(left, read) or evaluate(right, read)
+        case Binary(operator="else", left=left, right=right):
+            with suppress(UndefinedValue):
+                value = evaluate(left, read)
+                if str(value) != "nan":
+                    return value
+            return evaluate(right, read)
         case Binary(operator=operator, left=left, right=right):
             return apply(operator, evaluate(left, read), evaluate(right, read))
         case Convert(argument=argument, type=enum):
@@ -86,10 +92,9 @@ def aggregate(expr: Aggregate, read: Any) -> Any:
             return sum(1 for result in found if result)
         case "sum":
             return sum(found)
+    found = [number for number in found if not math.isnan(number)]
     if not found:
         raise UndefinedValue
-    if any(number != number for number in found):
-        return math.nan
     return min(found) if expr.operator == "min" else max(found)
 
 

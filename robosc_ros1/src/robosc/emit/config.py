@@ -74,16 +74,19 @@ class Config:
         return replace(self, parameters=MappingProxyType({**self.parameters, "event_log": log}))
 
     def checked(self, robot: Robot) -> Config:
-        """The same, if the parameters fit the robot; each quality of a message is that of all
-        messages on its topic. (ROS 1 has no such quality, but one file may serve both.)
+        """The same, if the parameters fit the robot, with the stop command of the model as default.
+
+        Each quality of a message is that of all messages on its topic. (ROS 1 has no such quality,
+        but one file may serve both.)
 
         Raises:
             UsageError: one has a wrong value or is unknown.
         """
         communications = declared_communications(robot)
         more = [*declared_parameters(robot), *qos.qos_parameters(communications)]
+        stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
         try:
-            given = qos.shared(communications, self.parameters, shared_topics(robot))
+            given = qos.shared(communications, {**stop, **self.parameters}, shared_topics(robot))
             _, warnings = settings.read(communications, given, more)
         except settings.ParameterError as error:
             raise UsageError(str(error)) from error

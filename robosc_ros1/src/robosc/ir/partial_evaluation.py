@@ -67,6 +67,8 @@ def _operation(node: Operation, operands: tuple[Expr | _Truth, ...]) -> Expr | _
         return _evaluated(node, known)
     if isinstance(node, Holds):
         return _truth(operands[0]).true
+    if node.operator == "else":  # of finite values: what is defined is a number
+        return operands[1] if isinstance(operands[0], _Truth) else operands[0]
     if not all(isinstance(e.type, BooleanType) for e in (node, node.operands[0])):
         return _UNDEFINED
     if len(operands) == 1:

@@ -138,7 +138,7 @@ AGGREGATES: Mapping[str, Operator] = {
 HELPERS: Mapping[str, Callable[..., Any]] = {
     **{
         function.__name__: function
-        for function in (widen, runtime.defined, runtime.where, runtime.is_so)
+        for function in (widen, runtime.defined, runtime.where, runtime.is_so, runtime.otherwise)
     },
     **{
         operation.scalar.__name__: operation.scalar

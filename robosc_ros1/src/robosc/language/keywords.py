@@ -83,6 +83,7 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("parameter", declaration, (*_FILES, "component"))
     yield Keyword("condition", declaration, (*_FILES, "component", "for"))
     yield Keyword("prefer", declaration, ("robot", "for"))
+    yield Keyword("stop", declaration, ("robot",))
     yield Keyword("for", clause, ("robot", "for"))
     yield Keyword("variable", declaration, ("behaviour",))
     yield Keyword("initial", modifier, ("behaviour",))
@@ -106,7 +107,8 @@ def _table() -> Iterator[Keyword]:
     for word in ("string", "boolean", "integer", "double", "none", "array", "duration"):
         yield Keyword(word, (Role.TYPE,))
     for word in symbols(words=True):
-        yield Keyword(word, (Role.OPERATOR,))
+        # Where an operand may stand, 'else' is a name.
+        yield Keyword(word, (Role.CLAUSE if word == "else" else Role.OPERATOR,))
     for word in ("true", "false"):
         yield Keyword(word, (Role.CONSTANT,))
     yield Keyword("value", (Role.VALUE,))
@@ -156,6 +158,7 @@ _MEANINGS = {
     "to": "The communication to which a request goes; in an enum, what its rules convert to.",
     "use": "The message, service or action type of an interface.",
     "import": "The component of the library that is imported.",
+    "stop": "The message that is sent at a safe stop and when the node ends.",
     "over": "The commands that are not sent while a preferred one is enabled.",
     "in": "`E in { a, b }` is true if E equals one of them; in `for` and `any` the range.",
     "request": "A command to the component: sending a message, calling a service, starting an"
@@ -176,6 +179,7 @@ _MEANINGS = {
     "array": "Several values of one type, in the properties of objects.",
     "and": "True if both sides are.",
     "or": "True if one of the sides is, or both.",
+    "else": "`E else F` is F where E is undefined or not a number.",
     "true": "The boolean value that holds.",
     "false": "The boolean value that does not hold.",
     "value": "What was received with the event; in an enum, what it converts.",

@@ -47,6 +47,7 @@ class Result(Enum):
     ENUM = "a value of the enum"
     ARRAY = "an array of the same type"
     SUM = "string if the operands are strings, else as a number"
+    SAME = "the type that both operands have"
 
 
 PYTHON_ATOM = 8
@@ -215,6 +216,11 @@ def _implies(left: Any, right: Any) -> Any:
     return not left or right
 
 
+def _number_or(left: Any, right: Any) -> Any:
+    """Return the left operand, which is defined, unless it is not a number."""
+    return right if isinstance(left, float) and left != left else left
+
+
 def _comparison(
     spelling: str, scalar: Callable[..., Any], array: str, python: str, negation: str = ""
 ) -> Operator:
@@ -255,6 +261,11 @@ UNARY: Mapping[str, Operator] = {
 BINARY: Mapping[str, Operator] = {
     o.spelling: o
     for o in (
+        Operator(
+            "else", 0, Operand.EQUAL, Result.SAME, _number_or, "", always,
+            python=Text("otherwise(lambda: {0:0}, lambda: {1:0})", PYTHON_ATOM),
+            right_associative=True,
+        ),
         Operator(
             "=>", 1, Operand.BOOLEAN, Result.BOOLEAN, _implies, "less_equal", always,
             python=Text("not {0:3} or {1:1}", 1),

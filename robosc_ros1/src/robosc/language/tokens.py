@@ -299,6 +299,7 @@ LOOKS = {
         "parameter": "(?= NAME ':' WORD )",
         "condition": "(?= NAME '=' )",
         "prefer": "(?= QUALIFIED over | '{' )",
+        "stop": "(?= with )",
         "for": "(?= NAME in )",
         "transition": "(?= if | goto )",
     }.items()

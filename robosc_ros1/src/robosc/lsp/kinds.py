@@ -42,6 +42,7 @@ KINDS: Mapping[str, Shown] = {
     "requirement": Shown("Boolean", "", ""),
     "provide": Shown("Constructor", "", ""),
     "prefer": Shown("Operator", "", ""),
+    "stop": Shown("Event", "", ""),
     "for": Shown("Array", "", ""),
     "keyword": Shown("", "Keyword", ""),
     "snippet": Shown("", "Snippet", ""),

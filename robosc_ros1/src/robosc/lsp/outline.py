@@ -33,6 +33,7 @@ from robosc.syntax.nodes import (
     RequirementNode,
     ServiceNode,
     StateNode,
+    StopNode,
     VariableNode,
 )
 
@@ -57,7 +58,7 @@ class OutlineItem:
     @property
     def is_named(self) -> bool:
         """Whether it declares its label."""
-        return self.kind not in ("requirement", "provide", "prefer", "for")
+        return self.kind not in ("requirement", "provide", "prefer", "stop", "for")
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +138,8 @@ def _item(node: _Node) -> OutlineItem:
         case PreferNode():
             label = " ".join(node.span.text.split())
             return OutlineItem(label, "prefer", "prefer", node.span, node.span)
+        case StopNode(communication=name):
+            return OutlineItem(name.span.text, "stop", "stop", node.span, name.span)
         case ForNode():
             label = f"for {node.variable.text} in {node.indexes.span.text}"
             children = tuple(map(_item, node.statements))

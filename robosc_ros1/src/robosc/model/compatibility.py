@@ -56,6 +56,10 @@ def result_type(result: Result, operands: Sequence[Type]) -> Type:
             return IntegerType()
         case Result.STRING:
             return StringType()
+        case Result.SAME if len(set(operands)) == 1:
+            return operands[0]
+        case Result.SAME:  # of two ranges
+            return IntegerType()
         case Result.SUM:
             left = next(iter(operands))
             return left if left == StringType() else result_type(Result.NUMBER, operands)

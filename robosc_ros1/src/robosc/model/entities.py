@@ -313,6 +313,8 @@ class Robot:
     provides: tuple[Provide, ...]
     preferences: tuple[Preference, ...] = ()
     parameters: tuple[RosParameter, ...] = ()
+    stop: str | None = None
+    """The key of the message that is sent at a safe stop and when the node ends."""
     span: Span = _span()
 
     @cached_property

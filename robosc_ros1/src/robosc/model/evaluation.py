@@ -29,7 +29,7 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import fold, parameters_of, walk
 from robosc.model.types import EnumType, Type, Value
-from robosc.runtime.functions import element, is_so
+from robosc.runtime.functions import element, is_so, otherwise
 from robosc.runtime.values import Undefined
 
 __all__ = ["Undefined", "constant", "converted", "evaluate", "part_of_value", "scalar_of"]
@@ -68,7 +68,10 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
         result: Value = node.operation.scalar(results)
         return result
 
-    return fold(expr, leaf, _apply, _lazily, bound=aggregate, total=is_so)
+    found: Value = fold(
+        expr, leaf, _apply, _lazily, bound=aggregate, total=is_so, otherwise=otherwise
+    )
+    return found
 
 
 def part_of_value(value: Any, path: tuple[str | int, ...]) -> Value:

@@ -22,7 +22,7 @@ from dataclasses import replace
 
 from robosc.language.operators import BINARY, UNARY, Operand
 from robosc.model.aggregates import Aggregates, Bound
-from robosc.model.compatibility import comparable, describe, result_type, type_of
+from robosc.model.compatibility import coerce, comparable, describe, result_type, type_of
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.durations import signed_duration, typed_duration
@@ -39,6 +39,7 @@ from robosc.model.incoming import RULE, Incoming, is_value
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.parts import Parts, path_of
+from robosc.model.presence import otherwise
 from robosc.model.tables import SymbolTable
 from robosc.model.types import (
     ArrayType,
@@ -120,7 +121,7 @@ class Typer:
             case UnaryNode():
                 found = self._unary(node)
             case BinaryNode():
-                found = self._binary(node)
+                found = self._binary(node, expected)
             case CallNode():
                 found = self._call(node)
             case InNode():
@@ -182,7 +183,7 @@ class Typer:
             return Literal(operation.scalar(operand.value), type_, node.span)
         return Unary(node.operator, operand, type_, node.span)
 
-    def _binary(self, node: BinaryNode) -> Expr | None:
+    def _binary(self, node: BinaryNode, expected: ExpectedType) -> Expr | None:
         constant = self._meanings.ros_constant(node)
         if constant is not None:
             return self._types.ros_constant(*constant)
@@ -190,6 +191,8 @@ class Typer:
         if counted is not None:
             return counted.expr
         operation = BINARY[node.operator]
+        if node.operator == "else":
+            return self._otherwise(node, expected)
         if operation.operands is Operand.EQUAL:
             return self._equality(node)
         expected = needs_of(operation.operands)
@@ -201,6 +204,28 @@ class Typer:
             return None
         type_ = result_type(operation.result, (left.type, right.type))
         return Binary(node.operator, left, right, type_, node.span)
+
+    def _otherwise(self, node: BinaryNode, expected: ExpectedType) -> Expr | None:
+        left = self.check(node.left, expected, "'else'")
+        if left is None:
+            return None
+        if isinstance(left.type, ArrayType):
+            hint = "write it behind what is computed of the array: min(x for x in …) else 0.0"
+            message = f"'else' cannot replace {describe(left.type)}"
+            self._report.add("type-mismatch", node.left.span, message, hint)
+            return None
+        right = self.check(node.right, expected_type(left.type), "'else', as what is before it,")
+        if right is None:
+            return None
+        right = coerce(right, left.type)
+        if isinstance(left.type, BooleanType):
+            return otherwise(left, right, node.span)
+        if isinstance(left.type, DoubleType) != isinstance(right.type, DoubleType):
+            expected = ExpectedType("a double", lambda _: False)
+            self._mismatch(node.right, right.type, expected, "'else', as what is before it,")
+            return None
+        type_ = result_type(BINARY["else"].result, (left.type, right.type))
+        return Binary("else", left, right, type_, node.span)
 
     def _equality(self, node: BinaryNode) -> Expr | None:
         open_left, open_right = self._is_open(node.left), self._is_open(node.right)

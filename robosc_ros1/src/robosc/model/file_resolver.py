@@ -49,6 +49,7 @@ from robosc.syntax.nodes import (
     PreferNode,
     ProvideNode,
     RequirementNode,
+    StopNode,
 )
 
 __all__ = ["FileContents", "FileResolver"]
@@ -306,7 +307,7 @@ class FileResolver:
             SymbolTable(self.component_table), self.types, self._binder, self._report
         )
         node = self._scope.node
-        requirements, provides, preferences = [], [], []
+        requirements, provides, preferences, stops = [], [], [], []
         for item in node.declarations:
             match item:
                 case RequirementNode():
@@ -315,6 +316,8 @@ class FileResolver:
                     provides.append(resolver.provide(item))
                 case PreferNode():
                     preferences.append(resolver.preference(item))
+                case StopNode():
+                    stops.append(item)
         robot = Robot(
             node.name.text,
             components,
@@ -322,6 +325,7 @@ class FileResolver:
             _sound(provides),
             _sound(preferences),
             tuple(self._parameters()),
+            resolver.stop(stops),
             span=node.name.span,
         )
         check_preferences(robot.preferences, self._report)

@@ -25,8 +25,9 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import fold, may_be_undefined, operands, with_operands
 from robosc.model.types import ArrayType, BooleanType, ObjectType
+from robosc.source import Span
 
-__all__ = ["asked_for", "condition_on_data", "defined", "with_presence_written"]
+__all__ = ["asked_for", "condition_on_data", "defined", "otherwise", "with_presence_written"]
 
 _BOOLEAN = BooleanType()
 
@@ -76,6 +77,16 @@ def _decided(expr: Binary, left: Expr, right: Expr, wanted: bool) -> Expr:
         return by_right
     by_left = _truth(left, operation.decider)
     return Binary("or", by_left, by_right, _BOOLEAN, expr.span)
+
+
+def otherwise(condition: Expr, alternative: Expr, span: Span) -> Expr:
+    """``condition else alternative``, in terms of which outcomes are defined."""
+    if not may_be_undefined(condition):
+        return condition
+    false = Holds(Unary("!", condition, _BOOLEAN, span), span)
+    missing = Unary("!", false, _BOOLEAN, span)
+    by_alternative = Binary("and", missing, alternative, _BOOLEAN, span)
+    return Binary("or", Holds(condition, span), by_alternative, _BOOLEAN, span)
 
 
 # --- as text of the language ---------------------------------------------------------------------
@@ -140,6 +151,8 @@ def _needed(condition: Expr) -> Expr:
             return _needed(operand)
         case Aggregate(operator="any" | "all" | "count" | "sum", array=array):
             return _needed(array)  # an element for which it is undefined does not count
+        case Binary(operator="else"):
+            return condition
         case Binary(left=left, right=right) if not condition.operation.is_lazy:
             sides = [side for side in (left, right) if may_be_undefined(side)]
             return _needed(sides[0]) if len(sides) == 1 else condition

@@ -22,7 +22,14 @@ from robosc.model.ros.links import Binder
 from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.types import NoneType
 from robosc.source import Span
-from robosc.syntax.nodes import Access, DataObjectNode, PreferNode, ProvideNode, RequirementNode
+from robosc.syntax.nodes import (
+    Access,
+    DataObjectNode,
+    PreferNode,
+    ProvideNode,
+    RequirementNode,
+    StopNode,
+)
 
 __all__ = ["StatementResolver", "check_preferences", "fold_text"]
 
@@ -84,6 +91,22 @@ class StatementResolver:
             return None
         return Preference(_keys(preferred), _keys(over), span=node.span)
 
+    def stop(self, nodes: Sequence[StopNode]) -> str | None:
+        """The key of the message that stops the robot; None without one, or after an error."""
+        for node in nodes[1:]:
+            note = Note("the first one is here", nodes[0].span)
+            message = "a robot has one stop command"
+            self._report.add("several-stops", node.span, message, "remove one of them", [note])
+        if not nodes:
+            return None
+        access = nodes[0].communication
+        info = resolve_communication(access, self._symbols, self._types.scope, self._report)
+        if info is not None and info.kind is not Kind.INCOMING:
+            message = f"'{info.name}' is no incoming message: it cannot be sent as the last command"
+            self._report.add("stop-not-a-message", access.span, message, _STOPS)
+            return None
+        return None if info is None else info.key
+
     def _commands(self, accesses: Sequence[Access]) -> list[CommunicationInfo | None]:
         return [self._command(a, "preference-on-outgoing", _CANNOT_PREFER) for a in accesses]
 
@@ -136,6 +159,7 @@ def fold_text(text: str) -> str:
 
 _CANNOT_FORBID = "the controller cannot forbid what the robot sends"
 _CANNOT_PREFER = "the controller does not decide when the robot sends it"
+_STOPS = "name an incoming message, such as the velocity of a base"
 _CANNOT_PROVIDE = "the robot sends its data, not the controller"
 
 

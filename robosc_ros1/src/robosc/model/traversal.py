@@ -56,6 +56,7 @@ def fold(
     known: Callable[[Expr], T | None] | None = None,
     bound: Callable[[Aggregate, T, Callable[[Expr], T]], T] | None = None,
     total: Callable[[Callable[[], T]], T] | None = None,
+    otherwise: Callable[[Callable[[], T], Callable[[], T]], T] | None = None,
 ) -> T:
     """The result for an expression, computed bottom-up from the results for its parts.
 
@@ -66,7 +67,8 @@ def fold(
     called for an aggregate with the result for its array, and a function that computes those for
     its element and condition, once or for each element of the array; without it these are operands
     like others. ``total`` is called for ``Holds`` with a function that computes the result for its
-    operand.
+    operand, and ``otherwise`` for ``else`` with such functions for both operands; without them
+    these are strict.
     """
 
     def visit(node: Expr) -> T:
@@ -75,6 +77,8 @@ def fold(
             if found is not None:
                 return found
         if isinstance(node, Binary):
+            if otherwise is not None and node.operator == "else":
+                return otherwise(lambda: visit(node.left), lambda: visit(node.right))
             left = visit(node.left)
             if lazy is not None and node.operation.decider is not None:
                 return lazy(node, left, lambda: visit(node.right))
@@ -133,8 +137,15 @@ def part_of(
 
 def may_be_undefined(expr: Expr) -> bool:
     """Whether an expression can be undefined: it reads optional data or an array's element."""
-    for part in walk(expr, inside=lambda node: not isinstance(node, Holds)):
+    stack = [expr]
+    while stack:
+        part = stack.pop()
         match part:
+            case Holds():
+                continue
+            case Binary(operator="else", right=right):
+                stack.append(right)
+                continue
             case VariableRef(type=ArrayType() | ObjectType()):
                 return True  # it may hold nothing yet
             case ValueRef(optional=True):
@@ -145,6 +156,8 @@ def may_be_undefined(expr: Expr) -> bool:
                 return True
             case Call(operator="element") | Aggregate(operator="min" | "max"):
                 return True
+        if isinstance(part, Operation):
+            stack.extend(part.operands)
     return False
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from numbers import Real
 from typing import Callable, Iterable, List, Sequence
 
 from .values import Undefined, Value, widen
 
 __all__ = [
-    "defined", "element", "greatest_of", "is_so", "least_of", "number_of", "section", "total",
+    "defined", "element", "greatest_of", "is_so", "least_of", "number_of", "otherwise", "section",
+    "total",
     "where", "arc_tangent", "as_text", "cosine", "greatest", "has_bits", "hypotenuse",
     "is_infinite", "is_not_a_number", "least", "rounded", "rounded_down", "rounded_up", "sine",
     "square_root",
@@ -158,6 +160,19 @@ def where(condition: Callable[[Value], bool], array: Iterable[Value]) -> List[Va
     return found
 
 
+def otherwise(value: Callable[[], Value], alternative: Callable[[], Value]) -> Value:
+    """Return the value, or the alternative if the value is undefined or not a number.
+
+    Raises:
+        Undefined: both are undefined.
+    """
+    try:
+        result = value()
+    except IndexError:  # as Undefined is
+        return alternative()
+    return alternative() if isinstance(result, Real) and result != result else result
+
+
 def number_of(conditions: Iterable[Value]) -> int:
     """Return how many of the conditions are true."""
     return sum(1 for condition in conditions if condition)
@@ -175,22 +190,24 @@ def total(numbers: Iterable[Value]) -> Value:
 
 
 def least_of(numbers: Sequence[Value]) -> Value:
-    """Return the least of several numbers; NaN if one of them is NaN.
+    """Return the least of several numbers, where those that are NaN count as missing (REP 117).
 
     Raises:
         Undefined: there are none.
     """
-    if len(numbers) == 0:
+    known = [number for number in numbers if number == number]
+    if len(known) == 0:
         raise Undefined
-    return least(*numbers)
+    return min(known)
 
 
 def greatest_of(numbers: Sequence[Value]) -> Value:
-    """Return the greatest of several numbers; NaN if one of them is NaN.
+    """Return the greatest of several numbers, where those that are NaN count as missing (REP 117).
 
     Raises:
         Undefined: there are none.
     """
-    if len(numbers) == 0:
+    known = [number for number in numbers if number == number]
+    if len(known) == 0:
         raise Undefined
-    return greatest(*numbers)
+    return max(known)

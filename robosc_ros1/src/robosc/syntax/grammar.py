@@ -49,6 +49,7 @@ from robosc.syntax.nodes import (
     PreferNode,
     ProvideNode,
     RequirementNode,
+    StopNode,
     StringNode,
 )
 from robosc.syntax.reading import Fault, Reading
@@ -179,6 +180,13 @@ def _prefer() -> Rule:
     return Rule(grammar, make_node(PreferNode))
 
 
+def _stop() -> Rule:
+    grammar = keyword("with", "'with' after 'stop'") - t.communication(
+        "the name of an incoming message after 'with'"
+    )
+    return Rule(grammar, make_node(StopNode))
+
+
 def _for(block: Callable[[list[Any]], Block]) -> Rule:
     grammar = (
         t.name("a name for the index after 'for'")
@@ -213,6 +221,7 @@ def _file_block(kind: str) -> Block:
         "interface": interface_rule(),
         **value_rules(),
         "prefer": _prefer(),
+        "stop": _stop(),
         "for": _for(lambda parts: for_block),
     }
     for_block = Block(items_of("for", rules))
@@ -230,6 +239,7 @@ _NOT_IN_LIBRARIES = {
     "requirement": "requirements",
     "provide": "provided data",
     "prefer": "preferences",
+    "stop": "a stop command",
     "for": "statements",
 }
 

@@ -21,7 +21,8 @@ __all__ = [
     "LiteralNode", "MemberNode", "MessageNode", "Name", "NamedTypeNode", "ObjectNode",
     "ParameterNode", "PreferNode", "PropertyNode", "ProvideNode", "RangeNode", "RequirementNode",
     "ResultTransitionNode", "RosTypeNode", "ServiceNode", "SliceNode", "StatementNode",
-    "StateNode", "StringNode", "TauNode", "TypeNode", "UnaryNode", "ValueNode", "VariableNode",
+    "StateNode", "StopNode", "StringNode", "TauNode", "TypeNode", "UnaryNode", "ValueNode",
+    "VariableNode",
 ]  # fmt: skip
 
 
@@ -510,6 +511,13 @@ class PreferNode(_Node):
 
 
 @dataclass(frozen=True, slots=True)
+class StopNode(_Node):
+    """``stop with communication``."""
+
+    communication: Access
+
+
+@dataclass(frozen=True, slots=True)
 class ForNode(_Node):
     """``for variable in 1..6 { … }`` around statements of a robot."""
 
@@ -518,7 +526,9 @@ class ForNode(_Node):
     statements: tuple[StatementNode, ...]
 
 
-StatementNode: TypeAlias = RequirementNode | ProvideNode | PreferNode | ConditionNode | ForNode
+StatementNode: TypeAlias = (
+    RequirementNode | ProvideNode | PreferNode | StopNode | ConditionNode | ForNode
+)
 DeclarationNode: TypeAlias = (
     ComponentNode
     | ImportNode

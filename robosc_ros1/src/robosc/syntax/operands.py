@@ -81,7 +81,7 @@ class _Operand:
 
 @dataclass(frozen=True, slots=True)
 class _Pending:
-    """An operator that waits for its right operand; an opening bracket has level 0."""
+    """An operator that waits for its right operand; an opening bracket has level -1."""
 
     symbol: str
     level: int
@@ -128,11 +128,11 @@ class _Builder:
             base = self._finished(self.operands.pop())
             start = base.start
         self.brackets.append(_Bracket(what, start, end, base, len(self.operands)))
-        self.pending.append(_Pending("(", 0, start))
+        self.pending.append(_Pending("(", -1, start))
 
     def comma(self) -> None:
         """Finish one part of the open bracket."""
-        self._reduce(1)
+        self._reduce(0)
         self.brackets[-1].parts.append(self._finished(self.operands.pop()))
 
     def bind(self, variable: Name) -> None:
@@ -141,7 +141,7 @@ class _Builder:
         self.brackets[-1].variable = variable
 
     def close(self, end: int) -> None:
-        self._reduce(1)
+        self._reduce(0)
         bracket = self.brackets.pop()
         self.pending.pop()
         if len(self.operands) > bracket.count:
@@ -178,7 +178,7 @@ class _Builder:
         self._wait(_Pending(symbol, operation.level, at))
 
     def finish(self) -> ExprNode:
-        self._reduce(1)
+        self._reduce(0)
         node = self._finished(self.operands.pop()).node
         assert node is not None
         return node

@@ -198,7 +198,7 @@ class ViewBuilder:
         if isinstance(term, VariableRef):
             value = given.get((term.component, term.variable))
             return None if value is None else self._assigned(term, value)
-        parts = (part for side in term.sides for part in walk(side))
+        parts = [part for side in term.sides for part in walk(side)]
         read = {(p.component, p.variable) for p in parts if isinstance(p, VariableRef)}
         changed = read & given.keys()
         if not changed:
@@ -213,7 +213,8 @@ class ViewBuilder:
         # An assignment of an undefined value has no effect, so only some may happen.
         if together or (uncertain and len(changed) > 1):
             return self._anything(term, SEVERAL_CHANGES)
-        if uncertain and isinstance(term.subject, Holds):
+        # These are defined where what is assigned is not.
+        if uncertain and any(map(_replaces_undefined, parts)):
             return self._anything(term, MAY_BE_MISSING)
         if any(self._rounded(name, given[name]) for name in changed):
             return self._anything(term, WIDENED)
@@ -375,6 +376,11 @@ def _follows_assignments(term: Term) -> TypeGuard[TestRef]:
     if not isinstance(term, TestRef):
         return False
     return is_presence(term.subject) or element_asked_for(term.subject) is not None
+
+
+def _replaces_undefined(part: Expr) -> bool:
+    """Whether this is defined where its operand may not be."""
+    return isinstance(part, Holds) or (isinstance(part, Binary) and part.operator == "else")
 
 
 def _is_free(expr: Expr) -> TypeGuard[TestRef | ChoiceRef]:

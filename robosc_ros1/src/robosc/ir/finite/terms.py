@@ -234,7 +234,7 @@ class Terms:
         match expr:
             case Unary(operator="!", operand=operand):
                 return replace(expr, operand=self.finite(operand))
-            case Binary(operator=operator, left=left, right=right):
+            case Binary(operator=operator, left=left, right=right) if operator != "else":
                 if operator not in MIRRORED or isinstance(left.type, BooleanType):
                     return replace(expr, left=self.finite(left), right=self.finite(right))
                 if reads_data(expr) and reads_states(expr):
