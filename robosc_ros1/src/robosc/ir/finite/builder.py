@@ -21,6 +21,7 @@ from robosc.ir.finite.terms import (
     is_presence,
     is_there,
     kept_where_undefined,
+    replaces_undefined,
     sides_of,
     type_of_part,
     value_of,
@@ -214,7 +215,7 @@ class ViewBuilder:
         if together or (uncertain and len(changed) > 1):
             return self._anything(term, SEVERAL_CHANGES)
         # These are defined where what is assigned is not.
-        if uncertain and any(map(_replaces_undefined, parts)):
+        if uncertain and any(map(replaces_undefined, parts)):
             return self._anything(term, MAY_BE_MISSING)
         if any(self._rounded(name, given[name]) for name in changed):
             return self._anything(term, WIDENED)
@@ -376,11 +377,6 @@ def _follows_assignments(term: Term) -> TypeGuard[TestRef]:
     if not isinstance(term, TestRef):
         return False
     return is_presence(term.subject) or element_asked_for(term.subject) is not None
-
-
-def _replaces_undefined(part: Expr) -> bool:
-    """Whether this is defined where its operand may not be."""
-    return isinstance(part, Holds) or (isinstance(part, Binary) and part.operator == "else")
 
 
 def _is_free(expr: Expr) -> TypeGuard[TestRef | ChoiceRef]:

@@ -64,7 +64,7 @@ from robosc.model.types import (
 __all__ = [
     "Term", "Terms", "compared_in_rules", "compared_with_constant", "element_asked_for",
     "is_constant", "is_presence", "is_there", "kept_where_undefined", "order", "reads_data",
-    "reads_parameters", "sides_of", "type_of_part", "value_of",
+    "reads_parameters", "replaces_undefined", "sides_of", "type_of_part", "value_of",
 ]  # fmt: skip
 
 Term: TypeAlias = VariableRef | ValueRef | TestRef
@@ -199,6 +199,11 @@ def kept_where_undefined(variable: VariableRef, value: Expr) -> Expr:
     if not asked or any(reads_data(p) and element_asked_for(p) is None for p in asked):
         return value
     return disjunction([true, conjunction([variable, negation(false)])])
+
+
+def replaces_undefined(part: Expr) -> bool:
+    """Whether this is defined where its operand may not be."""
+    return isinstance(part, Holds) or (isinstance(part, Binary) and part.operator == "else")
 
 
 def is_presence(subject: Expr) -> bool:
