@@ -209,7 +209,10 @@ robot Sections {
         outgoing message scan with identifier: "/scan", type: sensor_msgs/LaserScan
         behaviour {
             variable side: double
-            on response from scan do side := min(r for r in value.ranges[50..60])
+            variable total: double
+            on response from scan
+                do side := min(r for r in value.ranges[50..60]),
+                    total := sum(r for r in value.ranges[50..60])
             initial marked state free {
                 on response from scan if any(r < 0.2 for r in value.ranges[30..35]) goto blocked
             }
@@ -223,7 +226,7 @@ robot Sections {
         incoming message halt with identifier: "/halt", type: none
     }
     requirement turn needs Eye.free
-    requirement halt needs Eye.side > 1 or isnan(Eye.side)
+    requirement halt needs Eye.side > 1 or isnan(Eye.total)
     provide turn with { data: max(-1, min(1, 4 * (0.44 - Eye.side))) }
 }
 """
@@ -247,7 +250,7 @@ def sections(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, st
         ("4 * (0.44", "4.1 * (0.44"),
         ("least(1, 4", "least(1.1, 4"),
         ("greatest(-1, ", "greatest(-1.1, "),
-        (" or is_not_a_number(self.eye_side)", ""),
+        (" or is_not_a_number(self.eye_total)", ""),
     ],
 )
 def test_it_comes_to_places_in_arrays_and_to_choices_of_data(

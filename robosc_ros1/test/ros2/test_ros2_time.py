@@ -113,10 +113,13 @@ def test_scans_that_waited_while_the_node_stood_still_move_nothing(
     graph: Graph, controller: Start, ear: Peer
 ) -> None:
     process = controller(NODE, **RELIABLE, qos__scan__depth=100)
-    sensor = graph.peer("sensor")
+    sensor, first = graph.peer("sensor"), graph.peer("first")
     scans = [SCAN["data"]] * 20
-    sensor.order("publish", **{**SCAN, "data": scans}, matched=1, qos={}, rate=20.0)
+    sensor.publish(SCAN["name"], SCAN["type"], SCAN["data"])
+    first.order("repeat", **SCAN, qos={})
     drives(ear)
+    first.process.signal(signal.SIGKILL)
+    first.process.wait()
     told(ear, "timeout", "scan")
     before = ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "silent")
     with stopped(process.popen.pid):
