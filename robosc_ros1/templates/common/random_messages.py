@@ -4,18 +4,11 @@
 import copy
 import math
 
-from contents import attribute_of, scalars
-from decisions import atoms_of
-from expressions import trees_of, variables_of
-from operations import ARITHMETIC, Undefined
+from compared_values import NOT_FINITE, limits, literals, literals_by_field, places_of
+from contents import attribute_of
 from plant_data import PLANT
-from shadow import Shadow
 
 PLANT_COMMUNICATIONS = {c["key"]: c for c in PLANT["communications"]}
-
-
-_ASKED_FOR = {"isnan": (math.nan,), "isinf": (math.inf, -math.inf)}
-_NOT_FINITE = [value for values in _ASKED_FOR.values() for value in values]
 
 
 class Values:
@@ -29,6 +22,10 @@ class Values:
         self._everywhere = [0, 1, "", "other", *literals(PLANT)]
         self._near = {key: self._literals_of(key) for key in PLANT_COMMUNICATIONS}
         self._near_fields = literals_by_field()
+        self._limits = limits()
+        self._is_within = False
+        numbers = [abs(v) for v in self._everywhere if not isinstance(v, str) and math.isfinite(v)]
+        self._beyond = 10.0 * max(numbers)
         self._decks = {}
         self._places = {key: places_of(key) for key in PLANT_COMMUNICATIONS}
         self._place_decks = {key: [] for key in PLANT_COMMUNICATIONS}
@@ -77,6 +74,8 @@ class Values:
             compared = sorted(name for of, name in self._near_fields if of == key and name)
             is_single = compared and self._random.random() < 0.4
             self._only = self._random.choice(compared) if is_single else None
+            # The limits that a message states are those of what it carries.
+            self._is_within = bool(self._limits) and self._random.random() < 0.5
             message = message_type()
             field = communication.get(kind + "_field")
             try:
@@ -112,6 +111,8 @@ class Values:
     def _part(self, type_, old, owner=None, name=None):
         while type_[0] == "enum":
             type_ = PLANT["enums"][type_[1]]["from"]
+        if self._is_within and type_[0] == "double" and name in self._limits:
+            return self._limits[name] * self._beyond
         if type_[0] == "object":
             self._fill(type_, old)
             return old
@@ -244,156 +245,4 @@ def cards(type_, pool):
         return {int(v) + step for v in around for step in (-1, 0, 1)} - near, near
     near = {v + sign * 1e-6 * max(1.0, abs(v)) for v in map(float, numbers) for sign in (-1, 0, 1)}
     others = {float(v) + step for v in around for step in (-1.0, -0.05, 0.0, 0.05, 1.0)} - near
-    return others, near | {v for v in pool if v in _NOT_FINITE}
-
-
-def literals_by_field():
-    """Return the literals that a field is compared with, directly or after an assignment to a
-    variable, by communication and name of the field."""
-    found = {}
-    for communication, tree, compared in expressions_of_transitions():
-        for atom in atoms_of(tree):
-            _note(found, communication, atom, compared)
-    return found
-
-
-def expressions_of_transitions():
-    """Yield the guards and the assigned expressions of transitions: the communication of the event,
-    the expression, and the literals that a variable is compared with after the assignment."""
-    compared = literals_by_variable()
-    for component in PLANT["components"]:
-        for transition in component["transitions"]:
-            communication = transition["communication"]
-            if transition["guard"] is not None:
-                yield communication, transition["guard"], []
-            for variable, tree in transition["assign"]:
-                yield communication, tree, compared.get(component["name"] + "." + variable, [])
-
-
-def literals_by_variable():
-    """Return the literals that a variable is compared with."""
-    conditions = [part["condition"] for part in PLANT["requirements"] + PLANT["provides"]]
-    transitions = [t for c in PLANT["components"] for t in c["transitions"] + c["afters"]]
-    conditions += [t["guard"] for t in transitions]
-    found = {}
-    for atom in (atom for condition in conditions if condition for atom in atoms_of(condition)):
-        for variable in variables_of(atom):
-            found.setdefault(variable, []).extend(literals(atom))
-    return found
-
-
-def _note(found, communication, tree, wanted):
-    """Record, for the fields that an expression reads, the numbers for which it has the wanted
-    values or, for a comparison, both sides are equal; if these are unknown, its literals."""
-    if tree[0] in ("=", "!=", "<", "<=", ">", ">="):
-        numbers = roots(["-", tree[1], tree[2]], [0])
-    else:
-        numbers = roots(tree, [v for v in wanted if isinstance(v, (int, float))])
-    names = fields_read(tree)
-    if len(set(names)) > 1:
-        numbers = []  # they would be valid only for equal fields
-    for name in names:
-        numbers = numbers or literals(tree) + wanted
-        found.setdefault((communication, name), []).extend(numbers)
-
-
-def roots(tree, wanted):
-    """Return the numbers in a message for which an expression has the wanted values, if it is
-    linear and reads nothing else."""
-    shadow = Shadow(PLANT)
-    try:
-        at = [shadow.evaluate(_with_value(tree, float(x))) for x in (0, 1, 2)]
-        slope = at[1] - at[0]
-        if variables_of(tree) or slope == 0 or abs(at[2] - at[1] - slope) > 1e-9:
-            return []
-        return [round((value - at[0]) / slope, 9) for value in wanted]
-    except (Undefined, TypeError, ValueError, KeyError, AttributeError):
-        return []
-
-
-def _with_value(tree, number):
-    """Return an expression with a number in place of the parts of the message."""
-    if not isinstance(tree, (list, tuple)):
-        return tree
-    if len(tree) == 3 and tree[0] == "value":
-        return ["literal", number]
-    return [_with_value(part, number) for part in tree]
-
-
-def fields_read(tree):
-    """Return the names of the fields that an expression reads in a message ("": the value
-    itself)."""
-    if not isinstance(tree, (list, tuple)):
-        return []
-    if len(tree) == 3 and tree[0] == "value":
-        return [name for name in tree[1] if isinstance(name, str)][-1:] or [""]
-    return [name for part in tree for name in fields_read(part)]
-
-
-def literals(tree):
-    """Return the numbers and strings in a part of the model, including values of parameters,
-    results of constant expressions, and NaN and infinities where it tests for them."""
-    if isinstance(tree, dict):
-        return literals(tree.values())
-    if isinstance(tree, (str, bool, int, float)) or tree is None:
-        return []
-    tree = list(tree)
-    if len(tree) == 2 and tree[0] == "literal":
-        return list(scalars(tree[1]))
-    if len(tree) == 2 and tree[0] == "parameter" and isinstance(tree[1], str):
-        return literals(["literal", PLANT["parameters"][tree[1]]])
-    found = [value for part in tree for value in literals(part)]
-    found += _ASKED_FOR.get(tree[0], ()) if tree and isinstance(tree[0], str) else ()
-    if is_computed(tree):
-        found.append(Shadow(PLANT).evaluate(tree))
-    return found
-
-
-def is_computed(tree):
-    """Whether an expression is constant, with a number as its value."""
-    if tree[:1] in (["literal"], ["parameter"]):
-        return isinstance(literals(tree)[:1] and literals(tree)[0], (int, float))
-    operators = (*ARITHMETIC, "negative")
-    return bool(tree) and tree[0] in operators and all(map(is_computed, tree[1:]))
-
-
-def places_of(key):
-    """Return the array indexes in messages of a communication that the model reads (of elements,
-    and the ends of slices) and those next to them; each with a number that the element is compared
-    with, and whether it should equal it.
-    """
-    # Expressions, each with what else it is compared with.
-    read = [(tree, compared) for of, tree, compared in expressions_of_transitions() if of == key]
-    read += [(rule, []) for enum in PLANT["enums"].values() for rule, _ in enum["rules"]]
-    read += [(tree, []) for tree in trees_of([p["data"] for p in PLANT["provides"]])]
-    found = set()
-    for tree, others in read:
-        for atom in atoms_of(tree):
-            places = set(_places_in(atom))
-            numbers = set(_without_places(atom)) - set(_NOT_FINITE) | set(others)
-            numbers = {v for v in numbers if not isinstance(v, str)}
-            for number in numbers or {1}:
-                found |= {(place + n, number, False) for place in places for n in (-1, 0, 1)}
-                found |= {(place, number, True) for place in places}
-    return sorted(found, key=str)
-
-
-def _places_in(tree):
-    """Yield the constant array indexes that an expression reads."""
-    if not isinstance(tree, (list, tuple)) or not tree:
-        return
-    if tree[0] == "value" and len(tree) == 3:
-        yield from (step for step in tree[1] if isinstance(step, int))
-    elif tree[0] in ("section", "element"):
-        for place in filter(is_computed, tree[2:]):
-            yield Shadow(PLANT).evaluate(place)
-    for part in tree:
-        yield from _places_in(part)
-
-
-def _without_places(tree):
-    """Return the literals of an expression except array indexes."""
-    if not isinstance(tree, (list, tuple)) or (len(tree) == 2 and tree[0] == "literal"):
-        return literals(tree)
-    parts = tree[1:2] if tree[:1] in (["section"], ["element"]) else tree
-    return [value for part in parts for value in _without_places(part)]
+    return others, near | {v for v in pool if v in NOT_FINITE}

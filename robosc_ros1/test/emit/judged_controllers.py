@@ -178,7 +178,7 @@ class Robot(PlayedPort):
     def boundaries(self, key: str, kind: str) -> Iterator[Any]:
         """Messages in which one field has a number of the model, and all others their defaults."""
         type_, field = self.plant[key][kind], self.plant[key][kind + "_field"]
-        numbers = importlib.import_module("random_messages").literals(self.plant_data)
+        numbers = importlib.import_module("compared_values").literals(self.plant_data)
         numbers = {n for n in numbers if isinstance(n, int | float) and not isinstance(n, bool)}
         for path, sort in _numbers_in(type_, (field,) if field else ()):
             for number in sorted({float(n) if sort == "double" else n for n in numbers}):
