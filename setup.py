@@ -75,6 +75,7 @@ setup(
     python_requires=">=3.10",
     # The lower bounds are the versions of Ubuntu 22.04, with which the tests have passed.
     install_requires=[
+        "argcomplete>=1.8.1",
         "catkin_pkg>=0.5",
         "jinja2>=3.0.3",
         "networkx>=2.4",

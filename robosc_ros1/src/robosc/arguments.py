@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import get_args
 
+from robosc.codes import CODES
 from robosc.emit.package import Mode
 from robosc.pipeline import Target
 
@@ -60,6 +61,11 @@ def check(parser: argparse.ArgumentParser) -> None:
         default="text",
         help="how to print: github annotates pull requests, sarif is for code scanners",
     )
+    parser.add_argument(
+        "--watch",
+        action="store_true",
+        help="check again whenever a model is saved, until Ctrl-C",
+    )
     _common(parser)
 
 
@@ -73,7 +79,10 @@ def new(parser: argparse.ArgumentParser) -> None:
 
 
 def explain(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("code", metavar="CODE", help="what stands in brackets in the message")
+    code = parser.add_argument(
+        "code", metavar="CODE", help="what stands in brackets in the message"
+    )
+    code.completer = lambda **_: sorted(CODES)  # type: ignore[attr-defined]  # argcomplete's name
 
 
 def synthesize(parser: argparse.ArgumentParser) -> None:
@@ -138,6 +147,11 @@ def generate(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--force", action="store_true", help="replace files that robosc did not write"
+    )
+    parser.add_argument(
+        "--diff",
+        action="store_true",
+        help="show what would be written, write nothing; exit 1 if anything would be changed",
     )
     _common(parser)
 

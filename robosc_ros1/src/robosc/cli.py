@@ -36,8 +36,13 @@ def main(words: Sequence[str] | None = None) -> int:
     try:
         try:
             words = sys.argv[1:] if words is None else words
+            parser = _parser()
+            if "_ARGCOMPLETE" in os.environ:  # a shell asks what may follow
+                import argcomplete
+
+                argcomplete.autocomplete(parser)
             _know_verb(words)
-            return _guarded(_parser().parse_args(words))
+            return _guarded(parser.parse_args(words))
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:

@@ -29,7 +29,7 @@ from robosc.names import package_name, package_name_fault
 
 if TYPE_CHECKING:
     from robosc.emit.export import Format
-    from robosc.emit.package import Mode
+    from robosc.emit.package import Mode, Package
     from robosc.emit.writer import Written
     from robosc.model.entities import Robot
     from robosc.progress import Progress
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Checked", "Generated", "Loaded", "Options", "Output", "Target", "check",
-    "collector_at_rest", "explore", "export", "generate", "load", "supervise", "synthesize",
-    "verify", "write_text",
+    "collector_at_rest", "difference", "explore", "export", "generate", "load", "supervise",
+    "synthesize", "verify",
 ]  # fmt: skip
 
 
@@ -234,52 +234,6 @@ def export(robot: Robot, format_: Format, *, with_supervisor: bool = False) -> s
     return exported(lower(robot), format_, with_supervisor)
 
 
-def format_file(path: str | Path, *, check: bool = False) -> bool:
-    """Give a model file its canonical layout; whether it had (with ``check``: has) another one.
-
-    Raises:
-        UsageError: the file cannot be read or written.
-        ModelError: it has errors of syntax. It is left as it is.
-    """
-    before, text = formatted(path)
-    if before != text and not check:
-        write_text(Path(path), text.decode())
-    return before != text
-
-
-def formatted(path: str | Path) -> tuple[bytes, bytes]:
-    """The content of a model file (``-``: standard input), and the same in canonical layout.
-
-    Line ends are ``\\r\\n`` if all of them were.
-
-    Raises:
-        UsageError: the file cannot be read.
-        ModelError: it has errors of syntax.
-    """
-    from robosc.syntax.format import format_text
-    from robosc.syntax.parser import read_bytes, source_of
-
-    data = read_bytes(str(path))
-    source, unreadable = source_of(str(path), data)
-    if source is None:
-        raise ModelError(unreadable)
-    text = format_text(source).encode()
-    if 0 < data.count(b"\n") == data.count(b"\r\n"):
-        text = text.replace(b"\n", b"\r\n")
-    return data, text
-
-
-def write_text(path: Path, text: str) -> None:
-    """Writes a result, line ends as they are, where the user wants it.
-
-    Raises UsageError if that cannot be done.
-    """
-    try:
-        path.write_text(text, encoding="utf-8", newline="")
-    except OSError as error:
-        raise UsageError(f"cannot write {path}: {error.strerror}") from error
-
-
 def generate(
     path: str | Path, options: Options = Options(), output: Output = Output()
 ) -> Generated:
@@ -294,12 +248,48 @@ def generate(
         EmptySupervisorError: no controller can satisfy the requirements.
         StateSpaceError: the state space is too large.
     """
-    from robosc.emit import ros1, ros2
-    from robosc.emit.original_config import load_config
-    from robosc.emit.package import namesake
     from robosc.emit.writer import write
 
     start = time.perf_counter()
+    made = _package(path, options, output)
+    files = write(made.package, made.folder, output.force, made.location)
+    seconds = time.perf_counter() - start
+    return Generated(
+        output, made.supervisor, made.diagnostics, made.package.name, files, seconds, made.warnings
+    )
+
+
+def difference(
+    path: str | Path, options: Options = Options(), output: Output = Output()
+) -> tuple[str, tuple[Diagnostic, ...]]:
+    """What :func:`generate` would change, as a unified diff, and the diagnostics.
+
+    Raises:
+        RoboscError: as :func:`generate`.
+    """
+    from robosc.emit.writer import difference
+
+    made = _package(path, options, output)
+    return difference(made.package, made.folder, output.force, made.location), made.diagnostics
+
+
+@dataclass(frozen=True, slots=True)
+class _Made:
+    """A package that is not written yet, and where it goes."""
+
+    supervisor: Supervisor
+    diagnostics: tuple[Diagnostic, ...]
+    package: Package
+    folder: Path
+    location: Path | None
+    warnings: tuple[str, ...]
+
+
+def _package(path: str | Path, options: Options, output: Output) -> _Made:
+    from robosc.emit import ros1, ros2
+    from robosc.emit.original_config import load_config
+    from robosc.emit.package import namesake
+
     loaded = load(path, options, output.target)
     config = load_config(Path(path), output.config)
     # The configuration names the controller, which a supervisor must not overwrite.
@@ -318,10 +308,8 @@ def generate(
     emit = {"ros1": ros1.emit, "ros2": ros2.emit}[output.target]
     package = emit(supervisor, name, config.of_package(name), output.mode)
     folder = output.folder or config.output.get(output.target) or Path()
-    location = config.locations.get((output.target, output.mode))
-    files = write(package, folder, output.force, None if output.folder else location)
-    seconds = time.perf_counter() - start
-    return Generated(output, supervisor, diagnostics, name, files, seconds, config.warnings)
+    location = None if output.folder else config.locations.get((output.target, output.mode))
+    return _Made(supervisor, diagnostics, package, folder, location, config.warnings)
 
 
 def _bounded(supervisor: Supervisor) -> None:

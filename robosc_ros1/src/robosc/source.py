@@ -15,7 +15,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
-__all__ = ["Source", "Span", "common_ends", "opened"]
+__all__ = ["MODEL_SUFFIXES", "Source", "Span", "common_ends", "opened"]
+
+MODEL_SUFFIXES = (".rscd", ".rsc")
+"""The ends of the names of model files; the second is that of the original tool."""
 
 
 def opened(path: str) -> AbstractContextManager[BinaryIO]:

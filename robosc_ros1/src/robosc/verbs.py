@@ -11,7 +11,8 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -29,8 +30,10 @@ from robosc.errors import (
     has_errors,
     sort_diagnostics,
 )
+from robosc.model_files import format_file, formatted, models, saved, write_text
 from robosc.names import is_identifier, snake_case
 from robosc.resources import diagnostics_page, section
+from robosc.source import MODEL_SUFFIXES
 
 if TYPE_CHECKING:
     from robosc.model.entities import Robot
@@ -56,16 +59,30 @@ class Verb:
 
 
 def _check(args: Arguments) -> int:
+    if not args.watch:
+        return _check_once(args)
+    for _ in saved([*args.models, *args.library_path]):
+        try:
+            _check_once(args)
+        except UsageError as error:  # it may be mended meanwhile
+            complain(str(error))
+        sys.stdout.flush()
+        print(f"checked at {time.strftime('%H:%M:%S')}; Ctrl-C ends it", file=sys.stderr)
+    return 0
+
+
+def _check_once(args: Arguments) -> int:
     from robosc import report
 
     options = _options(args)
     results: list[pipeline.Checked] = []
     unreadable: list[UsageError] = []
-    for path in {os.path.realpath(path): path for path in _files(args.models)}.values():
+    for path in {os.path.realpath(path): path for path in models(args.models)}.values():
         try:
             results.append(pipeline.check(path, options))
         except UsageError as error:
             unreadable.append(error)
+    args.progress.clear()
     if not results:
         raise UsageError("\n".join(str(problem) for problem in unreadable))
     diagnostics = sort_diagnostics(d for result in results for d in result.diagnostics)
@@ -87,22 +104,6 @@ def _check(args: Arguments) -> int:
     if unreadable:
         return UsageError.exit_code
     return next((r.exit_code for r in results if r.exit_code), 0)
-
-
-def _files(paths: Iterable[str]) -> Iterator[str]:
-    """The paths, and for each that is a folder all models below it.
-
-    Raises:
-        UsageError: there are none.
-    """
-    for path in paths:
-        if not Path(path).is_dir():
-            yield path
-            continue
-        models = sorted(Path(path).rglob("*.rscd"))
-        if not models:
-            raise UsageError(f"there is no .rscd file in {path}")
-        yield from map(str, models)
 
 
 def _new(args: Arguments) -> int:
@@ -130,8 +131,8 @@ def _new(args: Arguments) -> int:
               f" {counted(len(found.actions), 'action')}")  # fmt: skip
     else:
         text = small(name)
-    pipeline.write_text(file, text)
-    pipeline.format_file(file)
+    write_text(file, text)
+    format_file(file)
     print(f"{file}: written; next:\n    robosc check {file}")
     return 0
 
@@ -155,6 +156,7 @@ def _synthesize(args: Arguments) -> int:
 
     loaded = pipeline.load(args.model, _options(args))
     supervisor = pipeline.synthesize(loaded.robot, args.engine, args.max_states, args.progress)
+    args.progress.clear()
     # The explanations are part of the result; they are not printed twice.
     explained = {explanation.diagnostic for explanation in supervisor.explanations}
     tell([*loaded.diagnostics, *(d for d in supervisor.diagnostics if d not in explained)])
@@ -198,11 +200,15 @@ def _generate(args: Arguments) -> int:
     from robosc import report
 
     target, reason = _target(args)
-    result = pipeline.generate(
-        args.model,
-        _options(args),
-        pipeline.Output(target, args.output, args.package, args.force, args.config, args.mode),
-    )
+    output = pipeline.Output(target, args.output, args.package, args.force, args.config, args.mode)
+    if args.diff:
+        text, diagnostics = pipeline.difference(args.model, _options(args), output)
+        args.progress.clear()
+        tell(diagnostics)
+        print(text, end="")
+        return 1 if text else 0
+    result = pipeline.generate(args.model, _options(args), output)
+    args.progress.clear()
     tell(result.diagnostics)
     for warning in result.warnings:
         print(f"warning: {warning}", file=sys.stderr)
@@ -224,7 +230,7 @@ def _export(args: Arguments) -> int:
     if args.output is None:
         print(text, end="")
     else:
-        pipeline.write_text(args.output, text)
+        write_text(args.output, text)
     return 0
 
 
@@ -233,13 +239,13 @@ def _format(args: Arguments) -> int:
     for path in args.files:
         try:
             if path == "-" or Path(path).is_fifo():
-                before, text = pipeline.formatted(path)
+                before, text = formatted(path)
                 changed = before != text
                 if not args.check:
                     sys.stdout.buffer.write(text)
                     continue
             else:
-                changed = pipeline.format_file(path, check=args.check)
+                changed = format_file(path, check=args.check)
         except ModelError as error:
             tell(error.diagnostics)
             worst = error.exit_code
@@ -272,7 +278,7 @@ def _simulate(args: Arguments) -> int:
         done = follow_script(session, lines, args.script, sys.stdout, sys.stderr, args.json)
         if args.junit is not None:
             text = junit_text(args.script, supervisor.plant.robot.name, done.cases)
-            pipeline.write_text(args.junit, text)
+            write_text(args.junit, text)
         return done.exit_code
     if args.json:
         return follow_documents(session, sys.stdin, sys.stdout)
@@ -280,13 +286,10 @@ def _simulate(args: Arguments) -> int:
     return follow_typing(session, next_line, sys.stdout, Style(in_color(sys.stdout)))
 
 
-_MODELS = (".rscd", ".rsc")
-
-
 def _replay(args: Arguments) -> int:
     from robosc.simulate.replay import replay, replay_document, replay_text
 
-    if Path(args.log).suffix in _MODELS and Path(args.model).suffix not in _MODELS:
+    if Path(args.log).suffix in MODEL_SUFFIXES and Path(args.model).suffix not in MODEL_SUFFIXES:
         args.model, args.log = args.log, args.model  # this order was the only one at first
     found = replay(_supervise(args), args.log)
     if args.json:
@@ -329,7 +332,7 @@ def _view(args: Arguments) -> int:
 
     supervisor = _supervise(args)
     if args.export is not None:
-        pipeline.write_text(args.export, export_log(supervisor, args.log))
+        write_text(args.export, export_log(supervisor, args.log))
     elif args.log is not None:
         view_log(supervisor, args.log, where)
     else:

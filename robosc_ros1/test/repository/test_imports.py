@@ -19,7 +19,7 @@ from ros_support import EXAMPLES, SOURCES
 ORDER = (
     "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "model",
     "ir", "supervisor", "synthesis", "emit", "simulate", "view", "new", "pipeline", "report", "lsp",
-    "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
+    "model_files", "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
 
@@ -32,6 +32,7 @@ THIRD_PARTY = {
     "jinja2": ("emit.rendering",),
     "yaml": ("emit.config",),
     "lsprotocol": ("lsp.open_texts", "lsp.server", "lsp.wire"),
+    "argcomplete": ("cli",),
     "pygls": ("lsp.open_texts", "lsp.server", "verbs"),  # verbs tells what to install
     "prompt_toolkit": ("simulate.terminal",),
     "rospkg": ("model.ros.packages",),
@@ -45,7 +46,7 @@ THIRD_PARTY = {
 }
 """Library to the modules that may import it."""
 
-ENVIRONMENT = ("console", "verbs", "model.ros.packages")
+ENVIRONMENT = ("cli", "console", "verbs", "model.ros.packages")
 """Only these look at environment variables."""
 
 PACKAGE = SOURCES / "robosc"

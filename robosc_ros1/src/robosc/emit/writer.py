@@ -20,6 +20,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from difflib import unified_diff
 from pathlib import Path
 
 from robosc.emit.atomic_replacement import exchange, link_tree, rescue
@@ -28,7 +29,7 @@ from robosc.emit.package import File, Package
 from robosc.emit.record import RECORD, is_as_recorded, read_record, record_of, recorded_target
 from robosc.errors import UsageError
 
-__all__ = ["Written", "write"]
+__all__ = ["Written", "difference", "write"]
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,32 @@ def write(
         if _STAGE.format(target.name) in place:  # a name that is none of the user's business
             place = str(target)
         raise UsageError(f"cannot write {place}: {reason}") from error
+
+
+def difference(
+    package: Package, folder: Path, force: bool = False, location: Path | None = None
+) -> str:
+    """What :func:`write` would change, as a unified diff; it writes nothing.
+
+    Raises:
+        UsageError: as :func:`write`.
+    """
+    target = folder / package.name if location is None else location
+    present = target.resolve()
+    plan = _plan(package, target, present, force)
+    wanted = {path: file.content for path, file in plan.fresh.items()}
+    wanted.update(dict.fromkeys(plan.stale, ""))
+    lines: list[str] = []
+    for path in sorted(wanted.keys() - {RECORD}):
+        name = str(target / path)
+        is_there = (present / path).is_file()
+        lines += unified_diff(
+            text_of(present / path).splitlines(keepends=True),
+            wanted[path].splitlines(keepends=True),
+            name if is_there else os.devnull,
+            os.devnull if path in plan.stale else name,
+        )
+    return "".join(line if line.endswith("\n") else f"{line}\n" for line in lines)
 
 
 @contextmanager
@@ -113,7 +140,20 @@ def _write(package: Package, target: Path, force: bool) -> Written:
         return _update(package, target, folder, force)
 
 
-def _update(package: Package, target: Path, folder: Path, force: bool) -> Written:
+@dataclass(frozen=True)
+class _Plan:
+    """What the package and what is in its folder call for. ``files`` are all that belong there,
+    ``fresh`` those of them that are new or different."""
+
+    files: Mapping[str, File]
+    fresh: Mapping[str, File]
+    gone: tuple[str, ...]
+    stale: tuple[str, ...]
+    edited: tuple[str, ...]
+    kept: tuple[str, ...]
+
+
+def _plan(package: Package, target: Path, folder: Path, force: bool) -> _Plan:
     record = read_record(folder) or {}
     if not force:
         _demand_target(package, target, folder)
@@ -133,10 +173,15 @@ def _update(package: Package, target: Path, folder: Path, force: bool) -> Writte
         if is_as_recorded(folder, path, record) and not own_lines(text_of(folder / path))
     ]
     kept = [path for path in lost if path not in stale]
-    if fresh or stale:
-        _apply(_Change(folder, fresh, frozenset(gone + stale)))
-    unchanged = [path for path in files if path not in fresh]
-    return Written(target, tuple(fresh), tuple(unchanged), tuple(stale), tuple(edited), tuple(kept))
+    return _Plan(files, fresh, tuple(gone), tuple(stale), tuple(edited), tuple(kept))
+
+
+def _update(package: Package, target: Path, folder: Path, force: bool) -> Written:
+    plan = _plan(package, target, folder, force)
+    if plan.fresh or plan.stale:
+        _apply(_Change(folder, plan.fresh, frozenset(plan.gone + plan.stale)))
+    unchanged = tuple(path for path in plan.files if path not in plan.fresh)
+    return Written(target, tuple(plan.fresh), unchanged, plan.stale, plan.edited, plan.kept)
 
 
 def _demand_target(package: Package, target: Path, folder: Path) -> None:

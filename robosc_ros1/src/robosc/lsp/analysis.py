@@ -19,7 +19,7 @@ from robosc.model.occurrences import NameIndex
 from robosc.model.resolve import ReadResult, read
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.interfaces import Definition
-from robosc.source import Source
+from robosc.source import MODEL_SUFFIXES, Source
 from robosc.syntax.parser import read_source
 
 __all__ = ["READING", "Analysis", "Desk"]
@@ -27,7 +27,6 @@ __all__ = ["READING", "Analysis", "Desk"]
 _LONG = 30_000
 """Characters from which on reading a text takes longer than the pause between two keys."""
 
-_SUFFIXES = (".rscd", ".rsc")
 _MOST_FILES = 500
 _MOST_FOLDERS = 3000
 """A search for references looks at no more model files, in no more folders, than these: an editor
@@ -244,5 +243,5 @@ def _model_files(root: str) -> Iterator[str]:
         if folder.count(os.sep) - root.count(os.sep) > 6:
             inner.clear()
         for file in sorted(files):
-            if file.endswith(_SUFFIXES):
+            if file.endswith(MODEL_SUFFIXES):
                 yield os.path.join(folder, file)  # noqa: PTH118

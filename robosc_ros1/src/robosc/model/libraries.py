@@ -12,7 +12,7 @@ from pathlib import Path
 
 from robosc.errors import Diagnostic, UsageError
 from robosc.names import IDENTIFIER
-from robosc.source import Source
+from robosc.source import MODEL_SUFFIXES, Source
 from robosc.syntax.parser import read_source
 
 __all__ = ["LibraryFinder", "Reader"]
@@ -20,7 +20,6 @@ __all__ = ["LibraryFinder", "Reader"]
 Reader = Callable[[str], tuple[Source | None, tuple[Diagnostic, ...]]]
 """Reads a model file, as :func:`robosc.syntax.parser.read_source` does."""
 
-_SUFFIXES = (".rscd", ".rsc")
 _HEAD = re.compile(rf"(?:\s|//[^\n]*|/\*.*?\*/)*library\s+\^?({IDENTIFIER})", re.DOTALL | re.ASCII)
 
 
@@ -96,6 +95,6 @@ def _above(folder: Path) -> Path:
 
 def _model_files(folder: Path) -> list[Path]:
     try:
-        return sorted(p for p in folder.iterdir() if p.suffix in _SUFFIXES and p.is_file())
+        return sorted(p for p in folder.iterdir() if p.suffix in MODEL_SUFFIXES and p.is_file())
     except OSError:
         return []
