@@ -7,6 +7,7 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from model.model_text import resolve
 
 from robosc.ir.formulas import (
     Undefined,
@@ -20,17 +21,15 @@ from robosc.ir.formulas import (
 from robosc.language.functions import FUNCTIONS, HELPERS
 from robosc.language.operators import BINARY, Result
 from robosc.model.compatibility import result_type
-from robosc.model.entities import Robot
 from robosc.model.expr import FALSE, TRUE, Binary, Call, Literal, Unary, ValueRef, VariableRef
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
 from robosc.runtime.values import divide, remainder
-from robosc.source import Source, Span
 
 ARITHMETIC = [o.spelling for o in BINARY.values() if o.result is not Result.BOOLEAN]
 OF_ONE = ["abs", "sqrt", "sin", "cos", "floor", "ceil", "round"]
 OF_TWO = ["min", "max", "hypot", "atan2"]
 BOOL, INT, DOUBLE = BooleanType(), IntegerType(), DoubleType()
-ROBOT = Robot("R", (), (), (), span=Span(Source("r.rscd", ""), 0, 0))
+ROBOT = resolve("")
 VALUES = {"p": True, "q": False, "i": 3, "j": -2, "x": 0.5, "huge": -(10**400)}
 NUMBERS = st.sampled_from(
     [

@@ -342,6 +342,20 @@ def test_a_prefix_that_is_none_makes_no_topics(tmp_path: Path) -> None:
     assert [d.code for d in found] == ["ros-name", "ros-name"]
 
 
+@pytest.mark.parametrize(
+    "place",
+    [
+        "component Eye { outgoing message scan with timeout: {0}, type: none }",
+        "component Eye { behaviour { initial marked state on { after {0} goto on } } }",
+        "parameter pause: duration = {0}",
+    ],
+)
+@pytest.mark.parametrize("duration", ["0 s", "0.0001 ms", "0.999 ms"])
+def test_nothing_waits_for_less_than_a_millisecond(place: str, duration: str) -> None:
+    assert ("out-of-range", duration) in faults(place.replace("{0}", duration))
+    assert "out-of-range" not in {code for code, _ in faults(place.replace("{0}", "1 ms"))}
+
+
 def test_a_message_with_a_faulty_timeout_is_fresh_or_silent() -> None:
     text = """
     component Eye { outgoing message scan with timeout: 0 s, type: none }

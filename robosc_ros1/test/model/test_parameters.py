@@ -104,6 +104,7 @@ def test_copies_of_a_component_have_parameters_of_their_own() -> None:
         ("parameter a: duration = 3", ("type-mismatch", "3")),
         ("parameter a: duration = 0 s", ("out-of-range", "0 s")),
         ("parameter a: duration = -2 s", ("out-of-range", "-2 s")),
+        ("parameter a: duration = 0.0001 ms", ("out-of-range", "0.0001 ms")),
         (
             "constant a: duration = -2 s"
             " component C { outgoing message c with timeout: a, type: none }",

@@ -25,7 +25,6 @@ from robosc.model.types import (
     IntegerType,
     StringType,
     Type,
-    Value,
 )
 from robosc.runtime import qos, settings
 from robosc.runtime.model import Communication as Declared
@@ -131,17 +130,16 @@ def declared_parameters(
             meaning=f"parameter {p.key} of the model" + _IN_SECONDS * (p.type == DurationType()),
             default=p.default,
             attribute="" if attributes is None else attributes[p.key],
-            **_allowed(p.type, p.default),
+            **_allowed(p.type),
         )
         for p in robot.parameters
     ]
 
 
 _IN_SECONDS = ", in seconds"
-_SHORTEST = 1e-3
 
 
-def _allowed(type_: Type, default: Value) -> dict[str, Any]:
+def _allowed(type_: Type) -> dict[str, Any]:
     """What a parameter of a type may be given."""
     match type_:
         case BooleanType():
@@ -151,7 +149,7 @@ def _allowed(type_: Type, default: Value) -> dict[str, Any]:
         case IntegerType():
             return {"type": "integer"}
         case DurationType():
-            return {"type": "number", "minimum": min(_SHORTEST, float(default))}
+            return {"type": "number", "minimum": settings.SHORTEST_DURATION}
         case EnumType(values=values):
             return {"type": "string", "choices": values}
         case StringType():

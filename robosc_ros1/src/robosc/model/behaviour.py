@@ -9,7 +9,7 @@ from robosc.model.behaviour_rules import check_events, check_hiding, check_initi
 from robosc.model.communications import resolve_communication
 from robosc.model.compatibility import check_range, coerce, default_value, describe
 from robosc.model.diagnostics import Report, first_of
-from robosc.model.durations import DURATION, is_above_zero
+from robosc.model.durations import DURATION, is_long_enough
 from robosc.model.entities import (
     After,
     Assignment,
@@ -182,7 +182,7 @@ class BehaviourResolver:
         self._afters += 1
         incoming = no_value("'after' carries no value")
         delay = self._typer(incoming).check(node.duration, DURATION, "'after'")
-        if delay and not is_above_zero(delay, "'after'", node.duration.span, self._report):
+        if delay and not is_long_enough(delay, "'after'", node.duration.span, self._report):
             delay = None
         guard = self._guard(node.guard, incoming)
         assignments = self._assignments(node.assignments, incoming)

@@ -12,7 +12,7 @@ from robosc.errors import Note
 from robosc.language.events import Direction
 from robosc.model.data_directions import kind_of, types_of
 from robosc.model.diagnostics import Report
-from robosc.model.durations import DURATION, is_above_zero
+from robosc.model.durations import DURATION, is_long_enough
 from robosc.model.entities import Communication
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
@@ -214,7 +214,7 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
     if info.node.timeout is not None:
         typer = Typer(report, info.instance.types, symbols, no_value("a timeout is a duration"))
         timeout = typer.check(info.node.timeout, DURATION, "a timeout")
-        if timeout and not is_above_zero(timeout, "a timeout", info.node.timeout.span, report):
+        if timeout and not is_long_enough(timeout, "a timeout", info.node.timeout.span, report):
             timeout = None
     interface, known = _interface(info, report)
     if info.request is None or info.response is None or info.feedback is None or not known:

@@ -1,78 +1,36 @@
-"""Typing of conditions over a resolved robot, as those in its model are typed.
+"""Typing of conditions that a person or a script asks of a resolved robot.
 
-The simulator gets them from a person or a script: ``Motor.moving and Sensor.way = free``.
+They are read as the model's own requirements are, with the same names:
+``blocked and Sensor.way = Lib.Way.free``.
 """
 
 from __future__ import annotations
 
+from robosc.model.copies import over_copies
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Communication, Component, Robot
+from robosc.model.entities import ConditionReader
 from robosc.model.expected import BOOLEAN
 from robosc.model.expr import Expr
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
-from robosc.model.scope import FileScope
-from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
-from robosc.model.type_declarations import TypeDeclarations
-from robosc.model.types import EnumType
-from robosc.source import Source, Span
-from robosc.syntax.nodes import (
-    BasicTypeNode,
-    ComponentNode,
-    ExprNode,
-    FileNode,
-    Name,
-    ServiceNode,
-    StateNode,
-)
+from robosc.model.presence import condition_on_data
+from robosc.model.tables import ComponentTable, SymbolTable
+from robosc.syntax.nodes import ExprNode
 
-__all__ = ["typed_condition"]
-
-_NOWHERE = Span(Source("", ""), 0, 0)
-_NONE = BasicTypeNode("none", span=_NOWHERE)
+__all__ = ["conditions_over"]
 
 
-def typed_condition(node: ExprNode, robot: Robot, report: Report) -> Expr | None:
-    """The typed condition, with the scope of a requirement; None after a reported error."""
-    name = Name(robot.name, span=_NOWHERE)
-    scope = FileScope(_NOWHERE.source, FileNode("robot", name, (), span=_NOWHERE))
-    types = TypeTable(scope, TypeDeclarations(), report, lambda types, node, source: None)
-    for enum in _enums(robot):
-        types.add_enum(enum)
-    table = ComponentTable()
-    for component in robot.components:
-        table.add(_instance(component, types))
-    table.index_communications()
-    incoming = no_value("a condition on states has no received value")
-    return Typer(report, types, SymbolTable(table), incoming).check(node, BOOLEAN, "a condition")
+def conditions_over(types: TypeTable, table: ComponentTable) -> ConditionReader:
+    """A reader with the names of a file in which everything is declared."""
 
+    def read(node: ExprNode, report: Report) -> Expr | None:
+        expanded = over_copies(node, table.instances, report)
+        if report.has_errors:
+            return None
+        incoming = no_value("a condition on states has no received value")
+        typer = Typer(report, types.reporting_to(report), SymbolTable(table), incoming)
+        found = typer.check(expanded, BOOLEAN, "a condition")
+        return None if found is None else condition_on_data(found)
 
-def _enums(robot: Robot) -> list[EnumType]:
-    found = {
-        variable.type
-        for component in robot.components
-        for variable in component.variables
-        if isinstance(variable.type, EnumType)
-    }
-    return sorted(found, key=lambda enum: (enum.name, enum.origin))
-
-
-def _instance(component: Component, types: TypeTable) -> Instance:
-    name = Name(component.name, span=_NOWHERE)
-    instance = Instance(component.name, ComponentNode(name, (), span=_NOWHERE), types)
-    for state in component.states:
-        node = StateNode(Name(state.name, span=_NOWHERE), False, False, (), span=_NOWHERE)
-        instance.states[state.name] = node
-    for variable in component.variables:
-        instance.variables[variable.name] = variable.type
-    for communication in component.communications:
-        instance.communications[communication.name] = _info(communication, instance)
-    return instance
-
-
-def _info(found: Communication, instance: Instance) -> CommunicationInfo:
-    node = ServiceNode(Name(found.name, span=_NOWHERE), None, _NONE, _NONE, None, span=_NOWHERE)
-    return CommunicationInfo(
-        node, instance, found.kind, found.request, found.response, found.feedback, found
-    )
+    return read

@@ -15,6 +15,7 @@ from robosc.model.expr import Expr
 from robosc.model.known_types import KnownTypes
 from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.ros.interfaces import KINDS, Missing
+from robosc.model.ros.missing import MissingDefinitions
 from robosc.model.scope import FileScope, report_duplicate
 from robosc.model.type_declarations import TypeDeclarations, rule_of
 from robosc.model.types import (
@@ -100,6 +101,13 @@ class TypeTable(KnownTypes):
         table = copy(self)
         table.values = values
         table.given = given
+        return table
+
+    def reporting_to(self, report: Report) -> TypeTable:
+        """The same types, with the faults in what is looked up in another report."""
+        table = copy(self)
+        table._report = report
+        table._missing = MissingDefinitions(self.type_declarations.ros.definitions, report)
         return table
 
     def resolve_all(self) -> None:

@@ -10,10 +10,11 @@ from robosc.model.expected import expected_type
 from robosc.model.expr import Expr, Literal
 from robosc.model.ros.types import DURATIONS
 from robosc.model.types import DurationType
+from robosc.runtime.settings import SHORTEST_DURATION
 from robosc.source import Span
 from robosc.syntax.nodes import DurationNode, UnaryNode
 
-__all__ = ["DURATION", "duration_fields", "is_above_zero", "signed_duration", "typed_duration"]
+__all__ = ["DURATION", "duration_fields", "is_long_enough", "signed_duration", "typed_duration"]
 
 DURATION = expected_type(DurationType())
 """The expected type of a timeout and of ``after``."""
@@ -38,11 +39,12 @@ def typed_duration(node: DurationNode, report: Report) -> Literal | None:
     return Literal(seconds, DurationType(), node.span)
 
 
-def is_above_zero(duration: Expr, what: str, span: Span, report: Report) -> bool:
-    """Whether a duration is above zero, or no literal; reports an error if not."""
-    if not isinstance(duration, Literal) or float(duration.value) > 0.0:
+def is_long_enough(duration: Expr, what: str, span: Span, report: Report) -> bool:
+    """Whether a duration that somebody waits for is one, or no literal; reports an error if not."""
+    if not isinstance(duration, Literal) or float(duration.value) >= SHORTEST_DURATION:
         return True
-    report.add("out-of-range", span, f"{what} must be above 0", "write: 500 ms")
+    message = f"{what} must be at least {SHORTEST_DURATION * 1000:g} ms"
+    report.add("out-of-range", span, message, "write: 500 ms")
     return False
 
 

@@ -8,19 +8,21 @@ the name; of others, that of the whole text.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeAlias
 
 from robosc.language.events import COMMUNICATIONS, CommunicationSort, EventKind, Kind, Phases
+from robosc.model.diagnostics import Report
 from robosc.model.expr import Expr, RosParameter
 from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
+from robosc.syntax.nodes import ExprNode
 
 __all__ = [
-    "After", "Assignment", "Behaviour", "Binding", "Communication", "Component", "Data",
-    "DataArray", "DataObject", "EventKind", "Kind", "Preference", "Provide", "Requirement",
+    "After", "Assignment", "Behaviour", "Binding", "Communication", "Component", "ConditionReader",
+    "Data", "DataArray", "DataObject", "EventKind", "Kind", "Preference", "Provide", "Requirement",
     "ResultTransition", "Robot", "State", "Tau", "Variable", "data_expressions", "display_names",
 ]  # fmt: skip
 
@@ -300,6 +302,10 @@ class Preference:
     span: Span = _span()
 
 
+ConditionReader: TypeAlias = Callable[[ExprNode, Report], Expr | None]
+"""Types a condition that somebody asks of the robot; returns None after a reported error."""
+
+
 @dataclass(frozen=True)
 class Robot:
     """The whole model in source order; an imported component stands at its import.
@@ -315,6 +321,8 @@ class Robot:
     parameters: tuple[RosParameter, ...] = ()
     stop: str | None = None
     """The key of the message that is sent at a safe stop and when the node ends."""
+    conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)
+    """Reads conditions with the names of the model's own requirements."""
     span: Span = _span()
 
     @cached_property

@@ -15,6 +15,7 @@ from robosc.model.components import (
     declare,
     join,
 )
+from robosc.model.conditions import conditions_over
 from robosc.model.datatypes import Given, TypeTable
 from robosc.model.diagnostics import Muted, Report
 from robosc.model.entities import Component, Robot
@@ -326,6 +327,7 @@ class FileResolver:
             _sound(preferences),
             tuple(self._parameters()),
             resolver.stop(stops),
+            conditions=conditions_over(self.types, self.component_table),
             span=node.name.span,
         )
         check_preferences(robot.preferences, self._report)

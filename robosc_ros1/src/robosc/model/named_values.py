@@ -11,7 +11,7 @@ from robosc.model.compatibility import coerce, describe, is_basic
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.durations import is_above_zero
+from robosc.model.durations import is_long_enough
 from robosc.model.entities import Data, DataArray, DataObject
 from robosc.model.evaluation import constant
 from robosc.model.expected import BOOLEAN
@@ -132,7 +132,7 @@ def _can_be_given(default: Literal, what: str, span: Span, report: Report) -> bo
     """Whether a parameter's default is in range; reports an error if not."""
     value = default.value
     if isinstance(default.type, DurationType):
-        return is_above_zero(default, what, span, report)
+        return is_long_enough(default, what, span, report)
     if type(value) is not int or LEAST_PARAMETER <= value <= MOST_PARAMETER:
         return True
     report.add(

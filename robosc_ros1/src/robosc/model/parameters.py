@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from robosc.errors import Note
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Robot
-from robosc.model.expr import RosParameter
+from robosc.model.expr import Expr, RosParameter
 from robosc.runtime.settings import declared
 from robosc.source import Span
+from robosc.syntax.nodes import ExprNode
 
 __all__ = ["check_parameters", "with_parameters"]
+
+_Node = TypeVar("_Node", Robot, Expr)
 
 _GROUPS = ("goal_timeout", "qos", "qos_overrides", "rate", "timeout")
 """Namespaces of parameters that every generated node has, or may have."""
@@ -52,11 +55,21 @@ def check_parameters(parameters: Iterable[RosParameter], report: Report) -> None
 def with_parameters(robot: Robot, values: Mapping[str, Any]) -> Robot:
     """The robot with other defaults of its parameters, given by their names in ROS.
 
-    Other names are ignored.
+    The conditions that it reads have them, too. Other names are ignored.
     """
     changed = {p.name: values[p.name] for p in robot.parameters if p.name in values}
     if not changed:
         return robot
+
+    def read(node: ExprNode, report: Report) -> Expr | None:
+        found = robot.conditions(node, report)
+        return None if found is None else _with_defaults(found, changed)
+
+    return replace(_with_defaults(robot, changed), conditions=read)
+
+
+def _with_defaults(node: _Node, changed: Mapping[str, Any]) -> _Node:
+    """A node of a resolved model with other defaults of the parameters in it, by name in ROS."""
     known: dict[int, tuple[Any, Any]] = {}
 
     def copy(node: Any) -> Any:
@@ -75,5 +88,5 @@ def with_parameters(robot: Robot, values: Mapping[str, Any]) -> Robot:
         copies = {name: copy(part) for name, part in found.items()}
         return replace(node, **{n: c for n, c in copies.items() if c is not found[n]})
 
-    result: Robot = copy(robot)
+    result: _Node = copy(node)
     return result

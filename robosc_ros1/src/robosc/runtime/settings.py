@@ -35,6 +35,7 @@ __all__ = [
     "MOST_PARAMETER",
     "Parameter",
     "ParameterError",
+    "SHORTEST_DURATION",
     "Settings",
     "declared",
     "dotted",
@@ -51,6 +52,8 @@ GENERAL_RATE = "rate/default"
 """The name of ``rate`` where the rates of single commands are given, too."""
 LEAST_PARAMETER, MOST_PARAMETER = -(2**63), 2**63 - 1
 """The range of integer parameters in ROS 2."""
+SHORTEST_DURATION = 1e-3
+"""Seconds: no timeout, and no delay of a model, is shorter."""
 _DIGITS = re.compile(r"[+-]?\d{1,400}\Z")
 _TOPIC = re.compile(r"(/|~/?)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*\Z", re.ASCII)
 
@@ -181,7 +184,9 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
         timeout = _timeout(communication)
         if timeout is not None:
             meaning = _TIMEOUTS[communication.sort] % communication.name
-            result.append(Parameter("timeout/" + name, "number", timeout, meaning, minimum=1e-3))
+            result.append(
+                Parameter("timeout/" + name, "number", timeout, meaning, minimum=SHORTEST_DURATION)
+            )
         if communication.sort == "action":
             meaning = (
                 "deadline of an accepted goal of %s, in seconds (at least 0; 0: none)"

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from robosc.errors import Diagnostic, Severity
-from robosc.model.conditions import typed_condition
-from robosc.model.copies import over_copies
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Robot
 from robosc.model.expr import Expr
@@ -19,14 +17,13 @@ _BEFORE = "robot r { requirement always "
 
 
 def condition(text: str, robot: Robot) -> Expr:
-    """The condition that a text means: what a requirement can say, data-only variables included.
+    """The condition that a text means: all that a requirement of the robot's model can say.
 
     Raises:
         InvalidLine: it is no condition; with the reason.
     """
     report = Report()
-    node = over_copies(_parsed(text), (component.name for component in robot.components), report)
-    expr = None if report.has_errors else typed_condition(node, robot, report)
+    expr = robot.conditions(_parsed(text), report)
     if expr is None:
         raise InvalidLine(_in_words(report.diagnostics[0]))
     return expr

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 from robosc.ir.automaton import Plant, PlantState, VariableKind
+from robosc.ir.finite.terms import value_of
 from robosc.ir.formulas import Leaf, Undefined, evaluate
 from robosc.ir.step import is_true
 from robosc.model.entities import Data, DataArray, DataObject, Robot
@@ -41,7 +42,7 @@ class SystemState:
             case StateRef(component=component, state=name):
                 return self.components[component] == name
             case TestRef(name=name):
-                return self.tests[name]
+                return self.tests[name] if name in self.tests else value_of(leaf, self.look)
             case VariableRef(component=component, variable=name):
                 return self.variables[f"{component}.{name}"]
             case PhaseRef(communication=key, phase=phase):
