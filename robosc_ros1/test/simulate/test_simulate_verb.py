@@ -179,7 +179,7 @@ def test_lines_on_standard_input_need_no_terminal(typed) -> None:
     assert "there is no event or command 'nonsense'" in done.stdout
     assert "! move.request {linear: {x: 0.2}, angular: {z: 0.0}}" in done.stdout
     assert "goto CONDITION" in done.stdout
-    assert "grab.cancel\n  allowed where " in done.stdout
+    assert "grab.cancel\n  now: it is idle\n  allowed where " in done.stdout
 
 
 def documents(done: Completed) -> list[dict[str, Any]]:

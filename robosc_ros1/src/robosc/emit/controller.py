@@ -24,6 +24,7 @@ from robosc.emit.python import (
 from robosc.emit.reactions import Reactions, alike, attributes_read
 from robosc.emit.rendering import instantiated
 from robosc.emit.views import (
+    ConjunctView,
     AfterView,
     AttributeView,
     CommandView,
@@ -35,6 +36,7 @@ from robosc.emit.views import (
     TauView,
 )
 from robosc.ir.automaton import Event, Plant
+from robosc.ir.conjuncts import conjuncts
 from robosc.ir.part_names import NamedExpr
 from robosc.language.functions import HELPERS
 from robosc.model.entities import EventKind, Kind
@@ -212,11 +214,21 @@ class _Builder:
 
     def _requirement(self, number: int) -> RequirementView:
         requirement = self.robot.requirements[number]
+        parts = tuple(
+            ConjunctView(
+                part.failure,
+                self.attributes.text(part.unmet),
+                tuple((name, self.attributes.text(ref)) for name, ref in part.values.items()),
+            )
+            for part in conjuncts(requirement, self.robot)
+        )
         return RequirementView(
             requirement.text,
             place(requirement.span),
             self.names.take(f"requirement_{number + 1}"),
             self.attributes.text(holds_where(requirement)),
+            self.names.take(f"failures_of_requirement_{number + 1}") if parts else None,
+            parts,
         )
 
     def _part(self, part: NamedExpr) -> GuardPartView:

@@ -37,7 +37,7 @@ _LEVELS = (
 """Where an expression is broken, the loosest first."""
 _OPERATORS = frozenset(operator for level in _LEVELS for operator in level)
 _OPENING, _CLOSING = ("(", "[", "{"), (")", "]", "}")
-_HEAD = re.compile(r"(?:(?:if|elif|return) |[\w.]+ = )(?=.)")
+_HEAD = re.compile(r"(?:(?:if|elif|return|yield) |[\w.]+ = )(?=.)")
 _DOCSTRING = re.compile(r'"""(.*)"""')
 _STRING = r"""f?"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'"""
 _TEXT = re.compile(rf"(?P<head>\w+=|)(?P<text>{_STRING})(?P<tail>,?)")

@@ -136,11 +136,24 @@ class AfterView:
 
 
 @dataclass(frozen=True)
+class ConjunctView:
+    """A part of a requirement: what is told while ``unmet`` holds, and the values beside it."""
+
+    failure: str
+    unmet: str
+    values: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
 class RequirementView:
+    """``failures`` is the method that tells which ``parts`` do not hold; None if there are none."""
+
     text: str
     place: str
     method: str
     condition: str
+    failures: str | None
+    parts: tuple[ConjunctView, ...]
 
 
 @dataclass(frozen=True)

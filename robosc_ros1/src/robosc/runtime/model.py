@@ -9,7 +9,7 @@ alone where that is unambiguous.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Tuple, Union
 
 from .values import Undefined
 
@@ -135,11 +135,16 @@ class After(NamedTuple):
 
 class Requirement(NamedTuple):
     """A requirement: its text, its place in the model, and the method that tells whether it is
-    met."""
+    met.
+
+    ``failures`` yields which parts of it are not, each with the values that it compares, by name;
+    it may raise :class:`Undefined`.
+    """
 
     text: str
     place: str
     holds: Callable[[Any], bool]
+    failures: Optional[Callable[[Any], Iterator[Tuple[str, Dict[str, Any]]]]] = None
 
 
 class Rows(NamedTuple):

@@ -229,7 +229,10 @@ class SupervisorEngine(Engine):
         self.recorder.counters["blocked"] += 1
         self.changed.set()
         self._publish(dump(document))
-        texts = "; ".join(reason["text"] for reason in reasons)
+        texts = "; ".join(
+            ": ".join([reason["text"], *filter(None, [", ".join(reason.get("because", ()))])])
+            for reason in reasons
+        )
         what = "%s of %s" % (kind, name) if name else "a message on %s" % place
         self._log("warning", place + kind, "%s was blocked: %s" % (what, texts))
 

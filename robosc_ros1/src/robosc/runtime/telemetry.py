@@ -8,20 +8,21 @@ robosc's ``docs/``; each has ``"version": 1``.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 import threading
 import time
 from collections import deque
-from typing import Any, Deque, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Deque, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 from .engine import INACTIVE, Engine
 from .eventlog import EventLog
-from .model import Command, Controller
+from .model import Command, Controller, Requirement
 from .original_state import OriginalState
 from .recorder import Entry
 from .shortening import ROOM, Shortener, shortened_text
-from .values import jsonable
+from .values import Undefined, jsonable
 
 __all__ = [
     "UNEXPLAINED", "Outlet", "Reporter", "blocked_by", "dump", "event_document",
@@ -113,11 +114,12 @@ def _short_event(document: Dict[str, Any]) -> Dict[str, Any]:
     return short
 
 
-def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]:
+def blocked_by(controller: Controller, command: Command) -> List[Dict[str, Any]]:
     """Return why a command is not enabled now; empty if it is.
 
     Each reason has a ``kind``: "phase", "synchronisation", "range", "requirement" (with its
-    ``place``), or "synthesis" where the requirements alone would allow it.
+    ``place``, and ``because`` which parts of it), or "synthesis" where the requirements alone would
+    allow it.
     """
     reasons = []
     if command.busy is not None and getattr(controller, command.busy) is (command.kind != "cancel"):
@@ -151,13 +153,30 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, str]]
     return reasons + failed
 
 
-def violated(controller: Controller, command: Command) -> List[Dict[str, str]]:
+def violated(controller: Controller, command: Command) -> List[Dict[str, Any]]:
     """Return the requirements on a command that are violated now."""
-    return [
-        {"kind": "requirement", "text": requirement.text, "place": requirement.place}
-        for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
-        if not requirement.holds(controller)
-    ]
+    found: List[Dict[str, Any]] = []
+    for requirement in (controller.REQUIREMENTS[i] for i in command.requirements):
+        if not requirement.holds(controller):
+            reason = {"kind": "requirement", "text": requirement.text, "place": requirement.place}
+            because = list(_failures(controller, requirement))
+            found.append({**reason, "because": because} if because else reason)
+    return found
+
+
+def _failures(controller: Controller, requirement: Requirement) -> Iterator[str]:
+    """Yield which parts of a requirement do not hold, with the values that they compare:
+    ``Laser.front > 0.4 is false (Laser.front is 0.3875)``."""
+    if requirement.failures is None:
+        return
+    with contextlib.suppress(Undefined):  # what comes behind it is not known, either
+        for text, values in requirement.failures(controller):
+            told = ["%s is %s" % (name, _value_text(value)) for name, value in values.items()]
+            yield "%s (%s)" % (text, ", ".join(told)) if told else text
+
+
+def _value_text(value: Any) -> str:
+    return "%.6g" % value if isinstance(value, float) else shortened_text(str(value))
 
 
 def state_document(

@@ -54,19 +54,22 @@ class Reason:
     """Why a command is not enabled.
 
     ``kind``: "phase", "synchronisation", "range", "requirement" or "synthesis".
-    ``place`` is file and line of the requirement.
+    ``place`` is file and line of the requirement, ``because`` what of it does not hold.
     """
 
     kind: str
     text: str
     place: str | None = None
+    because: Sequence[str] = ()
 
     def __str__(self) -> str:
-        return f"{self.text} ({self.place})" if self.place else self.text
+        text = f"{self.text} ({self.place})" if self.place else self.text
+        return f"{text}: {', '.join(self.because)}" if self.because else text
 
-    def document(self) -> dict[str, str]:
+    def document(self) -> dict[str, Any]:
         place = {"place": self.place} if self.place else {}
-        return {"kind": self.kind, "text": self.text, **place}
+        because = {"because": list(self.because)} if self.because else {}
+        return {"kind": self.kind, "text": self.text, **place, **because}
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from robosc.emit.naming import place
 from robosc.errors import listing
 from robosc.ir.automaton import Event, PlantState
+from robosc.ir.conjuncts import conjuncts
 from robosc.ir.step import Verdict, holds, lookup, outcome, taken_edge, valuations
 from robosc.model.entities import EventKind
 from robosc.runtime.telemetry import UNEXPLAINED
@@ -69,7 +70,12 @@ def _violated(supervisor: Supervisor, event: Event, state: PlantState) -> Iterat
     for index in event.requirements:
         requirement = plant.robot.requirements[index]
         if not holds(plant, plant.view.met(requirement), state):
-            yield Reason("requirement", requirement.text, place(requirement.span))
+            because = [
+                part.failure
+                for part in conjuncts(requirement, plant.robot)
+                if holds(plant, plant.view.expression(part.unmet), state)
+            ]
+            yield Reason("requirement", requirement.text, place(requirement.span), because)
 
 
 def _explained(supervisor: Supervisor, event: Event) -> str:

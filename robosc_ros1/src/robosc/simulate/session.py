@@ -22,6 +22,7 @@ from robosc.simulate.faults import InvalidLine, LineFault, Refused
 from robosc.simulate.literals import Raw, literal_text, parse_raw
 from robosc.simulate.machine import (
     Choice,
+    CommandState,
     Happening,
     Machine,
     event_and_value,
@@ -41,7 +42,10 @@ MakeMachine = Callable[[Mapping[str, Any]], Machine]
 
 WORDS: Mapping[str, tuple[str, str]] = {
     "show": ("show", "the state, what can happen, and what forbids commands"),
-    "why": ("why COMMAND", "the guard of a command and all that is known about it"),
+    "why": (
+        "why COMMAND",
+        "what holds a command back now, its guard, and all that is known about it",
+    ),
     "wait": ("wait SECONDS", "advance the clock (with --execute)"),
     "goto": ("goto CONDITION", "take a shortest path to a state: goto Motor.moving"),
     "random": ("random N [SEED]", "take N random steps; the same seed gives the same ones"),
@@ -265,12 +269,13 @@ class Session:
             near = get_close_matches(rest, names, 1)
             hint = f"did you mean '{near[0]}'?" if near else f"there are {listing(names)}"
             raise InvalidLine(f"there is no command '{rest}'; {hint}")
-        return Done(text="\n".join(self._about(c.event) for c in found))
+        return Done(text="\n".join(self._about(c) for c in found))
 
-    def _about(self, event: Event) -> str:
+    def _about(self, command: CommandState) -> str:
+        event = command.event
         supervisor = self.machine.supervisor
         robot = supervisor.plant.robot
-        lines = [f"{label(event)}"]
+        lines = [label(event), *(f"  now: {reason}" for reason in command.reasons or ["enabled"])]
         for guard in supervisor.guards:
             if guard.event == event:
                 *parts, condition = supervisor.part_names.lines(guard.expr)

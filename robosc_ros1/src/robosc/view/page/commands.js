@@ -73,5 +73,6 @@ function reasonLine(reason) {
   // Of the model's own file, the line says enough.
   const short = whole?.startsWith(`${page.source}:`) ? whole.replace(`${page.source}:`, "line ") : whole;
   const place = whole ? [make("span", { className: "place", title: whole }, short), " "] : [];
-  return make("div", { className: isWaiting(reason) ? "why wait" : "why" }, ...place, reason.text);
+  const because = reason.because ? `${reason.because.join(", ")}: ` : "";
+  return make("div", { className: isWaiting(reason) ? "why wait" : "why" }, ...place, because + reason.text);
 }

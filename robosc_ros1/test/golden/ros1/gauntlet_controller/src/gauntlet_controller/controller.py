@@ -241,21 +241,50 @@ class GauntletController(Controller):
         # requirement reach needs Eye.front = near (gauntlet.rscd:87)
         return self.eye_front == "near"
 
+    def failures_of_requirement_1(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if self.eye_front != "near":
+            yield "Eye.front = near is false", {"Eye.front": self.eye_front}
+
     def requirement_2(self):
         # requirement Left.slipping or Right.slipping disables reach (gauntlet.rscd:88)
         return not (self.left_slipping or self.right_slipping)
+
+    def failures_of_requirement_2(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if self.left_slipping:
+            yield "Left.slipping is true", {}
+        if self.right_slipping:
+            yield "Right.slipping is true", {}
 
     def requirement_3(self):
         # requirement {say, count} needs Eye.lit => Count.items > 0 (gauntlet.rscd:89)
         return not self.eye_lit or self.count_items > 0
 
+    def failures_of_requirement_3(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if not (not self.eye_lit or self.count_items > 0):
+            yield "Eye.lit => Count.items > 0 is false", {"Count.items": self.count_items}
+
     def requirement_4(self):
         # requirement shout needs !Eye.lit and Arm.grade != poor (gauntlet.rscd:90)
         return not self.eye_lit and self.arm_grade != "poor"
 
+    def failures_of_requirement_4(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if self.eye_lit:
+            yield "Eye.lit is true", {}
+        if self.arm_grade == "poor":
+            yield "Arm.grade != poor is false", {"Arm.grade": self.arm_grade}
+
     def requirement_5(self):
         # requirement set_level needs Count.full or Count.items >= 2 (gauntlet.rscd:91)
         return self.count == "full" or self.count_items >= 2
+
+    def failures_of_requirement_5(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if not (self.count == "full" or self.count_items >= 2):
+            yield "Count.full or Count.items >= 2 is false", {"Count.items": self.count_items}
 
     def requirement_6(self):
         # requirement Left.turn needs !Left.slipping (gauntlet.rscd:92)
@@ -599,26 +628,31 @@ class GauntletController(Controller):
             text="requirement reach needs Eye.front = near",
             place="gauntlet.rscd:87",
             holds=requirement_1,
+            failures=failures_of_requirement_1,
         ),
         Requirement(
             text="requirement Left.slipping or Right.slipping disables reach",
             place="gauntlet.rscd:88",
             holds=requirement_2,
+            failures=failures_of_requirement_2,
         ),
         Requirement(
             text="requirement {say, count} needs Eye.lit => Count.items > 0",
             place="gauntlet.rscd:89",
             holds=requirement_3,
+            failures=failures_of_requirement_3,
         ),
         Requirement(
             text="requirement shout needs !Eye.lit and Arm.grade != poor",
             place="gauntlet.rscd:90",
             holds=requirement_4,
+            failures=failures_of_requirement_4,
         ),
         Requirement(
             text="requirement set_level needs Count.full or Count.items >= 2",
             place="gauntlet.rscd:91",
             holds=requirement_5,
+            failures=failures_of_requirement_5,
         ),
         Requirement(
             text="requirement Left.turn needs !Left.slipping",

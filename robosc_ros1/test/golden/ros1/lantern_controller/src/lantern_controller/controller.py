@@ -61,9 +61,19 @@ class LanternController(Controller):
         # requirement kindle needs Sky.light = dark (lantern.rscd:30)
         return self.sky_light == "dark"
 
+    def failures_of_requirement_1(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if self.sky_light != "dark":
+            yield "Sky.light = dark is false", {"Sky.light": self.sky_light}
+
     def requirement_2(self):
         # requirement Sky.light = dark disables snuff (lantern.rscd:31)
         return self.sky_light != "dark"
+
+    def failures_of_requirement_2(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if self.sky_light == "dark":
+            yield "Sky.light = dark is true", {"Sky.light": self.sky_light}
 
     # Commands.
 
@@ -174,10 +184,12 @@ class LanternController(Controller):
             text="requirement kindle needs Sky.light = dark",
             place="lantern.rscd:30",
             holds=requirement_1,
+            failures=failures_of_requirement_1,
         ),
         Requirement(
             text="requirement Sky.light = dark disables snuff",
             place="lantern.rscd:31",
             holds=requirement_2,
+            failures=failures_of_requirement_2,
         ),
     )

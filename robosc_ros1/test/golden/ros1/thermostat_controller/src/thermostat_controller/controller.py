@@ -96,6 +96,16 @@ class ThermostatController(Controller):
         #     margin) (thermostat.rscd:44)
         return self.reading_fresh and (self.heater_eager or self.sensor_degrees < self.wanted - 0.5)
 
+    def failures_of_requirement_1(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if not self.reading_fresh:
+            yield "reading.fresh is false", {}
+        if not (self.heater_eager or self.sensor_degrees < self.wanted - 0.5):
+            yield (
+                "Heater.eager or Sensor.degrees < wanted - 0.5 is false",
+                {"Sensor.degrees": self.sensor_degrees, "wanted": self.wanted}
+            )
+
     def requirement_2(self):
         # requirement heat needs Season(Sensor.degrees) = season => Sensor.season = season
         #     (thermostat.rscd:45)
@@ -104,14 +114,42 @@ class ThermostatController(Controller):
             or self.sensor_season == self.season_2
         )
 
+    def failures_of_requirement_2(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if not (
+            season(self.sensor_degrees, self.wanted) != self.season_2
+            or self.sensor_season == self.season_2
+        ):
+            yield (
+                "Season(Sensor.degrees) = season => Sensor.season = season is false",
+                {
+                    "Sensor.degrees": self.sensor_degrees,
+                    "season": self.season_2,
+                    "Sensor.season": self.sensor_season,
+                }
+            )
+
     def requirement_3(self):
         # requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit
         #     (thermostat.rscd:46)
         return self.sensor_degrees > self.wanted or self.sensor_degrees > self.limit
 
+    def failures_of_requirement_3(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if not (self.sensor_degrees > self.wanted or self.sensor_degrees > self.limit):
+            yield (
+                "Sensor.degrees > wanted or Sensor.degrees > limit is false",
+                {"Sensor.degrees": self.sensor_degrees, "wanted": self.wanted, "limit": self.limit}
+            )
+
     def requirement_4(self):
         # requirement say needs steps > 1 (thermostat.rscd:47)
         return self.steps > 1
+
+    def failures_of_requirement_4(self):
+        """Yield the parts of it that do not hold, and the values that they compare."""
+        if not self.steps > 1:
+            yield "steps > 1 is false", {"steps": self.steps}
 
     # Commands.
 
@@ -343,20 +381,24 @@ class ThermostatController(Controller):
             ),
             place="thermostat.rscd:44",
             holds=requirement_1,
+            failures=failures_of_requirement_1,
         ),
         Requirement(
             text="requirement heat needs Season(Sensor.degrees) = season => Sensor.season = season",
             place="thermostat.rscd:45",
             holds=requirement_2,
+            failures=failures_of_requirement_2,
         ),
         Requirement(
             text="requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit",
             place="thermostat.rscd:46",
             holds=requirement_3,
+            failures=failures_of_requirement_3,
         ),
         Requirement(
             text="requirement say needs steps > 1",
             place="thermostat.rscd:47",
             holds=requirement_4,
+            failures=failures_of_requirement_4,
         ),
     )

@@ -1,0 +1,62 @@
+"""The parts of a requirement, all of which have to hold: what is told of a command that is held
+back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from robosc.ir.formulas import negation, to_dsl
+from robosc.model.entities import Requirement, Robot
+from robosc.model.expr import Binary, Expr, ParameterRef, Unary, VariableRef
+from robosc.model.traversal import walk
+from robosc.model.types import ArrayType, BooleanType, ObjectType
+
+__all__ = ["Conjunct", "conjuncts"]
+
+_MOST_VALUES = 4
+"""More than these would hide the reason in the message."""
+
+
+@dataclass(frozen=True)
+class Conjunct:
+    """A part of a requirement: ``failure`` tells that it does not hold, while ``unmet`` does.
+
+    ``values`` are what it compares, by the names in the model.
+    """
+
+    failure: str
+    unmet: Expr
+    values: dict[str, VariableRef | ParameterRef]
+
+
+def conjuncts(requirement: Requirement, robot: Robot) -> tuple[Conjunct, ...]:
+    """The parts of a requirement in order; empty if they tell no more than the requirement."""
+    found = tuple(
+        Conjunct(
+            f"{to_dsl(part, robot)} is {'false' if wanted else 'true'}",
+            negation(part) if wanted else part,
+            dict(_values(part)),
+        )
+        for part, wanted in _parts(requirement.condition, not requirement.forbids)
+    )
+    return found if len(found) > 1 or any(part.values for part in found) else ()
+
+
+def _parts(expr: Expr, wanted: bool) -> Iterator[tuple[Expr, bool]]:
+    if isinstance(expr, Unary) and expr.operator == "!":
+        yield from _parts(expr.operand, not wanted)
+    elif isinstance(expr, Binary) and expr.operator == ("and" if wanted else "or"):
+        yield from _parts(expr.left, wanted)
+        yield from _parts(expr.right, wanted)
+    else:
+        yield expr, wanted
+
+
+def _values(expr: Expr) -> Iterator[tuple[str, VariableRef | ParameterRef]]:
+    read = dict.fromkeys(
+        node for node in walk(expr) if isinstance(node, VariableRef | ParameterRef)
+    )
+    plain = [n for n in read if not isinstance(n.type, ArrayType | BooleanType | ObjectType)]
+    for node in plain[:_MOST_VALUES]:
+        yield node.key if isinstance(node, VariableRef) else node.parameter.key, node

@@ -1,0 +1,117 @@
+"""What of a requirement does not hold: a part is told if, and only if, the requirement is violated."""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from emit.generated_code import controller_source, supervisor_of
+from emit.judged_controllers import class_of
+from random_models import random_model
+from ros_support import EXAMPLES
+
+from robosc import pipeline
+from robosc.runtime.telemetry import violated
+from robosc.runtime.values import Undefined
+
+MODELS = [m for m in sorted(EXAMPLES.rglob("*.rscd")) if re.search(r"^robot ", m.read_text(), re.M)]
+NUMBERS = [-1.0, 0.0, 0.05, 0.15, 0.3, 0.5, 1.0, 5.0, 100.0, math.inf, math.nan]
+
+
+def arbitrary(value: Any, chance: random.Random, words: list[str]) -> Any:
+    """Another value of the same type; one that is no state of the plant will do, too."""
+    if isinstance(value, bool):
+        return chance.random() < 0.5
+    if isinstance(value, int):
+        return chance.randint(-1, 4)
+    if isinstance(value, float):
+        return chance.choice(NUMBERS)
+    if isinstance(value, str):
+        return chance.choice([value, *words])
+    return value
+
+
+def told_as_violated(source: str, seed: int) -> int:
+    """How many violated requirements were seen whose parts are told."""
+    chance = random.Random(seed)
+    controller = class_of(source)()
+    initial = dict(vars(controller))
+    words = [value for value in initial.values() if isinstance(value, str)]
+    found = 0
+    for _ in range(200):
+        vars(controller).update((n, arbitrary(v, chance, words)) for n, v in initial.items())
+        for requirement in controller.REQUIREMENTS:
+            if requirement.failures is None:
+                continue
+            try:
+                holds = requirement.holds(controller)
+                failures = list(requirement.failures(controller))
+            except Undefined:
+                continue
+            assert bool(failures) is not holds, (requirement.text, vars(controller))
+            found += not holds
+    return found
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda path: path.stem)
+def test_examples(model: Path) -> None:
+    source = controller_source(pipeline.synthesize(pipeline.load(model).robot), model.name)
+    assert told_as_violated(source, 1) > 0 or "failures=" not in source
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_robots(seed: int) -> None:
+    source = controller_source(supervisor_of(random_model(random.Random(seed))))
+    assert told_as_violated(source, seed) >= 0
+
+
+ROBOT = """
+robot Rover {
+    component Laser {
+        outgoing message scan with identifier: "/scan", timeout: 1 s, type: double
+        behaviour {
+            variable front: double
+            initial marked state on { on response from scan do front := value }
+        }
+    }
+    component Wheel[1..2] {
+        outgoing message slip with identifier: "/slip", type: boolean
+        behaviour {
+            variable slipping: boolean
+            initial marked state on { on response from slip do slipping := value }
+        }
+    }
+    component Base {
+        incoming message drive with identifier: "/drive", type: none
+        incoming message turn with identifier: "/turn", type: none
+    }
+    parameter near: double = 0.4
+    requirement drive needs scan.fresh and Laser.front > near
+    requirement any(w.slipping for w in Wheel) disables drive
+    requirement turn needs scan.fresh
+}
+"""
+
+
+def test_text() -> None:
+    controller = class_of(controller_source(supervisor_of(ROBOT)))()
+    controller.laser_front = 0.3875
+    controller.wheel_2_slipping = True
+    because = {
+        command.key: [reason.get("because") for reason in violated(controller, command)]
+        for command in controller.COMMANDS
+    }
+    assert because == {
+        "Base.drive": [
+            [
+                "scan.fresh is false",
+                "Laser.front > near is false (Laser.front is 0.3875, near is 0.4)",
+            ],
+            ["Wheel[2].slipping is true"],
+        ],
+        "Base.turn": [None],
+    }
