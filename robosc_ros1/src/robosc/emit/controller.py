@@ -24,11 +24,11 @@ from robosc.emit.python import (
 from robosc.emit.reactions import Reactions, alike, attributes_read
 from robosc.emit.rendering import instantiated
 from robosc.emit.views import (
-    ConjunctView,
     AfterView,
     AttributeView,
     CommandView,
     ComponentView,
+    ConjunctView,
     ControllerContext,
     GuardPartView,
     InputView,
