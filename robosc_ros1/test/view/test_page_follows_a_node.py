@@ -100,7 +100,12 @@ def reasons_are_those_of_the_topic(browser: Browser, node: Node, command: str, w
     (told,) = (
         c for c in latest["commands"] if (c["event"]["name"], c["event"]["kind"]) == (name, kind)
     )
-    lines = [f"line {r['place'].rpartition(':')[2]} {r['text']}" for r in told["blocked_by"]]
+    lines = [
+        f"line {r['place'].rpartition(':')[2]} "
+        + "".join(f"{part}: " for part in [", ".join(r.get("because", []))] if part)
+        + r["text"]
+        for r in told["blocked_by"]
+    ]
     assert browser.text(f"{row} .below:last-child") == " ".join(lines)
     source = MODEL.read_text(encoding="utf-8").splitlines()
     numbers = [int(r["place"].rpartition(":")[2]) for r in told["blocked_by"]]

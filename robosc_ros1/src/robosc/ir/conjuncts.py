@@ -22,6 +22,7 @@ _MOST_VALUES = 4
 class Conjunct:
     """A part of a requirement: ``failure`` tells that it does not hold, while ``unmet`` does.
 
+    ``failure`` is empty for the whole requirement, which has a text as its author wrote it.
     ``values`` are what it compares, by the names in the model.
     """
 
@@ -32,15 +33,16 @@ class Conjunct:
 
 def conjuncts(requirement: Requirement, robot: Robot) -> tuple[Conjunct, ...]:
     """The parts of a requirement in order; empty if they tell no more than the requirement."""
+    parts = list(_parts(requirement.condition, not requirement.forbids))
     found = tuple(
         Conjunct(
-            f"{to_dsl(part, robot)} is {'false' if wanted else 'true'}",
+            f"{to_dsl(part, robot)} is {'false' if wanted else 'true'}" if len(parts) > 1 else "",
             negation(part) if wanted else part,
             dict(_values(part)),
         )
-        for part, wanted in _parts(requirement.condition, not requirement.forbids)
+        for part, wanted in parts
     )
-    return found if len(found) > 1 or any(part.values for part in found) else ()
+    return found if len(found) > 1 or found[0].values else ()
 
 
 def _parts(expr: Expr, wanted: bool) -> Iterator[tuple[Expr, bool]]:

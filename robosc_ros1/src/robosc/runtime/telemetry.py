@@ -171,8 +171,8 @@ def _failures(controller: Controller, requirement: Requirement) -> Iterator[str]
         return
     with contextlib.suppress(Undefined):  # what comes behind it is not known, either
         for text, values in requirement.failures(controller):
-            told = ["%s is %s" % (name, _value_text(value)) for name, value in values.items()]
-            yield "%s (%s)" % (text, ", ".join(told)) if told else text
+            told = ", ".join("%s is %s" % (n, _value_text(v)) for n, v in values.items())
+            yield "%s (%s)" % (text, told) if text and told else text or told
 
 
 def _value_text(value: Any) -> str:

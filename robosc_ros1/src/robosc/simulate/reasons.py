@@ -73,7 +73,7 @@ def _violated(supervisor: Supervisor, event: Event, state: PlantState) -> Iterat
             because = [
                 part.failure
                 for part in conjuncts(requirement, plant.robot)
-                if holds(plant, plant.view.expression(part.unmet), state)
+                if part.failure and holds(plant, plant.view.expression(part.unmet), state)
             ]
             yield Reason("requirement", requirement.text, place(requirement.span), because)
 
