@@ -9,14 +9,12 @@ import robot_families
 import steep_families
 from random_models import random_model
 from synthesis.differential import ENGINES, differences
-from synthesis.oracle import Oracle
 from synthesis.plants import plant_of
 from synthesis.subject import oracle_of, robot_of
 
 from robosc.ir.formulas import to_dsl
 from robosc.synthesis import guards, synthesize
 from robosc.synthesis.bdd import care_set as bdd_care_set
-from robosc.synthesis.bdd import fixpoint
 from robosc.synthesis.dense import care_set as dense_care_set
 
 SMALL = {
@@ -135,14 +133,3 @@ def test_guards_made_without_tables_are_exact(
     for seed in range(300, 316):
         oracle = oracle_of(random_model(random.Random(seed), 1 + seed % 2))
         assert differences(oracle.robot, oracle, engine) == [], seed
-
-
-@pytest.mark.slow
-def test_fixpoints_are_the_same_after_a_race(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fixpoint, "_FIRST_BUDGET", 1)
-    monkeypatch.setattr(fixpoint, "_MORE", 2)
-    for seed in range(400, 412):
-        robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
-        assert differences(robot, Oracle(robot), "bdd") == [], seed
-    robot = robot_of(steep_families.crew(5))
-    assert differences(robot, Oracle(robot), "bdd") == []

@@ -1,8 +1,8 @@
 """The symbolic engine: sets of states as decision diagrams, for products too large for arrays.
 
 The fixpoints are those of the dense engine (Ramadge & Wonham 1987; Ouedraogo et al. 2011),
-restricted to states that the plant can reach; least fixpoints are computed by chaining
-(:mod:`robosc.synthesis.bdd.fixpoint`).
+restricted to states that the plant can reach; least fixpoints are computed by saturation
+(:mod:`robosc.synthesis.bdd.saturation`).
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from typing import TypeAlias
 from robosc.ir.automaton import Plant
 from robosc.model.entities import EventKind
 from robosc.progress import Progress
+from robosc.synthesis.bdd.chaining import Iterates, chained, related_events
 from robosc.synthesis.bdd.encoding import Encoding
-from robosc.synthesis.bdd.fixpoint import Fixpoint, Iterates, related_events
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
 from robosc.synthesis.bdd.relations import MOST_DISJUNCTS, Disjunct, EventRelation, Relations
+from robosc.synthesis.bdd.saturation import saturated
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import weight
 
@@ -102,39 +103,54 @@ class SymbolicEngine:
         self.manager = self.encoding.manager
         self.relations = Relations(self.encoding, most_disjuncts)
         self.events = self.relations.events
-        places = [self._place(event) for event in self.events]
         self._required = tuple(_guarded(event.disjuncts, event.required) for event in self.events)
         self._permitted: tuple[Sequence[Disjunct], ...] = self._required
-        self._related = related_events(self.events, [event.variables for event in self.events])
-        self._fixpoint = Fixpoint(self.manager, places, progress)
+        self._progress = progress
 
     def _place(self, event: EventRelation) -> int:
         """Return the position of an event in the variable order: that of its first variable."""
         return min(map(self.encoding.place, event.variables), default=0)
 
     def solve(self) -> SymbolicSolution:
-        """Return the controlled system: states to avoid and blocking ones are removed in turn."""
-        encoding = self.encoding
-        initial = encoding.initial
-        reach = plant_reach = self._forward(initial, [event.disjuncts for event in self.events])
-        if any(event.required != self.manager.true for event in self.events):
-            reach = self._forward(initial, self._required)
-        good = reach
+        """Return the controlled system: states to avoid and blocking ones are removed in turn.
+
+        They are removed from all that the plant reaches. What it reaches under its requirements
+        would do as well, and can have a diagram that is far larger than both.
+        """
+        encoding, true = self.encoding, self.manager.true
+        plant_reach = self._forward([event.disjuncts for event in self.events], true)
+        good = plant_reach
         bad = good & self.unsafe()
         while True:
             if bad != self.manager.false:
                 good = good & ~self._uncontrollably(bad, good)
-            if initial & good != initial:
+            if encoding.initial & good != encoding.initial:
                 return SymbolicSolution(self, plant_reach, self.manager.false, good, True)
             back = self._coreachable(good)
             if back == good:
                 break
             bad, good = good & ~back, back
-        restricted = good != reach
-        if restricted:
-            self._permitted = self._inside(good)
-            reach = self._forward(initial, *self._controlled(good))
+        if good == plant_reach:
+            reach = plant_reach
+            if any(event.required != true for event in self.events):
+                reach = self._forward(self._required, true)
+            return SymbolicSolution(self, plant_reach, reach, good, False)
+        self._permitted = self._inside(good)
+        reach = self._forward(self._permitted, good)
+        restricted = self._leaves(reach)
+        if not restricted:
+            self._permitted = self._required
         return SymbolicSolution(self, plant_reach, reach, good, restricted)
+
+    def _leaves(self, states: Bdd) -> bool:
+        """Whether something that the requirements allow leads out of a set."""
+        return any(
+            self.manager.run(lambda d=disjunct: self.relations.image(d, states) & ~states)  # type: ignore[misc]
+            != self.manager.false
+            for disjuncts in self._required
+            for disjunct in disjuncts
+            if not disjunct.stays
+        )
 
     def unsafe(self) -> Bdd:
         """Return the states that violate a state requirement or leave a range, reachable or not."""
@@ -163,9 +179,10 @@ class SymbolicEngine:
 
     def iterates(self, states: Bdd) -> Iterates:
         """Return the iterates of the reachability fixpoint; ``states`` is its result."""
-        found: Iterates = [(-1, self.encoding.initial)]
-        self._forward(self.encoding.initial, *self._controlled(states), iterates=found)
-        return found
+        disjuncts, related = self._controlled(states)
+        upwards = [-self._place(event) for event in self.events]
+        image = self.relations.image
+        return chained(self.manager, self.encoding.initial, disjuncts, image, related, upwards)
 
     def longest_completion(self, states: Bdd) -> int | None:
         """Return the length of the longest sequence of internal transitions; None if unbounded.
@@ -247,20 +264,11 @@ class SymbolicEngine:
 
     # --- fixpoints
 
-    def _forward(
-        self,
-        states: Bdd,
-        disjuncts: Sequence[Sequence[Disjunct]],
-        related: Sequence[Sequence[int]] | None = None,
-        iterates: Iterates | None = None,
-    ) -> Bdd:
-        """Return all states that the disjuncts reach."""
-
-        def step(disjunct: Disjunct, found: Bdd) -> Bdd:
-            return self.relations.image(disjunct, found)
-
-        near = self._related if related is None else related
-        return self._fixpoint.closure("reachable states", states, disjuncts, step, near, iterates)
+    def _forward(self, disjuncts: Sequence[Sequence[Disjunct]], within: Bdd) -> Bdd:
+        """Return all states that the disjuncts reach without leaving ``within``."""
+        return self._closure(
+            "reachable states", self.encoding.initial, within, disjuncts, self.relations.image
+        )
 
     def _uncontrollably(self, bad: Bdd, good: Bdd) -> Bdd:
         """Return ``bad`` and the states of ``good`` from which uncontrollable events lead there."""
@@ -268,21 +276,27 @@ class SymbolicEngine:
             () if self.plant.events[event.number].controllable else event.disjuncts
             for event in self.events
         ]
-        step = self._step_back(good)
-        return self._fixpoint.closure("states to be avoided", bad, disjuncts, step, self._related)
+        return self._closure("states to be avoided", bad, good, disjuncts, self.relations.preimage)
 
     def _coreachable(self, good: Bdd) -> Bdd:
         """Return the states of ``good`` from which a marked state is reached inside ``good``."""
         marked = self.encoding.marked & good
-        step = self._step_back(good)
         inside = self._inside(good)
-        return self._fixpoint.closure("nonblocking states", marked, inside, step, self._related)
+        return self._closure("nonblocking states", marked, good, inside, self.relations.preimage)
 
-    def _step_back(self, within: Bdd) -> Callable[[Disjunct, Bdd], Bdd]:
-        def step(disjunct: Disjunct, found: Bdd) -> Bdd:
-            return self.relations.preimage(disjunct, found) & within
+    def _closure(
+        self,
+        what: str,
+        states: Bdd,
+        within: Bdd,
+        disjuncts: Sequence[Sequence[Disjunct]],
+        step: Callable[[Disjunct, Bdd], Bdd],
+    ) -> Bdd:
+        def report() -> None:
+            if self._progress is not None:
+                self._progress(what, self.manager.nodes, self.manager.capacity)
 
-        return step
+        return saturated(self.manager, states, within, disjuncts, step, report)
 
 
 def _guarded(disjuncts: Sequence[Disjunct], guard: Bdd) -> tuple[Disjunct, ...]:
