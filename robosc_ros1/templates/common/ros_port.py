@@ -8,11 +8,32 @@ from std_msgs.msg import String
 from ._runtime.engine import Engine
 from ._runtime.port import Port
 from ._runtime.telemetry import Outlet, dump
+from ._runtime.traffic import UNSERVED
 
 try:
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 except ImportError:  # missing in minimal installations of ROS 2
     DiagnosticArray = None
+
+
+class Caller:
+    """The client of a service or an action, which has the full name ``label``."""
+
+    label = ""
+    missed = False
+    """A request ended because there was no server."""
+
+    def is_served(self):
+        """Return whether there is a server."""
+        raise NotImplementedError
+
+    def fault(self):
+        """Return what is wrong with the server, as text; None: nothing."""
+        self.missed = self.missed and not self.is_served()
+        if not self.missed:
+            return None
+        remedy = ", but this node needs one: start it, or remap one of the two"
+        return UNSERVED % self.label + remedy
 
 
 class CallingPort(Port):
@@ -45,15 +66,27 @@ class CallingPort(Port):
     def silence(self, key):
         return self._actions[key].silence()
 
+    def absent(self, key):
+        caller = self._services.get(key) or self._actions[key]
+        caller.missed = not caller.is_served()
+        return UNSERVED % caller.label if caller.missed else None
+
+    def callers(self):
+        return [*self._services.values(), *self._actions.values()]
+
     def faults(self):
-        found = (action.fault() for action in self._actions.values())
+        found = (caller.fault() for caller in self.callers())
         return [fault for fault in found if fault is not None]
+
+    def unserved(self):
+        """Return the full names of the services and actions without a server."""
+        return [caller.label for caller in self.callers() if not caller.is_served()]
 
 
 class TopicOutlet(Outlet):
     """The node's own topics, for a version of ROS that defines ``publisher`` and ``listeners``.
 
-    ``watch`` has the ``faults`` and the ``unconnected`` topics.
+    ``watch`` has the ``faults``, and what is ``unconnected``.
     """
 
     def __init__(self, model, settings, watch):

@@ -80,6 +80,9 @@ class RosPort(CallingPort):
     def now(self):
         return (rospy.get_time() or BEFORE_TIME) if self._simulated else steady_time()
 
+    def services(self):
+        return list(self._services.values())
+
     def await_inputs(self, done):
         return BACKLOG.await_taken(done)
 

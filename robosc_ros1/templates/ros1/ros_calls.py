@@ -6,6 +6,8 @@ a call, its connection is closed. Goals use actionlib's ActionClient, whose call
 the loss of a server is inferred from the age of its last status (wall time).
 """
 
+import errno
+import os
 import threading
 import time
 import uuid
@@ -18,6 +20,7 @@ from rospy.impl.tcpros_base import TCPROSTransport
 
 from ._runtime.calls import Failure
 from .ros_messages import clean, compose
+from .ros_port import Caller
 from .ros_watch import Refused, ask
 
 RESULT_TIMEOUT = 2.0
@@ -39,11 +42,14 @@ HUNG_CALLS = 8
 """The number of unreturned calls of one service at which further requests fail at once."""
 
 
-class Service:
+class Service(Caller):
     """Calls of one service, each in a thread with a connection of its own."""
 
     def __init__(self, name, type_):
         self.report = None
+        self.label = rospy.resolve_name(name)
+        self.found = True
+        """Whether there was a server at the last look."""
         self._name = name
         self._type = type_
         self._lock = threading.Lock()
@@ -65,6 +71,9 @@ class Service:
 
     def is_busy(self):
         return bool(self._connections)
+
+    def is_served(self):
+        return self.found
 
     def abandon(self, token):
         with self._lock:
@@ -101,7 +110,8 @@ class Service:
                     return None
                 self._connections[token] = connection
             try:
-                if _connects(connection, deadline):
+                self.found, connected = _connects(connection, deadline)
+                if connected:
                     proxy.transport = connection
                     return proxy.call(request)
             finally:
@@ -111,7 +121,7 @@ class Service:
 
 
 def _connects(connection, deadline):
-    """Connect to the server of a service; False if there is none.
+    """Connect to the server of a service; return whether there is one, and whether it succeeded.
 
     Raises:
         TransportInitError: the service is of another type.
@@ -120,13 +130,15 @@ def _connects(connection, deadline):
         uri = ask(rosgraph.get_master_uri(), "lookupService", connection.name)
         host, port = rospy.core.parse_rosrpc_uri(uri)
         connection.connect(host, port, uri, max(0.01, deadline - time.monotonic()))
-    except (Refused, OSError):
-        return False
+    except Refused:
+        return False, False
+    except OSError:
+        return True, False  # as far as is known
     except rospy.exceptions.TransportInitError as error:
         if "md5sum" in str(error):
             raise
-        return False
-    return not connection.done
+        return os.strerror(errno.ECONNREFUSED) not in str(error), False
+    return True, not connection.done
 
 
 FAILURES = {
@@ -199,7 +211,7 @@ def _forget_goals(manager):
         manager.statuses = [goal for goal in manager.statuses if goal() is not None]
 
 
-class GoalCaller:
+class GoalCaller(Caller):
     """Goals of one action, at most one of them current, which wait until the server is connected.
 
     ``canceller`` is the publisher of cancels; ``ends`` are the publishers and subscribers that must
@@ -210,7 +222,7 @@ class GoalCaller:
 
     def __init__(self, name, canceller, ends):
         self.report = None
-        self._name = name
+        self.label = rospy.resolve_name(name)
         self._canceller = canceller
         self._ends = ends
         self._lock = threading.Lock()
@@ -239,13 +251,15 @@ class GoalCaller:
         """Keep the current goal, which is cancelled, among the unended ones. With ``_lock``."""
         raise NotImplementedError
 
+    def is_served(self):
+        return self._ends.are_connected()
+
     def fault(self):
-        """Return that a cancelled goal goes on, as text; None if there is none."""
         since = time.monotonic() - self._dropped
         if since < REPEAT or not self.goes_on():
-            return None
+            return super().fault()
         text = "%s: a goal goes on that was cancelled %.0f s ago; the server has not ended it"
-        return text % (self._name, since)
+        return text % (self.label, since)
 
     def may_begin(self):
         """Return whether a goal can be sent: the server has ended those that were cancelled."""

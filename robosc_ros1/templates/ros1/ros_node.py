@@ -43,6 +43,7 @@ def run(name, controller_type, model, defaults, tables, port_type=RosPort):
     watch = Watch(tables, settings.allowed_publishers)
     outlet = RosOutlet(model, settings, watch)
     port = port_type(tables, lifecycle)
+    watch.serve(port)
     engine = port.engine_type(controller, port, settings)
     reporter = Reporter(engine, outlet, model)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)

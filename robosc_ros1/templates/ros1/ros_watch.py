@@ -59,7 +59,13 @@ class Watch(TrafficWatch):
         super().__init__(traffic, lambda text: rospy.logwarn("%s", text))
         self._master = rosgraph.get_master_uri()
         self._gone = False
+        self._services = ()
         self._suspects = {}  # unconnected nodes, with the number of checks that found them
+
+    def serve(self, port):
+        """Watch the servers of a port, too."""
+        self._services = port.services()
+        self.unserved = port.unserved
 
     def start(self):
         threading.Thread(target=self._run, name="watch", daemon=True).start()
@@ -106,8 +112,9 @@ class Watch(TrafficWatch):
         Not earlier: a node that is announced while it connects may connect twice, and messages on
         the first connection may be lost.
         """
-        publishers, subscribers, _ = ask(self._master, "getSystemState")
-        publishers, subscribers = dict(publishers), dict(subscribers)
+        publishers, subscribers, servers = map(dict, ask(self._master, "getSystemState"))
+        for service in self._services:
+            service.found = any(map(self._answers, servers.get(service.label, ())))
         strangers = self._strangers(publishers, subscribers)
         looks = self._suspects = {who: self._suspects.get(who, 0) + 1 for who in strangers}
         for topic, _, _, uri, question in (who for who in strangers if looks[who] == 2):

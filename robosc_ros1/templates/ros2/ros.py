@@ -112,7 +112,7 @@ class RosPort(CallingPort):
         """Wait until pending messages are sent and goals are cancelled, for at most ``timeout``
         seconds."""
         end = time.monotonic() + timeout
-        callers = list(self._services.values()) + list(self._actions.values())
+        callers = self.callers()
         self.executor_thread.flush(lambda: not any(c.is_busy() for c in callers), timeout / 2)
         for publisher in {id(p): p for p, _ in self._publishers.values()}.values():
             left = end - time.monotonic()

@@ -14,6 +14,7 @@ from rclpy.action import ActionClient
 from ._runtime.calls import Failure
 from .ros_messages import compose, plain
 from .ros_parameters import qos_profile
+from .ros_port import Caller
 
 FAILURES = {
     GoalStatus.STATUS_ABORTED: "aborted",
@@ -32,13 +33,14 @@ GONE = 5.0
 """Seconds without the server after which a cancelled goal counts as ended."""
 
 
-class Service:
+class Service(Caller):
     """Calls of one service, at most one of them current."""
 
     def __init__(self, node, executor_thread, name, type_):
         self.report = None
         self._executor_thread = executor_thread
         self._type = type_
+        self.label = node.resolve_service_name(name)
         self._client = node.create_client(type_, name)
         self._clock = node.get_clock()
         # Used by the executor's thread only.
@@ -55,6 +57,9 @@ class Service:
     def is_busy(self):
         """Whether an available server has not answered yet."""
         return self._future is not None
+
+    def is_served(self):
+        return self._client.service_is_ready()
 
     def _begin(self, request, token):
         self._token = token
@@ -88,7 +93,7 @@ class Service:
             self._token = self._future = None
 
 
-class Action:
+class Action(Caller):
     """Goals of one action, at most one of them current."""
 
     def __init__(self, node, executor_thread, name, type_):
@@ -99,7 +104,7 @@ class Action:
         self._client = ActionClient(
             node, type_, name, feedback_sub_qos_profile=qos_profile("reliable", FEEDBACK)
         )
-        self._label = name
+        self.label = node.resolve_service_name(name)
         self._status = name + "/_action/status"
         self._goals = {}  # by token; used by the executor's thread only
         self._heard = time.monotonic()
@@ -122,16 +127,18 @@ class Action:
         """Whether the cancelling of a goal is awaited."""
         return any(goal.cancelled for goal in list(self._goals.values()))
 
+    def is_served(self):
+        return self._client.server_is_ready()
+
     def fault(self):
-        """Return that a cancelled goal goes on, as text; None if there is none."""
         for goal in list(self._goals.values()):
             if goal.handle is not None and goal.dropped is not None:
                 since = time.monotonic() - goal.dropped
                 if goal.refused or since > REPEAT:
                     what = "refuses to cancel the goal" if goal.refused else "has not ended it"
                     text = "%s: a goal goes on that was cancelled %.0f s ago; the server %s"
-                    return text % (self._label, since, what)
-        return None
+                    return text % (self.label, since, what)
+        return super().fault()
 
     def _begin(self, goal):
         self._keep(goal)
@@ -245,7 +252,7 @@ class Action:
         ended = answer.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
         refused = not answer.goals_canceling and not ended and goal.token in self._goals
         if refused and not goal.refused:
-            text = "the server of %s refuses to cancel its goal, which may go on" % self._label
+            text = "the server of %s refuses to cancel its goal, which may go on" % self.label
             self._node.get_logger().warning(text)
         goal.refused = refused
 

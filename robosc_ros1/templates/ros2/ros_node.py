@@ -91,6 +91,7 @@ class Work:
         outlet = RosOutlet(node, model, settings, watch)
         self._port = port_type(node, executor_thread, tables, profiles)
         self._port.on_exit = ended.set
+        watch.unserved = self._port.unserved
         self.engine = self._port.engine_type(controller, self._port, settings)
         self._reporter = Reporter(self.engine, outlet, model)
         self._thread = threading.Thread(target=self.engine.run, name="engine", daemon=True)

@@ -78,11 +78,14 @@ def test_a_goal_that_does_not_succeed(
 def test_a_server_that_is_absent_and_comes_later(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     with stage.controller(ear, timeout__run=0.5) as node:
         want(puppet, True)
-        assert node.tells(event("error", "run"))["detail"] == "no answer in time"
+        missing = "no server of /run is connected"
+        assert node.tells(event("error", "run"))["detail"] == missing
+        node.shows(lambda s: missing in s["unconnected"] and missing in str(s["faults"]))
         puppet.publish("/level", "std_msgs/Int16", 9)
         node.tells(event("request", "blow"))  # meanwhile, all else goes on
         puppet.do("action", **RUN, mode="succeed")
         node.tells(event("response", "run"))
+        node.shows(lambda s: missing not in s["unconnected"] and missing not in str(s["faults"]))
         assert goals_end_once(node)
 
 

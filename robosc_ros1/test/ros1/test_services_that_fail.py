@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from ros1.broken_service import BrokenService
 from ros1.stage import Puppet, Stage, event, master_pid
-from ros_support import stopped
+from ros_support import await_condition, stopped
 
 ASK = {"name": "/ask", "type": "gauntlet_interfaces/SetLevel"}
 BOOL = "std_msgs/Bool"
@@ -58,11 +58,17 @@ def test_a_service_that_is_absent_and_comes_later(
 ) -> None:
     with stage.controller(ear, timeout__ask=0.5) as node:
         puppet.publish("/ask_wanted", BOOL, True)
-        assert node.tells(event("error", "ask"))["detail"] == "no answer in time"
+        missing = "no server of /ask is connected"
+        assert node.tells(event("error", "ask"))["detail"] == missing
+        node.shows(lambda s: missing in s["unconnected"] and missing in str(s["faults"]))
         puppet.publish("/level", "std_msgs/Int16", 9)
         node.tells(event("request", "blow"))  # meanwhile, all else goes on
+        await_condition(lambda: "]: " + missing in node.log, "the warning")
         puppet.do("service", **ASK, mode="answer")
         node.tells(event("response", "ask"))
+        node.shows(lambda s: missing not in s["unconnected"] and missing not in str(s["faults"]))
+        await_condition(lambda: "no longer: " + missing in node.log, "that it is back")
+        assert node.log.count("]: " + missing) == 1
         assert one_end_per_request(node.events())
 
 

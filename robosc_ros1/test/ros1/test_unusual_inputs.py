@@ -121,10 +121,11 @@ def test_neighbours_of_other_types_are_not_heard_but_told(
             puppet.publish("/level", INT, 9)
             node.tells(event("request", "blow"))
             puppet.publish("/run_wanted", BOOL, True)
-            assert node.tells(event("error", "run"))["detail"] == "no answer in time"
+            missing = "no server of /run is connected"
+            assert node.tells(event("error", "run"))["detail"] == missing
             assert node.events(event("response", "reading")) == []
             mark = ear.mark
-        node.shows(lambda s: s["faults"] == [], since=mark)
+        node.shows(lambda s: all(missing in fault for fault in s["faults"]), since=mark)
 
 
 def test_a_second_publisher_of_a_command_is_told(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
@@ -196,7 +197,8 @@ def test_simulated_time_stops_starts_and_jumps(stage: Stage, puppet: Puppet, ear
         step(1.11, 1)
         # It stands still: deadlines run by wall time all the same.
         puppet.publish("/ask_wanted", BOOL, True)
-        assert node.tells(event("error", "ask"))["detail"] == "no answer in time"
+        missing = "no server of /ask is connected"
+        assert node.tells(event("error", "ask"))["detail"] == missing
         # And so does the end.
         node.process.send_signal(signal.SIGINT)
         assert node.process.wait(60) == 0

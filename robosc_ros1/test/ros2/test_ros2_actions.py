@@ -67,10 +67,14 @@ def test_absence_of_the_server_becomes_an_error(graph: Graph, controller: Start)
     node = controller(timeout__reach=0.3)
     robot = ready(graph, serve=False)
     arm(robot, "resting", lambda s: s["counters"]["errors"] >= 2)
-    assert "reach failed: no answer in time" in node.output
+    missing = "no server of /reach is connected"
+    assert "reach failed: " + missing in node.output
+    arm(robot, "resting", lambda s: missing in s["unconnected"] and missing in str(s["faults"]))
     # And when it comes at last, it is used.
     robot.act("reach", ACTION)
     robot.expect("goal", name="reach")
+    told = robot.expect_state("guarded_arm", lambda s: missing not in s["unconnected"])
+    assert missing not in str(told["faults"])
 
 
 def test_a_violated_requirement_cancels(graph: Graph, controller: Start) -> None:

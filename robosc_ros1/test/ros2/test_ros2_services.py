@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ros2.ros2_support import Graph, Peer, Process
-from ros_support import stopped
+from ros_support import await_condition, stopped
 
 Start = Callable[..., Process]
 SERVICE = "std_srvs/srv/SetBool"
@@ -55,7 +55,17 @@ def test_a_server_that_is_absent_becomes_an_error(graph: Graph, controller: Star
     node = controller(timeout__lock=0.3)
     robot = wanting(graph)
     door(robot, "open", lambda s: s["counters"]["errors"] >= 2)
-    assert "lock failed: no answer in time" in node.output
+    missing = "no server of /door/lock is connected"
+    assert "lock failed: " + missing in node.output
+    door(robot, "open", lambda s: missing in s["unconnected"] and missing in str(s["faults"]))
+    await_condition(lambda: "]: " + missing in node.output, "the warning")
+    robot.serve("door/lock", SERVICE, {"success": True})
+    robot.expect_state(
+        "guarded_arm",
+        lambda s: missing not in s["unconnected"] and missing not in str(s["faults"]),
+    )
+    await_condition(lambda: "no longer: " + missing in node.output, "that it is back")
+    assert node.output.count("]: " + missing) == 1
 
 
 def test_a_server_that_comes_in_time_is_waited_for(graph: Graph, controller: Start) -> None:

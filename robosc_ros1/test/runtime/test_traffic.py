@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosc.runtime.traffic import Traffic
+from robosc.runtime.traffic import Traffic, TrafficWatch
 
 CONTROLLER = Traffic("/c", heard=("/scan",), commanded=("/vel", "/horn"))
 
@@ -28,3 +28,26 @@ def test_topics_with_nobody_at_the_other_end() -> None:
         "nobody publishes /scan",
         "nobody subscribes to /vel",
     ]
+
+
+def test_servers_that_are_missing_are_told_once_and_when_they_are_back() -> None:
+    said: list[str] = []
+    watch = TrafficWatch(CONTROLLER, said.append)
+    missing = {"/go", "/stop"}
+    watch.unserved = lambda: sorted(missing)
+
+    def look() -> list[str]:
+        publishers = {"/scan": ["/laser"]}
+        watch.update((), publishers, {"/vel": ["/robot"], "/horn": ["/robot"]})
+        found, said[:] = list(said), []
+        return found
+
+    assert look() == []  # it may still be starting
+    assert watch.unconnected == [f"no server of {n} is connected" for n in ("/go", "/stop")]
+    assert look() == watch.unconnected
+    assert look() == []
+    missing.remove("/go")
+    assert look() == ["no longer: no server of /go is connected"]
+    assert look() == []
+    missing.add("/go")
+    assert [look(), look()] == [[], ["no server of /go is connected"]]

@@ -47,11 +47,13 @@ class Calls:
         goal_timeout: Callable[[str], Optional[float]],
         lost_after: float,
         silence: Callable[[str], Optional[float]],
+        absent: Callable[[str], Optional[str]],
     ) -> None:
         self._timeout = timeout
         self._goal_timeout = goal_timeout
         self._lost_after = lost_after
         self._silence = silence
+        self._absent = absent
         self._calls: Dict[str, _Call] = {}
         self._last_token = 0
         self.earliest: Optional[float] = None
@@ -94,7 +96,10 @@ class Calls:
         result = []
         for key, call in self._calls.items():
             if call.deadline is not None and call.deadline <= now:
-                reason = "deadline exceeded" if call.accepted else "no answer in time"
+                if call.accepted:
+                    reason = "deadline exceeded"
+                else:
+                    reason = self._absent(key) or "no answer in time"
                 result.append(Missed(call.deadline, key, reason))
             elif call.watch is not None and call.watch <= now:
                 silence = self._silence(key)

@@ -89,6 +89,7 @@ class Intake:
             self.settings.goal_timeout_of,
             self.settings.server_lost_after,
             port.silence,
+            port.absent,
         )
         self._clocks = Clocks(controller, self.settings.timeout_of, self.settings.seconds, port.now)
         self._deadlines = Deadlines(self._clocks, self._calls, steady, self._awaits)

@@ -61,6 +61,11 @@ class Port:
         unknown."""
         return None
 
+    def absent(self, key: str) -> Optional[str]:
+        """Return that there is no server for a request whose deadline is over, as text; None if
+        there is one, or that is unknown."""
+        return None
+
     def faults(self) -> List[str]:
         """Return the current faults of servers, as texts."""
         return []
