@@ -61,8 +61,9 @@ _MODEL_ERRORS = (
 )  # fmt: skip
 _MODEL_WARNINGS = (
     "unreachable-state", "hidden-transition", "repeated-communication", "unread-field",
-    "topic-shared", "stale-data", "topic-types", "names-differ-in-case", "unused-datatype",
-    "unused-interface", "unused-variable", "unused-value", "unused-timeout", "unused-enum-value",
+    "topic-shared", "stale-data", "undefined-data", "no-stop", "topic-types",
+    "names-differ-in-case", "unused-datatype", "unused-interface", "unused-variable",
+    "unused-value", "unused-timeout", "unused-enum-value",
 )  # fmt: skip
 _PLANT_ERRORS = ("empty-supervisor", "guard-overlap")
 _PLANT_WARNINGS = (

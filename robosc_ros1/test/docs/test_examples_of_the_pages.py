@@ -39,6 +39,7 @@ from robosc.syntax.parser import parse
 ROOT = Path(__file__).parents[3]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 _BLOCK = re.compile(r"^([ ]*)```(\w+)([^\n]*)\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
+_OF_WHOLES = ("no-stop", "stale-data")
 _LEVELS = ("robot", "component", "behaviour")
 
 
@@ -100,14 +101,14 @@ def is_told(code: str, block: Block) -> bool:
     """Whether a diagnostic counts.
 
     A part of a model leaves names unused and commands without requirement or data, and need not be
-    about silence; and which packages are installed is not the page's concern.
+    about silence or the node's end; and which packages are installed is not the page's concern.
     """
     entry = CODES[code]
     if code in block.codes or entry.severity is Severity.ERROR:
         return True
     is_part = any(w in _LEVELS for w in block.words)
     return code != "package-not-found" and not (
-        is_part and (entry.needs_plant or code.startswith("unused-") or code == "stale-data")
+        is_part and (entry.needs_plant or code.startswith("unused-") or code in _OF_WHOLES)
     )
 
 

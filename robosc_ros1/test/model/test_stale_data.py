@@ -143,6 +143,7 @@ ORDERS = """
         incoming message go with type: double
     }
     provide go with Desk.place
+    stop with go
 """
 
 

@@ -34,9 +34,11 @@ from robosc.model.scope import FileScope, report_duplicate
 from robosc.model.similar_names import check_case, check_topics
 from robosc.model.state_variables import select_state_variables
 from robosc.model.statements import StatementResolver, check_preferences
+from robosc.model.stopping import check_stop
 from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
 from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import EnumType, Type
+from robosc.model.undefined_data import check_undefined_data
 from robosc.model.unused import check_unused
 from robosc.model.usage import Usage
 from robosc.model.value_scope import ValueScope
@@ -142,6 +144,8 @@ class FileResolver:
             check_overlaps(robot.components, self._report, library=library)
         if whole:
             check_freshness(robot, self._report)
+            check_undefined_data(robot, lengths, self._scope.source, self._report)
+            check_stop(robot, self._report)
             check_unused(
                 self._scope,
                 self.types.values,

@@ -10,7 +10,7 @@ from robosc.model.expr import Expr, ValueRef, condition_of
 from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 
-__all__ = ["check_indexes"]
+__all__ = ["Lengths", "check_indexes", "has_open_index"]
 
 Lengths = Mapping[tuple[ObjectType, str], tuple[int, str]]
 """Array properties of fixed length: the number of elements, and the field as text."""
@@ -44,6 +44,11 @@ def _check(expr: Expr, type_: Type, lengths: Lengths, report: Report) -> None:
                     f"{field} has {length} elements, so there is no [{index}]",
                     f"the last one is [{length - 1}]",
                 )
+
+
+def has_open_index(path: tuple[str | int, ...], type_: Type, lengths: Lengths) -> bool:
+    """Whether a path leads to an element of an array that may be shorter."""
+    return sum(isinstance(step, int) for step in path) > len(list(_fixed(path, type_, lengths)))
 
 
 def _fixed(

@@ -41,6 +41,7 @@ robot NAME {
 
     provide forward with 0.2
     provide halt with 0.0
+    stop with halt // when the node ends
 }
 """
 

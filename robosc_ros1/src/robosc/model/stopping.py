@@ -1,0 +1,32 @@
+"""The check for robots that go on with their last command when the node ends."""
+
+from __future__ import annotations
+
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Kind, Robot, data_expressions
+from robosc.model.expr import Literal
+from robosc.model.types import DoubleType, IntegerType
+
+__all__ = ["check_stop"]
+
+
+def check_stop(robot: Robot, report: Report) -> None:
+    """Warn of a message that carries numbers, in a model that names no stop."""
+    if robot.stop is not None:
+        return
+    for provide in robot.provides:
+        message = robot.communications[provide.communication]
+        numbers = [
+            expr
+            for expr in data_expressions(provide.data)
+            if isinstance(expr.type, IntegerType | DoubleType)
+            and not (isinstance(expr, Literal) and not expr.value)
+        ]
+        if message.kind is Kind.INCOMING and numbers:
+            report.add(
+                "no-stop",
+                provide.span,
+                f"when the node ends, the robot goes on with the last {message.name}",
+                "name the message that stops it: stop with NAME",
+            )
+            return

@@ -1,0 +1,64 @@
+"""Which robots would go on with their last command when the node ends."""
+
+from __future__ import annotations
+
+import pytest
+from model_text import faults
+
+
+def told(provide: str, more: str = "", type_: str = "double") -> list[str]:
+    text = f"""
+    datatype object Speed {{ x: double n: integer label: string on_: boolean }}
+    interface speed use Speed from nowhere_msgs
+    component Eye {{
+        outgoing message scan with timeout: 1 s, type: double
+        behaviour {{
+            variable far: double
+            initial marked state on {{ on response from scan do far := value }}
+        }}
+    }}
+    component Base {{
+        incoming message drive with type: {type_} {"links speed" * (type_ == "Speed")}
+        incoming message halt with type: none
+    }}
+    requirement drive needs scan.fresh
+    {provide}
+    {more}
+    """
+    return [text for code, text in faults(text) if code == "no-stop"]
+
+
+@pytest.mark.parametrize(
+    ("data", "type_"),
+    [
+        ("0.3", "double"),
+        ("Eye.far", "double"),
+        ("3", "integer"),
+        ("{ x: -0.2 }", "Speed"),
+        ("{ n: 2 }", "Speed"),
+    ],
+)
+def test_numbers_without_a_stop_are_told(data: str, type_: str) -> None:
+    provide = f"provide drive with {data}"
+    assert told(provide, type_=type_) == [provide]
+    assert told(provide, "stop with halt", type_) == []
+
+
+@pytest.mark.parametrize(
+    ("data", "type_"),
+    [
+        ("0.0", "double"),
+        ("0", "integer"),
+        ("{}", "Speed"),
+        ("{ x: 0.0, n: 0 }", "Speed"),
+        ('{ label: "go", on_: true }', "Speed"),
+        ("true", "boolean"),
+    ],
+)
+def test_a_robot_that_sends_no_numbers_needs_no_stop(data: str, type_: str) -> None:
+    assert told(f"provide drive with {data}", type_=type_) == []
+
+
+def test_it_is_told_once() -> None:
+    first = "provide drive with 1.0 if Eye.far > 2"
+    assert told(first, "provide drive with 0.5 if Eye.far <= 2") == [first]
