@@ -108,8 +108,8 @@ class RosPort(CallingPort):
             _LOGGERS[level]("%s", text)
 
     def exit(self, code):
-        # In another thread, because the shutdown waits for this one.
-        threading.Thread(target=self._lifecycle.end, args=(code,), daemon=True).start()
+        # By another thread, because the shutdown waits for this one.
+        self._lifecycle.ask_to_end(code)
 
 
 class RosOutlet(TopicOutlet):

@@ -67,7 +67,11 @@ class Service(Caller):
             return
         deadline = time.monotonic() + timeout
         work = threading.Thread(target=self._work, args=(request, token, deadline), daemon=True)
-        work.start()
+        try:
+            work.start()
+        except RuntimeError:  # the system has no more threads, now
+            self._forget(token)
+            raise
 
     def is_busy(self):
         return bool(self._connections)
@@ -92,9 +96,12 @@ class Service(Caller):
         except Exception as error:
             self.report(token, "error", "%s" % error or type(error).__name__)
         finally:
-            with self._lock:
-                self._connections.pop(token, None)
-                self._abandoned.discard(token)
+            self._forget(token)
+
+    def _forget(self, token):
+        with self._lock:
+            self._connections.pop(token, None)
+            self._abandoned.discard(token)
 
     def _attempts(self, request, token, deadline):
         """Return the answer, after waiting for the server if necessary; None: the call was
@@ -285,7 +292,11 @@ class GoalCaller(Caller):
         else:
             deadline = time.monotonic() + timeout
             work = threading.Thread(target=self._wait, args=(goal, token, deadline), daemon=True)
-            work.start()
+            try:
+                work.start()
+            except RuntimeError:  # the system has no more threads, now
+                self._release(token)
+                raise
 
     def cancel(self, token):
         with self._lock:
@@ -296,6 +307,9 @@ class GoalCaller(Caller):
 
     def abandon(self, token):
         self.cancel(token)  # abandoned goals must not continue
+        self._release(token)
+
+    def _release(self, token):
         with self._lock:
             if self._token == token:
                 self._token = None
@@ -351,6 +365,7 @@ class Action(GoalCaller):
             Ends(client.pub_goal, client.pub_cancel, client.result_sub, client.feedback_sub),
         )
         self._handle = None
+        self._tracker = None
         self._unended = []  # cancelled goals
         topic = rospy.remap_name(name) + "/status"
         self._watch = rospy.Subscriber(topic, GoalStatusArray, lambda _: self.on_status())
@@ -362,10 +377,16 @@ class Action(GoalCaller):
         return super().may_begin() and self._client.last_status_msg is not None
 
     def transmit(self, goal, token):
-        tracker = _GoalTracker(token, self.report)
+        tracker = self._tracker = _GoalTracker(token, self.report)
         _forget_goals(self._client.manager)
         with clean(self._client.pub_goal):
             self._handle = self._client.send_goal(goal, tracker.on_transition, tracker.on_feedback)
+
+    def on_status(self):
+        super().on_status()
+        tracker = self._tracker
+        if tracker is not None:
+            tracker.look()
 
     def transmit_cancel(self):
         # Not by the handle, whose state would never be that of an ended goal again if the goal
@@ -383,7 +404,7 @@ class Action(GoalCaller):
         self._unended = [goal for goal in goals if goal.get_comm_state() in UNENDED]
 
     def forget(self):
-        self._handle = None
+        self._handle = self._tracker = None
 
 
 def _id_of(handle):
@@ -397,7 +418,7 @@ class _GoalTracker:
         self._token = token
         self._report = report
         self._accepted = False
-        self._timer = None
+        self._ended = None  # when the status showed its end, while its result is awaited
 
     def on_feedback(self, _, feedback):
         self._report(self._token, "feedback", feedback)
@@ -409,14 +430,17 @@ class _GoalTracker:
             self._report(self._token, "accepted")
         elif state == actionlib.CommState.WAITING_FOR_RESULT:
             # A new server may have sent the result before it was connected.
-            missed = (self._token, "error", "it ended, but its result did not arrive")
-            self._timer = threading.Timer(RESULT_TIMEOUT, self._report, missed)
-            self._timer.daemon = True
-            self._timer.start()
+            self._ended = time.monotonic()
         elif state == actionlib.CommState.DONE:
-            if self._timer is not None:
-                self._timer.cancel()
+            self._ended = None
             self._end(handle)
+
+    def look(self):
+        """End a goal whose result has not come in time."""
+        ended = self._ended
+        if ended is not None and time.monotonic() - ended > RESULT_TIMEOUT:
+            self._ended = None
+            self._report(self._token, "error", "it ended, but its result did not arrive")
 
     def _end(self, handle):
         status = handle.get_terminal_state()

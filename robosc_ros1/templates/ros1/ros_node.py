@@ -5,6 +5,8 @@ import os
 import signal
 import sys
 import threading
+import time
+from queue import SimpleQueue
 from xmlrpc.client import MAXINT, MININT, dumps
 
 import rosgraph
@@ -18,6 +20,8 @@ from .ros_backlog import watch_connections
 from .ros_connections import send_promptly
 from .ros_watch import Watch
 
+PERIOD = 0.1
+"""Seconds between two looks whether the node shuts down."""
 LAST_RESORT = 1.7
 """Seconds after the start of a shutdown at which the process is ended."""
 
@@ -62,7 +66,7 @@ def run(name, controller_type, model, defaults, tables, port_type=RosPort):
     thread.start()
     reporter.start()
     watch.start()
-    rospy.spin()
+    lifecycle.wait()
     return lifecycle.code
 
 
@@ -109,7 +113,12 @@ class NodeLifecycle:
 
     def __init__(self):
         self.code = 0
-        rospy.on_shutdown(self._limit)
+        self._asked = False
+        # Handlers of signals may put into it; an event or a lock could block them.
+        self._ending = SimpleQueue()
+        # Started now, because the system may have no more threads when it is needed.
+        threading.Thread(target=self._limit, name="last resort", daemon=True).start()
+        rospy.on_shutdown(lambda: self._ending.put(None))
 
     def begin(self, name):
         """Initialise the node; False if it was stopped while waiting for the master, or has
@@ -138,7 +147,19 @@ class NodeLifecycle:
         self.code = code
         rospy.signal_shutdown("ended by itself")
 
+    def ask_to_end(self, code):
+        """Have the main thread shut the node down."""
+        self.code = code
+        self._asked = True
+
+    def wait(self):
+        """Wait, in the main thread, until the node shuts down."""
+        while not rospy.is_shutdown():
+            if self._asked:
+                self.end(self.code)
+            time.sleep(PERIOD)
+
     def _limit(self):
-        last_resort = threading.Timer(LAST_RESORT, lambda: os._exit(self.code))
-        last_resort.daemon = True
-        last_resort.start()
+        self._ending.get()
+        time.sleep(LAST_RESORT)
+        os._exit(self.code)

@@ -78,14 +78,23 @@ class ExecutorThread:
                 function = self._queue.get_nowait()
             except queue.Empty:
                 return
-            function()
+            try:
+                function()
+            except Exception:
+                self._guard.trigger()  # for the functions after this one
+                raise
 
     def _look(self):
         now = time.monotonic()
         for subject, (look, pause, due) in list(self._waiting.items()):
             if due > now:
                 continue
-            if look():
+            try:
+                over = look()
+            except Exception:
+                del self._waiting[subject]
+                raise
+            if over:
                 self._waiting.pop(subject, None)
             elif subject in self._waiting:
                 self._waiting[subject] = (look, pause, now + pause)

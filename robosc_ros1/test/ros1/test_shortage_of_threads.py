@@ -1,0 +1,56 @@
+"""A node that finds no more threads for a while serves requests again when there are some."""
+
+from __future__ import annotations
+
+import pytest
+from ros1.stage import Puppet, Stage
+
+SCRIPT = """
+import os, queue, resource, rospy
+from gauntlet_interfaces.msg import ReachAction
+from gauntlet_interfaces.srv import SetLevel
+from probe_controller.ros_calls import Action, Service
+rospy.init_node("short_of_threads")
+caller, told = %s, queue.Queue()
+begin = getattr(caller, "call", None) or caller.start
+caller.report = lambda token, kind, payload=None: told.put((token, kind))
+before = resource.getrlimit(resource.RLIMIT_NPROC)
+resource.setrlimit(resource.RLIMIT_NPROC, (1, before[1]))
+if os.getuid() == 0:
+    os.setuid(65534)  # there is no limit for root
+failed = []
+for token in range(20):  # more than calls may hang at one time
+    try:
+        begin({}, token, 60.0)
+    except RuntimeError as error:
+        failed.append(str(error))
+held = vars(caller).get("_connections") or vars(caller).get("_token")
+resource.setrlimit(resource.RLIMIT_NPROC, before)
+begin({}, 20, 60.0)
+while told.get(timeout=60) != (20, "response"):
+    pass
+print("failed:", len(failed), set(failed), "held:", held)
+"""
+
+
+@pytest.mark.parametrize(
+    ("server", "caller"),
+    [
+        (
+            {"what": "service", "type": "gauntlet_interfaces/SetLevel", "mode": "answer"},
+            'Service("/served", SetLevel)',
+        ),
+        (
+            {"what": "action", "type": "gauntlet_interfaces/ReachAction", "mode": "succeed"},
+            'Action("/served", ReachAction)',
+        ),
+    ],
+    ids=["service", "action"],
+)
+def test_requests_fail_only_while_threads_are_short(
+    stage: Stage, puppet: Puppet, server: dict[str, str], caller: str
+) -> None:
+    puppet.do(**server, name="/served")
+    done = stage.workspace.run("python3", "-c", SCRIPT % caller, master=stage.master)
+    said = """failed: 20 {"can't start new thread"} held: None\n"""
+    assert done.stdout.endswith(said), done.stdout
