@@ -5,6 +5,10 @@ from __future__ import annotations
 import pytest
 from syntax_support import faults, read, shown
 
+from robosc.errors import Severity
+from robosc.model.resolve import load
+from robosc.source import Source
+
 CASES = {
     "a missing brace of a state": (
         """\
@@ -160,3 +164,33 @@ def test_a_wrong_brace_loses_nothing(case: str) -> None:
     assert everything.count("Component(") == text.count("component ")
     assert everything.count("State(") == text.count("state ")
     assert everything.count("Requirement(") == text.count("requirement ")
+
+
+OUTSIDE = """\
+robot R {
+    component A {
+        behaviour {
+            initial marked state s {
+            }
+        }
+%s
+    constant low: double = 0.2
+    condition near = A.s and low < 1
+
+    requirement go needs near
+    component B { incoming message go with type: none }
+}
+"""
+
+
+@pytest.mark.parametrize("header", ["component A {", "behaviour {", "initial marked state s {"])
+def test_a_missing_brace_is_one_fault_where_the_lines_stand_further_left(header: str) -> None:
+    whole = (OUTSIDE % "    }").splitlines()
+    place = next(n for n, line in enumerate(whole) if header in line)
+    indent = len(whole[place]) - len(whole[place].lstrip())
+    end = next(n for n, line in enumerate(whole) if n > place and line == " " * indent + "}")
+    text = "\n".join([*whole[:end], *whole[end + 1 :]])
+    _, found = load(Source("model.rscd", text))
+    assert [d.code for d in found if d.severity is Severity.ERROR] == ["missing-brace"]
+    # The braces behind a missing one close the wrong blocks: it is seen where they are used up.
+    assert end < found[0].span.line <= 7, found[0]

@@ -23,6 +23,7 @@ MOTOR = """
         incoming message stop with identifier: "vel", type: Speed links link
     }
 """
+PROVIDED = "provide move with { x: 1.0 } provide stop with {} "
 
 
 def told(body: str) -> list[Diagnostic]:
@@ -37,7 +38,7 @@ def codes(body: str) -> list[str]:
 
 
 def test_two_commands_on_one_topic() -> None:
-    (found,) = told(SWITCH + MOTOR + "requirement stop needs Switch.on")
+    (found,) = told(SWITCH + MOTOR + PROVIDED + "requirement stop needs Switch.on")
     assert found.code == "topic-conflict"
     assert found.severity is Severity.WARNING
     assert found.message == (
@@ -50,18 +51,19 @@ def test_two_commands_on_one_topic() -> None:
 
 def test_commands_that_exclude_each_other() -> None:
     body = "requirement stop needs Switch.on requirement move needs Switch.off"
-    assert codes(SWITCH + MOTOR + body) == []
+    assert codes(SWITCH + MOTOR + PROVIDED + body) == []
 
 
 @pytest.mark.parametrize("order", ["move over stop", "stop over move"])
 def test_commands_of_which_one_is_preferred(order: str) -> None:
-    assert codes(SWITCH + MOTOR + f"requirement stop needs Switch.on prefer {order}") == []
+    body = f"requirement stop needs Switch.on prefer {order}"
+    assert codes(SWITCH + MOTOR + PROVIDED + body) == []
 
 
 def test_commands_that_are_preferred_to_another_one_only() -> None:
     other = "component Lamp { incoming message blink with type: none }"
     body = "requirement stop needs Switch.on prefer { move, stop } over blink"
-    assert codes(SWITCH + MOTOR + other + body) == ["topic-conflict"]
+    assert codes(SWITCH + MOTOR + PROVIDED + other + body) == ["topic-conflict"]
 
 
 def test_commands_that_only_synthesis_keeps_apart() -> None:
@@ -87,6 +89,7 @@ def test_provide_statements_that_hold_together() -> None:
         SWITCH
         + MOTOR.replace("incoming message stop", "incoming message halt").replace('"vel"', '"halt"')
         + "provide move with { x: 1.0 } if Switch.on provide move with { x: 2.0 }"
+        " provide halt with {}"
     )
     assert found.code == "provide-overlap"
     assert "can hold together: after flip.response" in found.message
@@ -103,7 +106,9 @@ def test_provide_statements_that_exclude_each_other() -> None:
 
 def test_command_without_data() -> None:
     found = told(
-        SWITCH + MOTOR.replace('"vel"', '"v"') + "provide move with { x: 1.0 } if Switch.on"
+        SWITCH
+        + MOTOR.replace('"vel"', '"v"')
+        + "provide move with { x: 1.0 } if Switch.on provide stop with {}"
     )
     assert [d.code for d in found] == ["provide-missing"]
     assert "can be sent where none of its provide conditions holds: at the start" in (
@@ -111,8 +116,26 @@ def test_command_without_data() -> None:
     )
 
 
+def test_command_that_no_statement_provides() -> None:
+    alone = MOTOR.replace('"vel"', '"v"')
+    (found,) = told(SWITCH + alone + "provide stop with {}")
+    assert (found.code, found.span.text) == ("provide-missing", "move")
+    assert "nothing says what move carries" in found.message
+    # What is never sent, what carries nothing, and what the robot is stopped by.
+    assert codes(SWITCH + alone + "provide stop with {} requirement move needs false") == [
+        "requirement-never-met"
+    ]
+    assert codes("component A { incoming message ping with type: none }") == []
+    assert codes(SWITCH + alone + "provide move with { x: 1.0 } stop with stop") == []
+    # Zeros beside a command to the same topic.
+    assert codes(SWITCH + MOTOR + "provide move with { x: 1.0 } prefer stop over move") == []
+
+
 def test_command_that_is_only_sent_where_it_has_data() -> None:
-    body = "provide move with { x: 1.0 } if Switch.on requirement move needs Switch.on"
+    body = (
+        "provide move with { x: 1.0 } if Switch.on requirement move needs Switch.on"
+        " provide stop with {}"
+    )
     assert codes(SWITCH + MOTOR.replace('"vel"', '"v"') + body) == []
 
 
@@ -125,7 +148,7 @@ RELAY = (
 
 
 def test_no_command_is_sent_before_internal_transitions_are_taken() -> None:
-    model = SWITCH + MOTOR.replace('"vel"', '"v"')
+    model = SWITCH + MOTOR.replace('"vel"', '"v"') + "provide stop with {} "
     assert codes(model + RELAY.format(guard="")) == []
     assert codes(model + RELAY.format(guard=" if Switch.on")) == ["provide-missing"]
 

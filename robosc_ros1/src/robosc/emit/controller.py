@@ -14,6 +14,7 @@ from robosc.emit.config import ATTRIBUTES, declared_communications, declared_par
 from robosc.emit.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.copies import with_copies
 from robosc.emit.guards import GuardTexts, holds_where
+from robosc.emit.literals import without_texts
 from robosc.emit.messages import converting_enums, enum_view, provided_data, reading
 from robosc.emit.naming import PythonNames, place
 from robosc.emit.python import (
@@ -305,7 +306,7 @@ class _Builder:
     def _called(self, texts: Iterable[str]) -> set[str]:
         """The methods of requirements and parts that conditions call, also through others."""
         found: set[str] = set()
-        while methods := {m for text in texts for m in _CALLED.findall(text)} - found:
+        while methods := {m for t in texts for m in _CALLED.findall(without_texts(t))} - found:
             found |= methods & self.conditions.keys()
             texts = [self.conditions[method] for method in methods if method in self.conditions]
         return found

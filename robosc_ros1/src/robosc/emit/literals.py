@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from typing import Any
 
 from robosc.emit.line_breaks import INDENT, WIDTH, broken_string, quoted
 
-__all__ = ["assignment", "literal"]
+__all__ = ["assignment", "literal", "without_texts"]
+
+_STRING = re.compile(r"""(["'])(?:(?!\1)[^\\]|\\.)*\1""")
 
 
 def assignment(name: str, value: Any) -> str:
@@ -36,6 +39,11 @@ def _lines(head: str, value: Any, tail: str, indent: str) -> Iterator[str]:
         yield indent + end + tail
     else:
         yield indent + head + text + tail
+
+
+def without_texts(code: str) -> str:
+    """Python code in which every string that :func:`literal` wrote is empty."""
+    return _STRING.sub('""', code)
 
 
 def literal(value: Any) -> str:

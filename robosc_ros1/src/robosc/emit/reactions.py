@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from robosc.emit.line_breaks import unparenthesised
+from robosc.emit.literals import without_texts
 from robosc.emit.naming import PythonNames, place
 from robosc.emit.python import Attributes, literal, operand, within
 from robosc.emit.views import PartnerView, ReactionView
@@ -57,7 +58,7 @@ class _LocalReaction:
 
 def attributes_read(texts: Iterable[str]) -> frozenset[str]:
     """The controller's attributes that expressions read, calls apart."""
-    return frozenset(name for text in texts for name in _ATTRIBUTE.findall(text))
+    return frozenset(n for text in texts for n in _ATTRIBUTE.findall(without_texts(text)))
 
 
 class Reactions:
@@ -273,6 +274,8 @@ def _waiting(parts: list[_LocalReaction]) -> list[str]:
         for branch in part.branches:
             for at, (name, _) in enumerate(branch.effects):
                 after = [text for _, text in branch.effects[at + 1 :]] + later
-                if name in attributes_read(after) or any("in_range(" in text for text in after):
+                if name in attributes_read(after) or any(
+                    "in_range(" in without_texts(text) for text in after
+                ):
                     found[name] = None
     return list(found)

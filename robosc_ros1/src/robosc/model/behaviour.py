@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from robosc.errors import Note
 from robosc.model.behaviour_rules import check_events, check_hiding, check_initial
-from robosc.model.communications import resolve_communication
+from robosc.model.communications import SENT, resolve_communication
 from robosc.model.compatibility import check_range, coerce, default_value, describe
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.durations import DURATION, is_long_enough
@@ -221,7 +221,9 @@ class BehaviourResolver:
                 "event-not-available",
                 node.event_span,
                 f"{info.kind.value} '{info.name}' has no {event.value}",
-                f"{article} {info.kind.value} has: {events}",
+                SENT.format(info.name)
+                if info.kind is Kind.OUTGOING and event is EventKind.REQUEST
+                else f"{article} {info.kind.value} has: {events}",
             )
             self._is_sound = False
             return None

@@ -43,7 +43,8 @@ def check_reach(
         else f"{instance.name} has no marked state"
     )
     hint = (
-        "blocking states: " + first_of(cut_off)
+        f"blocking states: {first_of(cut_off)}; if the controller is to keep out of them, mark"
+        f" them and add 'requirement never {instance.name}.{cut_off[0]}'"
         if marked
         else "mark the states in which its work is done: marked state"
     )

@@ -9,7 +9,7 @@ from itertools import product
 
 from robosc.errors import Note
 from robosc.model.by_identity import ByIdentity
-from robosc.model.communications import resolve_communication
+from robosc.model.communications import SENT, resolve_communication
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
@@ -129,7 +129,8 @@ class StatementResolver:
     def _command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:
         info = resolve_communication(access, self._symbols, self._types.scope, self._report)
         if info is not None and info.kind is Kind.OUTGOING:
-            self._report.add(code, access.span, f"'{info.name}' is an outgoing message: {why}")
+            message = f"'{info.name}' is an outgoing message: {why}"
+            self._report.add(code, access.span, message, SENT.format(info.name))
             return None
         return info
 

@@ -20,6 +20,7 @@ from pyparsing import ParserElement
 from robosc.errors import Note, listing
 from robosc.language.keywords import starts_of
 from robosc.syntax.elements import ended
+from robosc.syntax.indentation import is_nested, outdented
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.reading import Build, Fault, Reading
 from robosc.syntax.synchronise import Synchroniser, late_brace, nearest_keyword
@@ -239,7 +240,7 @@ class Block:
             word = reading.text(at)
             if not self._belongs_outside(reading, at, word):
                 at = self._stranger(reading, at, word, nodes, tail)
-            elif header and _is_nested(reading, at, header):
+            elif header and is_nested(reading, at, header.start):
                 at = self._misplaced(reading, at, word, header)
             else:
                 self._close_early(reading, at, word, header)
@@ -356,8 +357,11 @@ class Block:
         if header is None or reading.reported_at == at:
             return
         reading.reported_at = at
-        message = f"expected '}}' to close {header.quoted(reading)} before '{word}'"
-        reading.report("missing-brace", message, at, notes=header.note(reading))
+        place = outdented(reading, header.start, header.end, at)
+        message = f"expected '}}' to close {header.quoted(reading)} before '{reading.text(place)}'"
+        reading.report("missing-brace", message, place, notes=header.note(reading))
+        if place < at:
+            reading.skipped(place, at)  # what is declared there may belong outside
 
     def _end_of_file(self, reading: Reading, header: Header | None) -> None:
         ended = reading.reported_at >= len(reading.kinds)
@@ -369,16 +373,3 @@ class Block:
 
 
 _CLOSE = "'}'"
-
-
-def _is_nested(reading: Reading, at: int, header: Header) -> bool:
-    """Whether a token begins its line, indented further than the line of the header."""
-    inner, outer = _before(reading, at), _before(reading, header.start)
-    indent = len(outer.expandtabs()) - len(outer.lstrip().expandtabs())
-    return not inner.strip() and len(inner.expandtabs()) > indent
-
-
-def _before(reading: Reading, at: int) -> str:
-    """The text before a token on its line."""
-    text, end = reading.source.text, reading.tokens.offset(at)
-    return text[text.rfind("\n", 0, end) + 1 : end]

@@ -52,12 +52,12 @@ def explain_guards(
 ) -> tuple[Explanation, ...]:
     """Return an explanation per guard that is restricted or never holds."""
     explainer = _Explainer(system)
-    found = []
+    found: list[Explanation] = []
     for number, guard in enumerate(guards):
         if progress is not None:
             progress("explanations", number, len(guards))
         if guard.status != "as required":
-            found.append(explainer.guard(guard))
+            found += explainer.guard(guard)
     return tuple(found)
 
 
@@ -108,12 +108,14 @@ class _Explainer:
         )
         return Explanation(None, message, trace, remedy, diagnostic)
 
-    def guard(self, guard: Guard) -> Explanation:
+    def guard(self, guard: Guard) -> Iterator[Explanation]:
+        """Yield what there is to say of a guard that is restricted or never holds."""
         event = guard.event
         refused = conjunction([allowed(self.plant, event), negation(guard.expr)])
         path = nearest(self.system, refused)
         if path is None:
-            return self._never_asked(guard)
+            yield from self._never_asked(guard)
+            return
         number = self.plant.events.index(event)
         outcomes = list(self.stepper.compiled(number, None).targets(path[-1]))
         # Of several outcomes that the environment chooses from, explain a bad one.
@@ -137,23 +139,28 @@ class _Explainer:
             bad.cause.remedy,
             _notes(bad.cause),
         )
-        return Explanation(event, message, trace, bad.cause.remedy, diagnostic)
+        yield Explanation(event, message, trace, bad.cause.remedy, diagnostic)
 
-    def _never_asked(self, guard: Guard) -> Explanation:
-        """Return why a command never happens that the plant or the requirements never allow."""
+    def _never_asked(self, guard: Guard) -> Iterator[Explanation]:
+        """Yield why a command never happens that the plant or the requirements never allow.
+
+        Where nothing is ever violated there is nothing to cancel, and nothing to say.
+        """
         event = guard.event
         name = event_text(event)
         if self.system.nearest(possible(self.plant, event)) is None:
             reason = f"{name} never happens: {self._impossible(event)}"
         elif event.kind is EventKind.CANCEL and guard.required == FALSE:
             reason = f"{name} never happens: no requirement concerns {event.name}"
+        elif event.kind is EventKind.CANCEL:
+            return
         else:
             reason = (
                 f"{name} never happens: its requirements hold in no state of the controlled system"
                 " in which it is possible"
             )
         diagnostic = Diagnostic(Severity.WARNING, "never-allowed", reason, event.span)
-        return Explanation(event, reason, (), None, diagnostic)
+        yield Explanation(event, reason, (), None, diagnostic)
 
     def _impossible(self, event: Event) -> str:
         if event.kind is EventKind.CANCEL:

@@ -14,8 +14,9 @@ from robosc.errors import Diagnostic, Note, Severity, listing
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.finite.view import sent_wholes
 from robosc.ir.formulas import conjunction, negation, to_dsl
-from robosc.model.entities import EventKind, Kind, Provide, Requirement
+from robosc.model.entities import Communication, EventKind, Kind, Provide, Requirement
 from robosc.model.expr import TRUE, Expr, StateRef
+from robosc.model.types import NoneType, ObjectType
 from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.dropping import drop
@@ -116,6 +117,40 @@ class _Examiner:
                 yield from self._together(key, provides, command)
                 yield from self._missing(key, provides, command)
                 yield from self._nothing_to_send(key, provides, command)
+        for key in self.requests:
+            if key not in by_key:
+                yield from self._never_provided(key)
+
+    def _never_provided(self, key: str) -> Iterator[Diagnostic]:
+        """Warn of a command with data that no statement provides.
+
+        Zeros stop a robot: what :attr:`Robot.stop` names, or what is sent to a topic beside a
+        command with data, may do without.
+        """
+        command = self.robot.communications[key]
+        if self._carries_nothing(command) or key == self.robot.stop:
+            return
+        topic = command.identifier.lstrip("/")
+        provided = {p.communication for p in self.robot.provides}
+        beside = (self.robot.communications[other].identifier for other in provided)
+        if topic in (name.lstrip("/") for name in beside):
+            return
+        if self._when(self._sent(key)) is not None:
+            name = self.robot.display_names[key]
+            yield Diagnostic(
+                Severity.WARNING,
+                "provide-missing",
+                f"nothing says what {name} carries: the message's defaults are sent",
+                command.span,
+                f"say it: provide {name} with ...",
+            )
+
+    @staticmethod
+    def _carries_nothing(command: Communication) -> bool:
+        match command.request:
+            case NoneType() | ObjectType(properties=()):
+                return True
+        return False
 
     def _together(
         self, key: str, provides: Sequence[Provide], command: Expr

@@ -1,0 +1,33 @@
+"""What the indentation of lines says about blocks whose braces are missing."""
+
+from __future__ import annotations
+
+from robosc.syntax.reading import Reading
+
+__all__ = ["is_nested", "outdented"]
+
+
+def is_nested(reading: Reading, at: int, header: int) -> bool:
+    """Whether a token begins its line, indented further than the line of a header."""
+    inner, outer = _before(reading, at), _before(reading, header)
+    indent = len(outer.expandtabs()) - len(outer.lstrip().expandtabs())
+    return not inner.strip() and len(inner.expandtabs()) > indent
+
+
+def outdented(reading: Reading, header: int, opening: int, end: int) -> int:
+    """The first token behind an opening brace that stands as far left as the block's header.
+
+    ``end`` if there is none before, or the contents of the block are not indented. Closing braces
+    do not count.
+    """
+    lines = [at for at in range(opening + 1, end) if not _before(reading, at).strip()]
+    if not lines or not is_nested(reading, lines[0], header):
+        return end
+    left = (a for a in lines if reading.kind(a) != "}" and not is_nested(reading, a, header))
+    return next(left, end)
+
+
+def _before(reading: Reading, at: int) -> str:
+    """The text before a token on its line."""
+    text, end = reading.source.text, reading.tokens.offset(at)
+    return text[text.rfind("\n", 0, end) + 1 : end]
