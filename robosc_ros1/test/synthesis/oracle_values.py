@@ -146,7 +146,7 @@ def remainder(left: Any, right: Any) -> Any:
     """What is left of a division downwards; an integer is not divided by 0."""
     if right == 0:
         return left if isinstance(left, int) and isinstance(right, int) else math.nan
-    return left - right * (left // right) if isinstance(left, int) else left % right
+    return left - right * (left // right) if isinstance(left + right, int) else left % right
 
 
 def divide(left: float, right: float) -> float:

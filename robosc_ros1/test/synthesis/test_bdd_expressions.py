@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Iterator
 from itertools import product
 
@@ -13,6 +14,8 @@ from synthesis.plants import plant_of
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
 from robosc.ir.formulas import Leaf, Undefined, evaluate
 from robosc.ir.step import Values, valuations
+from robosc.language.functions import CALLS
+from robosc.language.operators import BINARY, UNARY
 from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import Value
 from robosc.synthesis.bdd.encoding import Encoding
@@ -109,6 +112,42 @@ def test_linear_comparisons_by_bits() -> None:
             " requirement always A.x * 5 <= A.y - -40 or A.z - A.y >= A.x"
         )
     )
+
+
+OPERATIONS = [
+    *(f"A.p {o} A.q" for o in ("and", "or", "=>", "=", "!=")),
+    *(f"A.x {o} A.y" for o in ("=", "!=", "<", "<=", ">", ">=")),
+    *(f"A.x {o} A.y = 1" for o in ("+", "-", "*", "/", "%")),
+    "!A.p",
+    "-A.x > 1",
+    *(f"{f}(A.x) = 1" for f in ("abs", "sqrt", "sin", "cos", "floor", "ceil", "round")),
+    *(f"{f}(A.x, A.y) > 0" for f in ("min", "max", "hypot", "atan2")),
+    "isnan(sqrt(A.x))",
+    "isinf(1 / A.x)",
+    "has(A.x, A.y)",
+    'string(A.x) = "2"',
+    "(A.x / A.y else 1.0) > 0.5",
+]
+
+
+@pytest.mark.parametrize("operation", OPERATIONS)
+def test_every_operation_on_its_own(operation: str) -> None:
+    assert check(
+        plant_of(
+            "component A { incoming message go with type: none"
+            " outgoing message m with type: integer(-2..2)"
+            " behaviour { variable x: integer(-2..2) variable y: integer(-2..2)"
+            " variable p: boolean variable q: boolean initial marked state s {"
+            " on response from m do x := value, p := value > 0, y := x, q := p } } }"
+            f" requirement go needs {operation}"
+        )
+    )
+
+
+def test_every_operation_of_the_tables_is_among_them() -> None:
+    named = {word for text in OPERATIONS for word in re.findall(r"[a-z]\w+|[^\w\s().\"]+", text)}
+    of_data = {"length", "element", "section"}
+    assert {*UNARY, *BINARY, *CALLS} - of_data <= named
 
 
 def test_division_signed_zeros_and_what_is_no_number() -> None:

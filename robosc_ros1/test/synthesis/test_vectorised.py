@@ -12,11 +12,11 @@ from synthesis.plants import plant_of
 
 from robosc.ir.automaton import Plant
 from robosc.ir.formulas import Leaf, evaluate
-from robosc.language.functions import FUNCTIONS
-from robosc.language.operators import BINARY, Result
+from robosc.language.functions import CALLS, FUNCTIONS
+from robosc.language.operators import BINARY, UNARY, Operand, Operator, Result
 from robosc.model.compatibility import result_type
 from robosc.model.expr import Binary, Call, Expr, Literal, StateRef, Unary, VariableRef
-from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Value
+from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Type, Value
 from robosc.synthesis.vectorised import evaluate_vectorised, support
 
 PLANT: Plant = plant_of(
@@ -134,6 +134,41 @@ def check(expr: Expr) -> None:
 
 
 PLANT_COLOURS = ("red", "green", "blue")
+
+
+@pytest.mark.parametrize("operation", BINARY.values(), ids=BINARY)
+def test_every_operator(operation: Operator) -> None:
+    """Each on its own, so that no entry of its row is hidden by what is around it."""
+    x, y = _leaves(IntegerType)[:2]
+    one, two = StateRef("A", "one"), _leaves(BooleanType)[0]
+    on_booleans = operation.operands in (Operand.BOOLEAN, Operand.EQUAL)
+    pairs = [(one, two), (two, one)] if on_booleans else []
+    if operation.operands is not Operand.BOOLEAN:
+        pairs += [(x, y), (y, x), (x, Literal(2, INTEGER)), (x, Literal(0.5, DOUBLE))]
+    for left, right in pairs:
+        if operation.result is not Result.SAME or left.type == right.type:
+            check(Binary(operation.spelling, left, right, type_of(operation, left, right)))
+
+
+@pytest.mark.parametrize("function", CALLS.values(), ids=CALLS)
+def test_every_function(function: Operator) -> None:
+    if Operand.ARRAY in function.arguments or function.result is Result.STRING:
+        return  # of data, which is not in the state
+    x, y = _leaves(IntegerType)[:2]
+    for operands in ((x, y), (y, x)):
+        given = operands[: len(function.arguments)]
+        check(Call(function.spelling, given, type_of(function, *given)))
+
+
+@pytest.mark.parametrize("operation", UNARY.values(), ids=UNARY)
+def test_every_unary_operator(operation: Operator) -> None:
+    kind = BooleanType if operation.operands is Operand.BOOLEAN else IntegerType
+    for leaf in _leaves(kind)[:2]:
+        check(Unary(operation.spelling, leaf, type_of(operation, leaf)))
+
+
+def type_of(operation: Operator, *operands: Expr) -> Type:
+    return result_type(operation.result, [operand.type for operand in operands])
 
 
 @pytest.mark.slow

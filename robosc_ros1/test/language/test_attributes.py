@@ -1,0 +1,64 @@
+"""Labels of communications are accepted where the language has them, with the values it wants."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from robosc.errors import Severity
+from robosc.language.attributes import ATTRIBUTES, Attribute, Value
+from robosc.model.resolve import load
+from robosc.source import Source
+
+EVERYWHERE = ("incoming", "outgoing", "service", "action")
+HAVE = {
+    "identifier": (Value.STRING, EVERYWHERE, False),
+    "timeout": (Value.DURATION, ("outgoing", "service", "action"), False),
+    "type": (Value.TYPE, ("incoming", "outgoing"), True),
+    "request": (Value.TYPE, ("service", "action"), True),
+    "response": (Value.TYPE, ("service", "action"), True),
+    "feedback": (Value.TYPE, ("action",), True),
+}
+TEXTS = {Value.STRING: '"/name"', Value.DURATION: "2 s", Value.TYPE: "none"}
+
+
+def is_accepted(kind: str, given: dict[str, str]) -> bool:
+    labels = ", ".join(f"{name}: {text}" for name, text in given.items())
+    links = " links l" * (kind in ("service", "action"))
+    head = f"{kind} message" if kind in ("incoming", "outgoing") else kind
+    text = f"robot R {{ component A {{ {head} m with {labels}{links} }} interface l use L from p }}"
+    _, found = load(Source("model.rscd", text))
+    return not any(d.severity is Severity.ERROR for d in found)
+
+
+def all_of(kind: str) -> dict[str, str]:
+    return {name: TEXTS[value] for name, (value, kinds, _) in HAVE.items() if kind in kinds}
+
+
+def test_the_rows_say_what_the_language_says() -> None:
+    rows = {row.name: (row.value, row.communications, row.required) for row in ATTRIBUTES}
+    assert {name: (v, set(k), r) for name, (v, k, r) in rows.items() if name in HAVE} == {
+        name: (v, set(k), r) for name, (v, k, r) in HAVE.items()
+    }
+
+
+@pytest.mark.parametrize("kind", EVERYWHERE)
+def test_labels_that_are_needed_and_those_that_are_not(kind: str) -> None:
+    whole = all_of(kind)
+    assert is_accepted(kind, whole)
+    for name in whole:
+        rest = {other: text for other, text in whole.items() if other != name}
+        assert is_accepted(kind, rest) is not HAVE[name][2], name
+
+
+@pytest.mark.parametrize(("kind", "row"), product(EVERYWHERE, ATTRIBUTES), ids=str)
+def test_a_label_of_another_kind_or_with_another_value(kind: str, row: Attribute) -> None:
+    whole = all_of(kind)
+    if kind not in row.communications:
+        assert not is_accepted(kind, {row.name: TEXTS[row.value], **whole})
+        return
+    for value, text in TEXTS.items():
+        if value is not row.value and row.name in whole:
+            # 'none' could be the name of a constant, were it no keyword.
+            assert not is_accepted(kind, {**whole, row.name: text}), text
