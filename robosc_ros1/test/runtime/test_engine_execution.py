@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from typing import Any
 
 import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController
@@ -11,6 +12,7 @@ from runtime.played_engine import Played
 
 from robosc.runtime.engine import INACTIVE, Engine
 from robosc.runtime.settings import Settings
+from robosc.runtime.values import Undefined
 
 
 def test_what_is_allowed_at_first_is_sent_at_once() -> None:
@@ -255,6 +257,40 @@ def test_a_number_that_is_not_finite_is_not_sent(refuse: bool, sent: int) -> Non
     assert played.counter("failed") == 1 - sent
     failed = [e.detail for e in played.engine.recorder.take() if e.outcome == "failed"]
     assert failed == (["ValueError: x.y[1] is inf"] if refuse else [])
+
+
+def undefined(_: object) -> object:
+    raise Undefined
+
+
+@pytest.mark.parametrize("ending", ["stop", "suspend", "close"])
+@pytest.mark.parametrize(
+    ("data", "sent", "said"),
+    [
+        (lambda _: {"x": {"y": [1.5, math.nan]}, "on": True},
+         {"x": {"y": [1.5, 0.0]}, "on": True}, "x.y[1] is nan"),
+        (lambda _: {"x": (-math.inf, 2)}, {"x": [0.0, 2]}, "x[0] is -inf"),
+        (undefined, {}, "its data have not arrived yet"),
+        (lambda _: {"x": 1.5}, {"x": 1.5}, None),
+    ],
+)  # fmt: skip
+def test_the_stop_command_is_sent_whatever_its_data(
+    ending: str, data: Any, sent: object, said: str | None
+) -> None:
+    played = Played()
+    played.controller.COMMANDS = tuple(
+        row._replace(data=data) if row.key == HALT else row for row in LampController.COMMANDS
+    )
+    played.engine = Engine(played.controller, played.port, Settings(stop_command=HALT))
+    played.begin()
+    played.see(50)
+    found = []
+    played.port.send = lambda key, data: found.append((key, data))  # type: ignore[method-assign]
+    getattr(played.engine, ending)(*(["enough"] if ending == "stop" else []))
+    played.engine.cycle()
+    assert found == [(HALT, sent)]
+    texts = [text for _, text in played.port.logs if "defaults" in text]
+    assert texts == ([] if said is None else [f"halt is sent with defaults: {said}"])
 
 
 def test_a_suspended_engine_follows_and_commands_again_when_resumed() -> None:

@@ -22,7 +22,7 @@ from .inbox import Inbox
 from .intake import BoundInput, Inputs, Intake, Item
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
-from .values import Mismatch, Undefined, demand_finite
+from .values import Mismatch, Undefined, demand_finite, without_gaps
 
 __all__ = ["INACTIVE", "Engine"]
 
@@ -375,11 +375,12 @@ class Engine(Intake):
                 self._send_stop(command)
 
     def _send_stop(self, command: ScheduledCommand) -> None:
-        """Send the stop command regardless of its guard; apply it only if the components allow
-        it."""
+        """Send the stop command, whatever its guard; apply it only if the components allow it."""
         name = self._names[command.key]
         try:
-            data = None if command.data is None else command.data()
+            data, lack = without_gaps(command.data, self.settings.refuse_not_finite)
+            if lack is not None:
+                self._log("error", "data", "%s is sent with defaults: %s" % (name, lack))
             self._dispatch(command, data)
         except Exception as error:
             self.recorder.record("request", name, None, "failed", str(error))
@@ -387,9 +388,8 @@ class Engine(Intake):
             return
         self.recorder.counters["commands"] += 1
         self.recorder.record("request", name, data, detail=STOP_COMMAND)
-        if command.apply is not None and (
-            command.synchronisation is None or command.synchronisation()
-        ):
+        fits = command.synchronisation is None or command.synchronisation()
+        if command.apply is not None and fits:
             command.apply()
             self._schedule(command.writes, None)
 

@@ -11,7 +11,7 @@ from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 __all__ = [
     "NOW", "Mismatch", "Undefined", "Value", "copied", "demand_finite", "divide", "fields_of",
     "given", "in_range", "jsonable", "not_finite", "now", "only_field", "optional", "parts_of",
-    "record", "remainder", "widen",
+    "record", "remainder", "widen", "without_gaps",
 ]  # fmt: skip
 
 Value = Any
@@ -127,6 +127,35 @@ def _first_not_finite(data: Value) -> Optional[Tuple[str, float]]:
         if found is not None:
             return step + found[0], found[1]
     return None
+
+
+def without_gaps(
+    read: Optional[Callable[[], Value]], only_finite: bool
+) -> Tuple[Value, Optional[str]]:
+    """Return the data of a command that must be sent in any case, and what they lack, as text.
+
+    Data that are undefined become the defaults of the message; if ``only_finite``, numbers that are
+    infinite or NaN become 0, so that the robot does not get them when it is to stop.
+    """
+    if read is None:
+        return None, None
+    try:
+        data = read()
+    except Undefined:
+        return {}, "its data have not arrived yet"
+    lack = not_finite(data) if only_finite else None
+    return (data, None) if lack is None else (_with_zeros(data), lack)
+
+
+def _with_zeros(data: Value) -> Value:
+    """Return data to be sent with 0 for each number that is not finite."""
+    if isinstance(data, float):
+        return data if math.isfinite(data) else 0.0
+    if isinstance(data, dict):
+        return {name: _with_zeros(part) for name, part in data.items()}
+    if isinstance(data, (list, tuple)) or hasattr(data, "tolist"):
+        return [_with_zeros(part) for part in data]
+    return data
 
 
 _NOT_FINITE = {"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"}
