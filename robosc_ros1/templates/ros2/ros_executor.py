@@ -56,10 +56,16 @@ class ExecutorThread:
             time.sleep(0.005)
 
     def end(self, timeout):
+        """Shut the executor down when its thread has ended; False if that still works after
+        ``timeout`` seconds, and the node must not be destroyed."""
         self._ending = True
         self._guard.trigger()
         if self._thread.is_alive():  # it may not have been started
             self._thread.join(timeout)
+        if self._thread.is_alive():
+            return False
+        self._executor.shutdown()
+        return True
 
     def _spin(self):
         while not self._ending:

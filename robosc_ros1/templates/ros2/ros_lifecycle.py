@@ -31,7 +31,7 @@ def run(name, *parts):
         ended.wait()
         return 0 if node.work is None else node.work.close()
     finally:
-        end(node, executor_thread)
+        end(node, executor_thread, node.work)
 
 
 class ManagedNode(LifecycleNode):

@@ -24,6 +24,7 @@ def run(name, *parts):
         return 2
     node = rclpy.create_node(name, automatically_declare_parameters_from_overrides=True)
     executor_thread = ExecutorThread(node)
+    work = None
     try:
         work = Work(node, executor_thread, ended, *parts)
         work.start()
@@ -34,7 +35,7 @@ def run(name, *parts):
         node.get_logger().fatal(str(error))
         return 2
     finally:
-        end(node, executor_thread)
+        end(node, executor_thread, work)
 
 
 def begin():
@@ -55,10 +56,12 @@ def begin():
     return ended
 
 
-def end(node, executor_thread):
-    executor_thread.end(0.4)
-    node.destroy_node()
-    rclpy.try_shutdown()
+def end(node, executor_thread, work):
+    # A thread that still works would use what does not exist any more: the end of the process, a
+    # moment later, ends it as well.
+    if executor_thread.end(0.4) and not (work is not None and work.goes_on()):
+        node.destroy_node()
+        rclpy.try_shutdown()
 
 
 class Work:
@@ -108,6 +111,10 @@ class Work:
         self._thread.join(0.6)
         self._reporter.close(0.4)
         self._port.release()
+
+    def goes_on(self):
+        """Return whether a part that was to stop still works."""
+        return self._thread.is_alive() or self._reporter.is_alive()
 
     def close(self):
         """Stop all parts after pending messages were sent; return the exit code."""

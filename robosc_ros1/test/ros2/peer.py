@@ -311,11 +311,13 @@ class Peer:
                     found[key] += [topic for topic, _ in names]
         return found
 
-    def repeat(self, name: str, type: str, data: Any, qos: dict[str, Any]) -> None:
-        """Publish ten times a second from now on, as sensors do."""
+    def repeat(
+        self, name: str, type: str, data: Any, qos: dict[str, Any], period: float = 0.1
+    ) -> None:
+        """Publish ten times a second, or with this period, from now on, as sensors do."""
         self.publish(name, type, data, 0, qos)
         publisher, message = self.publishers[name], fill(load(type)(), data)
-        self.kept.append(self.node.create_timer(0.1, lambda: publisher.publish(message)))
+        self.kept.append(self.node.create_timer(period, lambda: publisher.publish(message)))
 
     def play(
         self, name: str, type: str, data: Any, start: float, until: float, speed: float, end: float,

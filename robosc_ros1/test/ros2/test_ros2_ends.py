@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -108,3 +109,34 @@ def test_a_mismatch_is_counted_and_ignored_by_default(graph: Graph, controller: 
     robot.publish("charge", "std_msgs/msg/Int16", [{"data": 101}, {"data": 100}])
     state = robot.expect_state("guarded_arm", lambda s: s["counters"]["inputs"] == 1)
     assert (state["counters"]["mismatches"], state["stopped"]) == (1, None)
+
+
+@pytest.mark.parametrize("role", ["", "_supervisor", "_managed_controller", "_managed_supervisor"])
+def test_the_end_in_the_midst_of_traffic_leaves_no_traceback(
+    graph: Graph, controller: Start, role: str
+) -> None:
+    robot = graph.peer()
+    traffic = (
+        ("zone", "std_msgs/msg/Bool", {"data": False}),
+        ("person", "robosc_testing/msg/Reading", {"valid": True, "distance": 5.0}),
+        ("charge", "std_msgs/msg/Int16", {"data": 50}),
+    )
+    for name, kind, data in traffic:
+        robot.order("repeat", name=name, type=kind, data=data, qos={}, period=0.002)
+    for round_ in range(4):
+        node = controller(f"guarded_arm{role}", state_rate=100.0)
+        since = time.time()
+        if "managed" in role:
+            request = {"transition": {"id": 1}}  # to configure it
+            name, type_ = f"guarded_arm{role}/change_state", "lifecycle_msgs/srv/ChangeState"
+            assert robot.order("call", name=name, type=type_, data=request)["success"]
+        if not round_:
+            robot.watch(f"guarded_arm{role}")
+        robot.expect_state(
+            f"guarded_arm{role}",
+            lambda s, since=since: s["time"] > since and s["counters"]["inputs"] >= 10,
+        )
+        node.signal(signal.SIGTERM)
+        assert node.wait() == 0
+        assert "Traceback" not in node.output, node.output
+        assert "InvalidHandle" not in node.output, node.output

@@ -275,6 +275,10 @@ class Reporter:
         if self._thread.is_alive():  # it may be stopped before it started
             self._thread.join(timeout)
 
+    def is_alive(self) -> bool:
+        """Whether its thread runs, which may outlast ``close``."""
+        return self._thread.is_alive()
+
     def _run(self) -> None:
         steady = time.monotonic
         next_diagnostics = steady()
