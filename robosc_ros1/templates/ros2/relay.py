@@ -120,7 +120,7 @@ class ActionRelay(Action):
     def __init__(self, node, executor_thread, controller, robot, type_, key):
         Action.__init__(self, node, executor_thread, robot, type_)
         self._key = key
-        self._name = controller
+        self._name = node.resolve_service_name(controller)
         self._engine = None
         self._passed = {}  # goals to be executed, by their request
 

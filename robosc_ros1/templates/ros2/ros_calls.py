@@ -101,10 +101,11 @@ class Action(Caller):
         self._node = node
         self._executor_thread = executor_thread
         self._type = type_
+        # rcl remaps only the names of an action's topics and services.
+        name = self.label = node.resolve_service_name(name)
         self._client = ActionClient(
             node, type_, name, feedback_sub_qos_profile=qos_profile("reliable", FEEDBACK)
         )
-        self.label = node.resolve_service_name(name)
         self._status = name + "/_action/status"
         self._goals = {}  # by token; used by the executor's thread only
         self._heard = time.monotonic()
