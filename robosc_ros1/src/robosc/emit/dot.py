@@ -11,12 +11,10 @@ import subprocess
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from robosc.emit.transitions import AnyTransition, transitions
+from robosc.emit.transitions import AnyTransition, as_written, transitions
 from robosc.errors import UsageError, counted
 from robosc.ir.automaton import Plant, PlantState, VariableKind
-from robosc.ir.formulas import to_dsl
 from robosc.model.entities import Behaviour, Component, Robot
-from robosc.model.expr import Expr
 from robosc.supervisor import Step
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.explore import Graph
@@ -126,17 +124,10 @@ def _label(robot: Robot, transition: AnyTransition) -> Iterator[str]:
     if transition.communication is not None:
         yield f"{robot.display_names[transition.communication]}.{transition.kind.value}"
     if transition.delay is not None:
-        yield f"after {_words(transition.delay, robot)}"
+        yield f"after {as_written(transition.delay, robot)}"
     if transition.guard is not None:
-        yield f"[{_words(transition.guard, robot)}]"
-    yield from (f"{a.variable} := {_words(a.value, robot)}" for a in transition.assignments)
-
-
-def _words(expr: Expr, robot: Robot) -> str:
-    """As it was written, white space folded."""
-    if expr.span is not None:
-        return " ".join(expr.span.text.split())
-    return to_dsl(expr, robot)
+        yield f"[{as_written(transition.guard, robot)}]"
+    yield from (f"{a.variable} := {as_written(a.value, robot)}" for a in transition.assignments)
 
 
 # --- the controlled system -----------------------------------------------------------------------

@@ -12,7 +12,7 @@ from typing import Any
 
 from robosc.emit.naming import place
 from robosc.emit.thresholds import thresholds
-from robosc.emit.transitions import transitions
+from robosc.emit.transitions import as_written, transitions
 from robosc.ir.automaton import Plant
 from robosc.ir.formulas import to_dsl
 from robosc.language.events import EventKind
@@ -142,5 +142,6 @@ def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Jso
             "assignments": [f"{a.variable} := {to_dsl(a.value, robot)}" for a in t.assignments],
             "place": place(t.span),
         }
+        | ({} if t.delay is None else {"delay": as_written(t.delay, robot)})
         for t in transitions(behaviour)
     ]

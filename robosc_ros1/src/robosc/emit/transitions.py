@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from robosc.ir.formulas import to_dsl
 from robosc.language.events import EventKind
-from robosc.model.entities import After, Assignment, Behaviour, ResultTransition, Tau
+from robosc.model.entities import After, Assignment, Behaviour, ResultTransition, Robot, Tau
 from robosc.model.expr import Expr
 from robosc.source import Span
 
-__all__ = ["AnyTransition", "transitions"]
+__all__ = ["AnyTransition", "as_written", "transitions"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,3 +56,10 @@ def _internal(source: str | None, tau: Tau) -> AnyTransition:
 def _delayed(source: str, after: After) -> AnyTransition:
     found = _on_event(source, after.transition)
     return replace(found, communication=None, index=after.index, delay=after.delay, span=after.span)
+
+
+def as_written(expr: Expr, robot: Robot) -> str:
+    """Return an expression as it was written, white space folded."""
+    if expr.span is not None:
+        return " ".join(expr.span.text.split())
+    return to_dsl(expr, robot)

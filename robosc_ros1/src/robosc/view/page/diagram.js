@@ -11,7 +11,8 @@ function widthOf(text, font) {
 
 /** The lines that stand at a transition: its event, then what it depends on and what it does. */
 function linesOf(transition) {
-  const lines = [{ text: eventName(transition.event), transition }];
+  const text = transition.delay ? `after ${transition.delay}` : eventName(transition.event);
+  const lines = [{ text, transition }];
   if (transition.guard) lines.push({ text: `if ${shorten(transition.guard, 30)}`, more: true });
   for (const assignment of transition.assignments.slice(0, 3)) {
     lines.push({ text: shorten(assignment, 34), more: true });

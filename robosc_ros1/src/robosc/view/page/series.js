@@ -125,10 +125,16 @@ class Plot {
     stroke(context, spans.flatMap(([from, to, value]) => [[x(from), y(value)], [x(to), y(value)]]));
     context.fillStyle = colours["--wait"];
     context.textAlign = "right";
-    for (const threshold of this.thresholds) context.fillText(valueText(threshold), width - 2, y(threshold) - 2);
+    let above = Infinity; // one text does not cover another
+    for (const threshold of [...this.thresholds].sort((a, b) => a - b)) {
+      if (above - y(threshold) < 9) continue;
+      above = y(threshold);
+      context.fillText(valueText(threshold), width - 2, above - 2);
+    }
     context.textAlign = "left";
     context.fillStyle = colours["--quiet"];
-    if (spans.length) for (const level of [low, high]) context.fillText(valueText(level), 0, y(level) + (level === high ? 8 : 0));
+    const ends = spans.length ? [low, high].filter((level) => !this.thresholds.includes(level)) : [];
+    for (const level of ends) context.fillText(valueText(level), 0, y(level) + (level === high ? 8 : 0));
   }
 
   /** Where the component changed its state, and what that was. */

@@ -68,6 +68,7 @@ MODEL = {
                     "guard": None,
                     "assignments": [],
                     "place": "thermostat.rscd:39",
+                    "delay": "pause",
                 },
             ],
         },
