@@ -118,6 +118,40 @@ def test_hand_made_robot() -> None:
     check(robot_of(CELL))
 
 
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "(A.x / A.y else 3.0) < 2.0",
+        "(A.x % A.y else 1) = 1 or A.near",
+        "A.x / A.y < 1.0 else A.near",
+        "A.near else A.x > 1",
+        "(A.near else true) and !(A.x > A.y else false)",
+    ],
+)
+def test_else_is_written_out(condition: str) -> None:
+    """CIF has nothing undefined; what comes to no number is known value by value."""
+    check(
+        robot_of(f"""
+        robot Else {{
+            component A {{
+                outgoing message m with type: integer(0..2)
+                outgoing message n with type: integer(0..2)
+                incoming message go with type: none
+                behaviour {{
+                    variable x: integer(0..2)
+                    variable y: integer(0..2)
+                    variable near: boolean
+                    initial marked state s {{
+                        on response from m do x := value, near := {condition}
+                        on response from n if {condition} do y := value
+                    }}
+                }}
+            }}
+            requirement go needs {condition}
+        }}""")
+    )
+
+
 DATA = """
 component Battery {
     outgoing message battery with type: double

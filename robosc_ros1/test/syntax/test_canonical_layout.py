@@ -88,7 +88,7 @@ robot  R {
    on timeout from m } } }
  component L [ 1..2 ] from W import V with prefix : "/l" , radius : 0.2
  for i  in 1 .. 6 { requirement S [ i - 1 ] . go needs a [ f ( i ,j ) ] . b
-   prefer { x , S[i].y } over z }
+   prefer { x , S[i].y } over z  requirement all   except {S [i],x }except  S[1] needs q }
  provide m with { x : [ { y : 1 s } , min ( a ,b ) ] , z : [ ] } }
 """
 
@@ -116,6 +116,7 @@ robot R {
     for i in 1..6 {
         requirement S[i-1].go needs a[f(i, j)].b
         prefer { x, S[i].y } over z
+        requirement all except { S[i], x } except S[1] needs q
     }
     provide m with { x: [{ y: 1 s }, min(a, b)], z: [] }
 }

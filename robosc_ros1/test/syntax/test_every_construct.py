@@ -194,6 +194,14 @@ def test_a_library_says_nothing_about_control(word: str) -> None:
         ("prefer a over b", "Prefer([a], [b])"),
         ("prefer { a, B.c } over { d }", "Prefer([a, B.c], [d])"),
         (
+            "prefer a except B over all except { c, S[1] } except d",
+            "Prefer([a, Except([B])], [all, Except([c, S[1], Except([d])])])",
+        ),
+        ("requirement all except a needs b", "Requirement(needs, [all, Except([a])], b)"),
+        ("requirement S[i] needs b", "Requirement(needs, [S[i]], b)"),
+        ("requirement b disables { S[2], all } except a",
+         "Requirement(disables, [S[2], all, Except([a])], b)"),
+        (
             "for i in 1..6 { requirement S[i-1].go needs S[i].on for j in -2..2 { } }",
             "For(i, Range(1, 6), [Requirement(needs, [S[(i - 1)].go], Member(Element(S, i), [on])),"
             " For(j, Range(-2, 2), [])])",

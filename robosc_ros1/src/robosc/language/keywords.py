@@ -97,7 +97,7 @@ def _table() -> Iterator[Keyword]:
         yield Keyword(word, declaration)
     for word in ("if", "do", "goto", "needs", "disables", "never", "always", "with", "links"):
         yield Keyword(word, clause)
-    for word in ("from", "to", "use", "import", "over", "in"):
+    for word in ("from", "to", "use", "import", "over", "except", "in"):
         yield Keyword(word, clause)
     events = tuple(kind.value for kind in EventKind if not kind.of_component)
     labels = (*(attribute.name for attribute in ATTRIBUTES), "prefix")
@@ -159,6 +159,7 @@ _MEANINGS = {
     "use": "The message, service or action type of an interface.",
     "import": "The component of the library that is imported.",
     "stop": "The message that is sent at a safe stop and when the node ends.",
+    "except": "What is left out of a group: `all except halt`.",
     "over": "The commands that are not sent while a preferred one is enabled.",
     "in": "`E in { a, b }` is true if E equals one of them; in `for` and `any` the range.",
     "request": "A command to the component: sending a message, calling a service, starting an"

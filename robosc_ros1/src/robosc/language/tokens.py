@@ -298,7 +298,7 @@ LOOKS = {
         "constant": "(?= NAME ':' WORD )",
         "parameter": "(?= NAME ':' WORD )",
         "condition": "(?= NAME '=' )",
-        "prefer": "(?= QUALIFIED over | '{' )",
+        "prefer": "(?= QUALIFIED (?: over | except ) | '{' )",
         "stop": "(?= with )",
         "for": "(?= NAME in )",
         "transition": "(?= if | goto )",

@@ -14,6 +14,7 @@ from robosc.model.types import Type
 
 __all__ = ["SENT", "StatementOffers"]
 
+_ALL = Candidate("all", "keyword", "all commands of the robot", rank=2)
 SENT = (EventKind.REQUEST, EventKind.CANCEL)
 """The events of what the controller sends."""
 
@@ -34,6 +35,12 @@ class StatementOffers(MemberOffers):
                 yield from self._import()
             case "requirement":
                 yield from self._requirement()
+            case "prefer":
+                yield from self._preference()
+            case "stop" if self._context.last == "stop":
+                yield from keywords(("with",))
+            case "stop":
+                yield from self._communications((EventKind.REQUEST,))
             case "provide":
                 yield from self._provide()
             case "datatype":
@@ -102,6 +109,7 @@ class StatementOffers(MemberOffers):
         words, last = self._context.words, self._context.last
         if len(words) == 1:
             yield from self._communications(SENT, rank=0)
+            yield _ALL
             yield from keywords(("never", "always"))
             yield from self._expression(None)
             return
@@ -112,12 +120,24 @@ class StatementOffers(MemberOffers):
         ):
             if ends_operand(last):
                 yield from keywords(("needs", "disables"), rank=0)
+                yield from keywords(("except",))
             if len(words) == 2:
                 return
         elif last == "disables":
             yield from self._communications(SENT)
+            yield _ALL
             return
         yield from self._expression_or_more()
+
+    def _preference(self) -> Iterator[Candidate]:
+        if self._context.last in ("prefer", "over", "except"):
+            yield from self._communications(SENT)
+            yield _ALL
+        elif "over" not in self._context.words:
+            yield from keywords(("over", "except"))
+        else:
+            yield from keywords(("except",))
+            yield from self._next()
 
     def _provide(self) -> Iterator[Candidate]:
         words = self._context.words

@@ -13,6 +13,7 @@ import re
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
+from operator import is_
 from typing import Any, cast
 
 from robosc.language.functions import AGGREGATES
@@ -29,6 +30,7 @@ from robosc.syntax.nodes import (
     ConditionNode,
     DeclarationNode,
     ElementNode,
+    ExceptNode,
     ExprNode,
     FileNode,
     ForNode,
@@ -196,10 +198,19 @@ class _Writer:
     def _named(self, part: Any, scope: Scope) -> Any:
         """A name of a communication, variable or function: never an index or a condition."""
         if isinstance(part, tuple):
-            parts = tuple(self._named(one, scope) for one in part)
-            return parts if any(a is not b for a, b in zip(parts, part, strict=True)) else part
+            parts = tuple(one for each in part for one in self._each(each, scope))
+            same = len(parts) == len(part) and all(map(is_, parts, part))
+            return part if same else parts
         copy = self.node(part, scope)
-        return copy if isinstance(copy, Access) else part
+        return copy if isinstance(copy, Access | ExceptNode) else part
+
+    def _each(self, part: Any, scope: Scope) -> Iterable[Any]:
+        """A named part; all copies where an indexed component is named as a whole."""
+        whole = isinstance(part, Access) and not part.path and part.index is None
+        if not whole or not self._is_several(part, scope):
+            return (self._named(part, scope),)
+        indexes = self._several[part.root.text]
+        return [self._one(part, i, ()) for i in range(indexes.first, indexes.last + 1)]
 
     def _is_several(self, access: Access, scope: Scope) -> bool:
         name = access.root.text

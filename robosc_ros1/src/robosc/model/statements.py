@@ -9,13 +9,14 @@ from itertools import product
 
 from robosc.errors import Note
 from robosc.model.by_identity import ByIdentity
-from robosc.model.communications import SENT, resolve_communication
+from robosc.model.communications import resolve_communication
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Data, DataObject, Kind, Preference, Provide, Requirement
 from robosc.model.expected import BOOLEAN
 from robosc.model.expressions import Typer
+from robosc.model.groups import GroupResolver
 from robosc.model.incoming import no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.ros.links import Binder
@@ -23,7 +24,6 @@ from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.types import NoneType
 from robosc.source import Span
 from robosc.syntax.nodes import (
-    Access,
     DataObjectNode,
     PreferNode,
     ProvideNode,
@@ -55,41 +55,31 @@ class StatementResolver:
             no_value("a requirement or a condition of a command has no received value"),
         )
         self._data = DataTyper(self._typer, types, report)
+        self._groups = GroupResolver(symbols, types.scope, report)
         self._read: ByIdentity[bool] = ByIdentity()
 
     def requirement(self, node: RequirementNode) -> Requirement | None:
         """The requirement; None after an error."""
-        keys: list[str] = []
-        seen: dict[str, Span] = {}
-        whole = True
-        for access in node.communications:
-            info = self._command(access, "requirement-on-outgoing", _CANNOT_FORBID)
-            if info is None:
-                whole = False
-            elif info.key in seen:
-                self._report.add(
-                    "repeated-communication",
-                    access.span,
-                    f"'{access.span.text}' appears twice in this requirement",
-                    None,
-                    [Note("the first one is here", seen[info.key])],
-                )
-            else:
-                seen[info.key] = access.span
-                keys.append(info.key)
+        keys: tuple[str, ...] | None = ()
+        if node.communications:
+            keys = self._groups.commands(
+                node.communications, "requirement-on-outgoing", _CANNOT_FORBID
+            )
         condition = self._typer.check(node.condition, BOOLEAN, "a requirement")
-        if condition is None or not whole:
+        if condition is None or keys is None:
             return None
         text = fold_text(node.span.text) + (f" ({node.place})" if node.place else "")
         condition = condition_on_data(condition, self._read)
-        return Requirement(node.kind, tuple(keys), condition, text, span=node.span)
+        return Requirement(node.kind, keys, condition, text, span=node.span)
 
     def preference(self, node: PreferNode) -> Preference | None:
         """The preference; None after an error."""
-        preferred, over = self._commands(node.preferred), self._commands(node.over)
-        if None in preferred or None in over:
+        code = "preference-on-outgoing"
+        preferred = self._groups.commands(node.preferred, code, _CANNOT_PREFER)
+        over = self._groups.commands(node.over, code, _CANNOT_PREFER, left_out=preferred or ())
+        if preferred is None or over is None:
             return None
-        return Preference(_keys(preferred), _keys(over), span=node.span)
+        return Preference(preferred, over, span=node.span)
 
     def stop(self, nodes: Sequence[StopNode]) -> str | None:
         """The key of the message that stops the robot; None without one, or after an error."""
@@ -107,12 +97,9 @@ class StatementResolver:
             return None
         return None if info is None else info.key
 
-    def _commands(self, accesses: Sequence[Access]) -> list[CommunicationInfo | None]:
-        return [self._command(a, "preference-on-outgoing", _CANNOT_PREFER) for a in accesses]
-
     def provide(self, node: ProvideNode) -> Provide | None:
         """The provide statement; None after an error."""
-        info = self._command(node.communication, "provide-for-outgoing", _CANNOT_PROVIDE)
+        info = self._groups.command(node.communication, "provide-for-outgoing", _CANNOT_PROVIDE)
         data = self._data_for(node, info)
         condition = None
         if node.condition is not None:
@@ -125,14 +112,6 @@ class StatementResolver:
         if info.entity is not None:
             self._binder.sent.check(data, info.node, info.entity.binding)
         return Provide(info.key, data, condition, span=node.span)
-
-    def _command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:
-        info = resolve_communication(access, self._symbols, self._types.scope, self._report)
-        if info is not None and info.kind is Kind.OUTGOING:
-            message = f"'{info.name}' is an outgoing message: {why}"
-            self._report.add(code, access.span, message, SENT.format(info.name))
-            return None
-        return info
 
     # --- data ------------------------------------------------------------------------------------
 
@@ -162,10 +141,6 @@ _CANNOT_FORBID = "the controller cannot forbid what the robot sends"
 _CANNOT_PREFER = "the controller does not decide when the robot sends it"
 _STOPS = "name an incoming message, such as the velocity of a base"
 _CANNOT_PROVIDE = "the robot sends its data, not the controller"
-
-
-def _keys(found: Sequence[CommunicationInfo | None]) -> tuple[str, ...]:
-    return tuple(info.key for info in found if info is not None)
 
 
 def check_preferences(preferences: Sequence[Preference], report: Report) -> None:

@@ -29,9 +29,11 @@ from robosc.syntax.nodes import (
     ElementNode,
     EnumNode,
     EnumRuleNode,
+    ExceptNode,
     ExprNode,
     FileNode,
     ForNode,
+    Group,
     ImportNode,
     InNode,
     InterfaceNode,
@@ -208,10 +210,14 @@ class Formatter:
             docs += self._filled(node, _LAYOUTS[AssignmentNode])
         return self.words.group(begin, [Indent(docs)])
 
-    def _names(self, nodes: Sequence[Access]) -> Doc:
-        """One communication, perhaps in parentheses, or several in braces."""
-        if not self.words.next_is("{"):
-            return self._expression(nodes[0])
+    def _names(self, nodes: Group) -> Doc:
+        """One communication, perhaps in parentheses, or several in braces, and what is left out."""
+        match nodes:
+            case (*items, ExceptNode(communications=others)):
+                group = self._names(tuple(items))
+                return [group, " ", self.words.take(), " ", self._names(others)]
+            case (Access() as only,) if not self.words.next_is("{"):
+                return self._expression(only)
         begin = self.words.index
         docs: list[Doc] = [self.words.take()]
         inside: list[Doc] = []

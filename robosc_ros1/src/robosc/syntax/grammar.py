@@ -150,7 +150,9 @@ def _requirement() -> Rule:
     invariant = choice(f"(?: never | always ) (?! {named} )", "") - Expression(
         "a condition after 'never' or 'always'"
     )
-    single = Expression(expected) - either([needs, disables], "'needs' or 'disables'")
+    single = (
+        Expression(expected) - t.maybe_except() - either([needs, disables], "'needs' or 'disables'")
+    )
     return Rule(
         either([invariant, t.braced_communications() - needs, single], expected), _build_requirement
     )
@@ -160,15 +162,20 @@ def _build_requirement(reading: Reading, start: int, end: int, parts: list[Any])
     span = reading.span(start, end)
     if parts[0] in ("never", "always"):
         return RequirementNode(parts[0], (), parts[1], span=span)
-    left, kind, right = parts
-    if kind == "disables":
-        return RequirementNode("disables", right, left, span=span)
-    if isinstance(left, tuple):
+    if isinstance(parts[0], tuple):
+        left, _, right = parts
         return RequirementNode("needs", left, right, span=span)
+    left, excepted, kind, right = parts
+    if kind == "disables" and excepted is None:
+        return RequirementNode("disables", right, left, span=span)
     if (one := t.as_communication(left)) is None:
         message = "expected the name of a communication before 'needs'"
         raise Fault(start + 1, message, span=left.span)
-    return RequirementNode("needs", (one,), right, span=span)
+    if kind == "disables":
+        message = "'except' is about commands, which stand behind 'disables'"
+        raise Fault(start + 1, message, span=excepted.span)
+    group = t.make_group(reading, start, end, [(one,), excepted])
+    return RequirementNode("needs", group, right, span=span)
 
 
 def _prefer() -> Rule:

@@ -463,6 +463,17 @@ class ImportNode(_Node):
 
 
 @dataclass(frozen=True, slots=True)
+class ExceptNode(_Node):
+    """``except a``: what is left out of the group before it."""
+
+    communications: Group
+
+
+Group: TypeAlias = tuple[Access | ExceptNode, ...]
+"""``a``, ``{ a, b }``, ``all`` or a component, and perhaps, at the end, what is left out."""
+
+
+@dataclass(frozen=True, slots=True)
 class RequirementNode(_Node):
     """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications).
 
@@ -470,7 +481,7 @@ class RequirementNode(_Node):
     """
 
     kind: Literal["needs", "disables", "never", "always"]
-    communications: tuple[Access, ...]
+    communications: Group
     condition: ExprNode
     place: str = ""
 
@@ -506,8 +517,8 @@ class ProvideNode(_Node):
 class PreferNode(_Node):
     """``prefer a over b`` or ``prefer { a, b } over c``."""
 
-    preferred: tuple[Access, ...]
-    over: tuple[Access, ...]
+    preferred: Group
+    over: Group
 
 
 @dataclass(frozen=True, slots=True)

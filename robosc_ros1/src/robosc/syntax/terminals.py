@@ -34,7 +34,9 @@ from robosc.syntax.nodes import (
     ArrayTypeNode,
     BasicTypeNode,
     ElementNode,
+    ExceptNode,
     ExprNode,
+    Group,
     LiteralNode,
     MemberNode,
     Name,
@@ -49,7 +51,7 @@ from robosc.syntax.reading import Reading, Stop
 
 __all__ = [
     "MAX_NESTING", "as_communication", "braced_communications", "communication", "communications",
-    "duration", "name", "range_", "ros_type", "string", "type_",
+    "duration", "make_group", "maybe_except", "name", "range_", "ros_type", "string", "type_",
 ]  # fmt: skip
 
 MAX_NESTING = 20
@@ -72,7 +74,7 @@ def communication(expected: str) -> ParserElement:
         - symbol("[")
         - Expression("an index in '[…]'")
         - symbol("]", "']' after the index")
-        - terminal("'.' WORD", "'.' and the name of a communication", _build_member),
+        - maybe(terminal("'.' WORD", "'.' and the name of a communication", _build_member)),
         _build_indexed,
     )
     return either([plain, indexed], expected)
@@ -84,7 +86,8 @@ def _build_member(reading: Reading, start: int, end: int, parts: list[Any]) -> N
 
 def _build_indexed(reading: Reading, start: int, end: int, parts: list[Any]) -> Access:
     root, index, member = parts
-    return Access(root, (member,), index, span=reading.span(start, end))
+    path = () if member is None else (member,)
+    return Access(root, path, index, span=reading.span(start, end))
 
 
 def as_communication(node: ExprNode) -> Access | None:
@@ -93,6 +96,10 @@ def as_communication(node: ExprNode) -> Access | None:
         case Access(path=(int() as index, Name() as member)):
             number = LiteralNode(index, span=node.span)
             return Access(node.root, (member,), number, span=node.span)
+        case Access(path=(int() as index,)):
+            return Access(node.root, (), LiteralNode(index, span=node.span), span=node.span)
+        case ElementNode(array=Access(root=root, path=()), index=index_):
+            return Access(root, (), index_, span=node.span)
         case Access() if not any(isinstance(part, int) for part in node.path):
             return node
         case MemberNode(
@@ -104,15 +111,42 @@ def as_communication(node: ExprNode) -> Access | None:
 
 
 def braced_communications() -> ParserElement:
-    """Several communications in braces; leaves a tuple."""
+    """Several communications in braces, and what is left out; leaves a tuple."""
+    return built(_braced() - maybe_except(), make_group)
+
+
+def communications(expected: str) -> ParserElement:
+    """One communication, or several in braces, and what is left out; leaves a tuple."""
+    return built(_items(expected) - maybe_except(), make_group)
+
+
+def maybe_except() -> ParserElement:
+    """``except a``, which may itself end with ``except b``; leaves an ExceptNode or None."""
+    more = Forward()
+    items = _items("the name of a communication after 'except'")
+    more <<= maybe(built(keyword("except") - items - more, _build_except))
+    return more
+
+
+def _items(expected: str) -> ParserElement:
+    one = built(communication("the name of a communication"), make_tuple)
+    return either([_braced(), one], expected)
+
+
+def _braced() -> ParserElement:
     one = communication("the name of a communication")
     return built(symbol("{") - listed(one) - symbol("}", "',' or '}'"), make_tuple)
 
 
-def communications(expected: str) -> ParserElement:
-    """One communication, or several in braces; leaves a tuple."""
-    one = built(communication("the name of a communication"), make_tuple)
-    return either([braced_communications(), one], expected)
+def make_group(reading: Reading, start: int, end: int, parts: list[Any]) -> Group:
+    """The group of a tuple and what is left out of it, if there is such a part."""
+    items, excepted = parts
+    return items if excepted is None else (*items, excepted)
+
+
+def _build_except(reading: Reading, start: int, end: int, parts: list[Any]) -> ExceptNode:
+    group = make_group(reading, start, end, parts)
+    return ExceptNode(group, span=reading.span(start, end))
 
 
 def range_() -> ParserElement:

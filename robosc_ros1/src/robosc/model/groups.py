@@ -1,0 +1,120 @@
+"""Groups of commands: ``all``, components, and what is left out of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from robosc.errors import Note
+from robosc.model.communications import SENT, resolve_communication
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Kind
+from robosc.model.scope import FileScope
+from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
+from robosc.source import Span
+from robosc.syntax.nodes import Access, ExceptNode, Group
+
+__all__ = ["GroupResolver", "is_all"]
+
+
+def is_all(access: Access) -> bool:
+    """Whether an access is the word ``all``, and no name."""
+    return access.root.text == "all" and not access.root.escaped and not access.path
+
+
+class GroupResolver:
+    """Resolves the commands that a statement names."""
+
+    def __init__(self, symbols: SymbolTable, scope: FileScope, report: Report) -> None:
+        self._symbols = symbols
+        self._scope = scope
+        self._report = report
+
+    def commands(
+        self, group: Group, code: str, why: str, *, left_out: Iterable[str] = ()
+    ) -> tuple[str, ...] | None:
+        """The keys of the commands, each once, in order; None after an error.
+
+        ``code`` and ``why`` are those of an outgoing message; of ``all`` and of components, the
+        commands ``left_out`` are no part.
+        """
+        found: dict[str, Span | None] = {}
+        whole = True
+        for item in group:
+            if isinstance(item, ExceptNode):
+                return self._without(found, item, code, why) if whole else None
+            members = self._members(item)
+            if members is None:
+                whole &= self._add_named(item, found, code, why)
+            else:
+                whole &= self._has_commands(item, members)
+                found.update((m.key, None) for m in members if m.key not in {*found, *left_out})
+        return tuple(found) if whole else None
+
+    def _without(
+        self, found: Iterable[str], node: ExceptNode, code: str, why: str
+    ) -> tuple[str, ...] | None:
+        """What is left of a group."""
+        others = self.commands(node.communications, code, why)
+        if others is None:
+            return None
+        left = tuple(key for key in found if key not in others)
+        if not left:
+            self._report.add("unknown-communication", node.span, "nothing is left of the group")
+            return None
+        return left
+
+    def _add_named(
+        self, access: Access, found: dict[str, Span | None], code: str, why: str
+    ) -> bool:
+        """Add one command by its name; False after an error."""
+        info = self.command(access, code, why)
+        if info is None:
+            return False
+        if (first := found.get(info.key)) is None:
+            found[info.key] = access.span
+            return True
+        self._report.add(
+            "repeated-communication",
+            access.span,
+            f"'{access.span.text}' appears twice in this statement",
+            None,
+            [Note("the first one is here", first)],
+        )
+        return True
+
+    def command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:
+        """The command of a name; None after an error."""
+        info = resolve_communication(access, self._symbols, self._scope, self._report)
+        if info is not None and info.kind is Kind.OUTGOING:
+            message = f"'{info.name}' is an outgoing message: {why}"
+            self._report.add(code, access.span, message, SENT.format(info.name))
+            return None
+        return info
+
+    def _members(self, access: Access) -> list[CommunicationInfo] | None:
+        """The commands of ``all`` or of a component; None if one communication is named."""
+        if is_all(access):
+            return _commands_of(self._symbols.components.values())
+        name = access.root.text
+        component = self._symbols.component(name)
+        if component is None or access.path or access.index or self._symbols.communications(name):
+            return None
+        self._scope.names.use(access.root, component.declaration)
+        return _commands_of([component])
+
+    def _has_commands(self, access: Access, members: list[CommunicationInfo]) -> bool:
+        if members or self._symbols.component_table.broken:
+            return not self._symbols.component_table.broken
+        what = "the robot" if is_all(access) else access.root.text
+        message = f"{what} has no commands: no incoming message, service or action"
+        self._report.add("unknown-communication", access.span, message)
+        return False
+
+
+def _commands_of(components: Iterable[Instance]) -> list[CommunicationInfo]:
+    return [
+        info
+        for component in components
+        for info in component.communications.values()
+        if info.kind is not Kind.OUTGOING
+    ]
