@@ -10,6 +10,7 @@ with a default response (ROS 2 has no failing calls), a blocked goal is rejected
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.qos import DurabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.task import Future
 from std_msgs.msg import String
@@ -73,14 +74,22 @@ class RelayPort(RosPort):
     def _relay_input(self, engine, robot, controller, type_, keys):
         # The QoS of the first message applies to the topic; the controller gets it reliably.
         profile = self._profiles[keys[0]]
-        durability = profile.durability.name.lower()
-        onward = qos_profile("reliable", profile.depth, durability)
-        publish = self._node.create_publisher(type_, controller, onward).publish
+        onward = None
+
+        def publish_with(durability):
+            nonlocal onward
+            before = onward
+            quality = qos_profile("reliable", profile.depth, durability.name.lower())
+            onward = self._node.create_publisher(type_, controller, quality)
+            if before is not None:
+                self._node.destroy_publisher(before)
 
         def heard(data):
-            engine.follow(keys, read(data, type_), lambda: publish(data))
+            engine.follow(keys, read(data, type_), lambda: onward.publish(data))
 
-        self.listen(type_, robot, heard, profile, raw=True)
+        follows = profile.durability == DurabilityPolicy.UNKNOWN
+        publish_with(DurabilityPolicy.VOLATILE if follows else profile.durability)
+        self.listen(type_, robot, heard, profile, raw=True, changed=publish_with)
 
     def _relay_command(self, engine, controller, type_, rows):
         patterns = command_patterns(rows, maker(type_))

@@ -9,13 +9,14 @@ received before its request is recorded.
 
 import time
 
-from rclpy.clock import ClockChange, JumpThreshold
+from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
 from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy
 
 from ._runtime.port import BEFORE_TIME, steady_time
 from .ros_calls import Action, Service
 from .ros_messages import compose, has_oddities, plain
-from .ros_parameters import is_simulated, qos_profile
+from .ros_parameters import durable, is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
 
 EVERY_STEP = JumpThreshold(
@@ -27,6 +28,8 @@ CLOCK_REPLACED = (
     "use_sim_time was changed while the node runs, so all timeouts and delays began anew: set it"
     " back, or restart the node with it"
 )
+FOLLOWED = 0.5
+"""Seconds between two looks at the durability that the publishers of inputs offer."""
 BATCH = 50
 """The most messages of one topic that are taken before those of others."""
 
@@ -52,7 +55,7 @@ class RosPort(CallingPort):
         for topic, message_type, keys in tables.publications:
             publisher = node.create_publisher(message_type, topic, profiles[keys[0]])
             self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
-        self._inputs = []  # functions that take the messages that wait
+        self._inputs = []
         self._jumps = None
         self.exit_code = 0
         self.on_exit = None
@@ -66,6 +69,10 @@ class RosPort(CallingPort):
     def connect(self, engine):
         super().connect(engine)
         self._connect_inputs(engine)
+        if any(entry.follows for entry in self._inputs):
+            self._follow()
+            steady = Clock(clock_type=ClockType.STEADY_TIME)
+            self._node.create_timer(FOLLOWED, self._follow, clock=steady)
         self._jumps = self._node.get_clock().create_jump_callback(
             EVERY_STEP, post_callback=lambda jump: self._on_clock(engine, jump)
         )
@@ -77,9 +84,17 @@ class RosPort(CallingPort):
                 post = _plainly(post)
             self.listen(message_type, topic, post, self._profiles[keys[0]])
 
-    def listen(self, message_type, topic, post, profile, raw=False):
-        """Subscribe to a topic; ``post`` gets each message, or its bytes if ``raw``."""
-        self._inputs.append(_subscribe(self._node, message_type, topic, post, profile, raw))
+    def listen(
+        self, message_type, topic, post, profile, raw=False, changed=lambda durability: None
+    ):
+        """Subscribe to a topic; see :class:`Input`."""
+        entry = Input(self._node, message_type, topic, post, profile, raw, changed)
+        self._inputs.append(entry)
+
+    def _follow(self):
+        for entry in self._inputs:
+            if entry.follows:
+                entry.follow()
 
     def _on_clock(self, engine, jump):
         """Handle progress of ROS time, or a change of use_sim_time."""
@@ -126,8 +141,8 @@ class RosPort(CallingPort):
 
     def await_inputs(self, done):
         def take():
-            for take_waiting in self._inputs:
-                take_waiting()
+            for entry in self._inputs:
+                entry.take_all()
             done()
 
         self.executor_thread.do(take)
@@ -154,24 +169,62 @@ class RosPort(CallingPort):
             self.on_exit()
 
 
-def _subscribe(node, message_type, topic, post, profile, raw):
-    """Subscribe to a topic; return a function that takes the messages that wait."""
+class Input:
+    """The subscription to a topic; ``post`` gets each message, or its bytes if ``raw``.
 
-    def heard(message):
-        post(message)
+    If its QoS leaves the durability open, it is transient local while all publishers are: then it
+    is a new subscription, which gets what they sent before. ``changed`` gets each new durability.
+    """
+
+    def __init__(self, node, message_type, topic, post, profile, raw, changed):
+        self._node = node
+        self._type = message_type
+        self._topic = node.resolve_topic_name(topic)
+        self._post = post
+        self._profile = profile
+        self._raw = raw
+        self._changed = changed
+        self._subscription = None
+        self.follows = profile.durability == DurabilityPolicy.UNKNOWN
+        self._durability = DurabilityPolicy.VOLATILE if self.follows else profile.durability
+        self._subscribe()
+
+    def follow(self):
+        """Take the durability that the publishers offer now."""
+        ends = self._node.get_publishers_info_by_topic(self._topic)
+        offered = {end.qos_profile.durability for end in ends}
+        latched = offered == {DurabilityPolicy.TRANSIENT_LOCAL}
+        durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        if offered and durability != self._durability:
+            self._durability = durability
+            self._subscribe()
+            self._changed(durability)
+
+    def take_all(self):
+        """Take the messages that wait."""
+        self._take(max(BATCH, self._profile.depth))
+
+    def _subscribe(self):
+        before, profile = self._subscription, durable(self._profile, self._durability)
+        self._subscription = self._node.create_subscription(
+            self._type, self._topic, self._heard, profile, raw=self._raw
+        )
+        if before is not None:
+            self._node.destroy_subscription(before)
+
+    def _heard(self, message):
+        self._post(message)
         # A cycle of the executor costs ten times as much as a message, so take all that wait.
-        take(BATCH)
+        self._take(BATCH)
 
-    def take(most):
+    def _take(self, most):
+        handle = self._subscription.handle
         for _ in range(most):
-            with subscription.handle:
-                found = subscription.handle.take_message(message_type, raw)
+            with handle:
+                found = handle.take_message(self._type, self._raw)
             if found is None:
                 return
-            post(found[0])
-
-    subscription = node.create_subscription(message_type, topic, heard, profile, raw=raw)
-    return lambda: take(max(BATCH, profile.depth))
+            self._post(found[0])
 
 
 def _plainly(post):

@@ -4,7 +4,7 @@
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-from ._runtime.qos import POLICIES, qos_parameter_name, qos_parameters, shared
+from ._runtime.qos import OFFERED, POLICIES, qos_parameter_name, qos_parameters, shared
 from ._runtime.settings import ParameterError, declared, dotted, read
 
 _SIM_TIME = "use_sim_time"
@@ -12,7 +12,10 @@ _IGNORED = ("start_type_description_service", "qos_overrides")
 
 
 def qos_profile(reliability, depth, durability="volatile"):
-    """Return a QoS profile that keeps the last ``depth`` messages."""
+    """Return a QoS profile that keeps the last ``depth`` messages; its durability is ``UNKNOWN`` if
+    it is to be that of the publishers."""
+    if durability == OFFERED:
+        durability = "unknown"
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=depth,
@@ -45,11 +48,31 @@ def configured(node, controller, topics, defaults):
             value = given.get(parameter.name, parameter.default)
             node.declare_parameter(name, value, descriptor)
     profiles = {
-        c.key: qos_profile(**{q: settings.more[qos_parameter_name(c, q)] for q in POLICIES})
+        c.key: _given_profile(c, settings)
         for c in communications
         if c.sort in ("incoming", "outgoing")
     }
     return settings, profiles, warnings
+
+
+def _given_profile(communication, settings):
+    given = {q: settings.more[qos_parameter_name(communication, q)] for q in POLICIES}
+    profile = qos_profile(**given)
+    if communication.sort == "outgoing" and profile.durability != DurabilityPolicy.UNKNOWN:
+        return durable(profile, profile.durability)
+    return profile
+
+
+def durable(profile, durability):
+    """Return the profile of a subscription with this durability: one that gets earlier messages
+    must be reliable."""
+    latched = durability == DurabilityPolicy.TRANSIENT_LOCAL
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=profile.depth,
+        reliability=ReliabilityPolicy.RELIABLE if latched else profile.reliability,
+        durability=durability,
+    )
 
 
 def is_simulated(node):

@@ -7,13 +7,15 @@ incompatible; the same applies to clients and services. And ROS 2 permits two no
 
 import time
 
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
 
 from ._runtime.traffic import TrafficWatch
 from .ros_parameters import is_simulated
 
 PERIOD = 3.0
 """Seconds between two checks of the graph."""
+_MANUAL = LivelinessPolicy.MANUAL_BY_TOPIC
+_ENDLESS = 2**63 - 1
 _EVERYBODYS = ("/rosout", "/parameter_events")
 
 
@@ -87,21 +89,32 @@ def _faults(own, other, verb, qualities):
         lack = _lack(*qualities)
         if lack is None:
             return
-        end = "%s publisher and %s subscription do not fit, so nothing gets through" % lack
-        end = "with another quality of service: a " + end
+        end = "with another quality of service: a %s do not fit, so nothing gets through" % lack
     node = other.node_namespace.rstrip("/") + "/" + other.node_name
     yield "%s %s %s %s" % (node, verb, own.topic_name, end)
 
 
 def _lack(publisher, subscription):
-    """Return the incompatible QoS policies of publisher and subscription; None: there are none."""
+    """Return the incompatibility of the QoS of publisher and subscription; None: there is none."""
     reliable = subscription.reliability == ReliabilityPolicy.RELIABLE
     if reliable and publisher.reliability == ReliabilityPolicy.BEST_EFFORT:
-        return "best-effort", "reliable"
+        return "best-effort publisher and reliable subscription"
     latched = subscription.durability == DurabilityPolicy.TRANSIENT_LOCAL
     if latched and publisher.durability == DurabilityPolicy.VOLATILE:
-        return "volatile", "transient-local"
+        return "volatile publisher and transient-local subscription"
+    if _span(publisher.deadline) > _span(subscription.deadline):
+        return "publisher without the deadline that a subscription demands"
+    if subscription.liveliness == _MANUAL and publisher.liveliness != _MANUAL:
+        return "publisher without the liveliness that a subscription demands"
+    leases = publisher.liveliness_lease_duration, subscription.liveliness_lease_duration
+    if _span(leases[0]) > _span(leases[1]):
+        return "publisher with a longer lease of liveliness than a subscription demands"
     return None
+
+
+def _span(duration):
+    """Return a duration of a QoS in nanoseconds; 0, which means that none was given, is endless."""
+    return duration.nanoseconds or _ENDLESS
 
 
 def _spelled(type_):

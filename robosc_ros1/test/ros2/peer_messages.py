@@ -6,7 +6,14 @@ import importlib
 import re
 from typing import Any
 
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.duration import Duration
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
 
 
 def load(name: str) -> Any:
@@ -45,10 +52,16 @@ def plain(value: Any) -> Any:
     return [plain(part) for part in value]
 
 
-def profile(reliability: str = "reliable", durability: str = "volatile", depth: int = 1000) -> Any:
+def profile(
+    reliability: str = "reliable", durability: str = "volatile", depth: int = 1000,
+    deadline: float = 0.0, liveliness: str = "automatic", lease: float = 0.0,
+) -> Any:  # fmt: skip
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=depth,
         reliability=ReliabilityPolicy[reliability.upper()],
         durability=DurabilityPolicy[durability.upper()],
+        deadline=Duration(seconds=deadline),
+        liveliness=LivelinessPolicy[liveliness.upper()],
+        liveliness_lease_duration=Duration(seconds=lease),
     )

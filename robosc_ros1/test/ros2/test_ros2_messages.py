@@ -14,6 +14,7 @@ from ros_support import await_condition
 
 Start = Callable[..., Process]
 READING = "robosc_testing/msg/Reading"
+BOOL = "std_msgs/msg/Bool"
 NEAR = {"valid": True, "distance": 0.5}
 FAR = {"valid": True, "distance": 3.0}
 
@@ -50,6 +51,59 @@ def test_inputs_come_from_publishers_of_either_reliability(graph: Graph, control
     qos = {"reliability": "best_effort"}
     other.order("repeat", name="person", type=READING, data=FAR, qos=qos)
     other.expect_state("guarded_arm", lambda s: s["variables"]["Person.where"] == "far")
+
+
+LATCHED = {"durability": "transient_local"}
+
+
+@pytest.mark.parametrize("node", ["guarded_arm", "guarded_arm_supervisor"])
+@pytest.mark.parametrize("given", [{}, LATCHED, {"durability": "volatile"}])
+def test_what_was_latched_before_the_start_is_heard_unless_told_otherwise(
+    graph: Graph, controller: Start, node: str, given: dict[str, str]
+) -> None:
+    robot = graph.peer()
+    robot.watch(node)
+    order = {"name": "go", "type": BOOL, "matched": 0}
+    robot.order("publish", **order, data=[{"data": True}], qos=LATCHED)
+    more = {f"qos__go__{policy}": value for policy, value in given.items()}
+    controller(node, qos__go__reliability="best_effort", **more)
+    if given == {"durability": "volatile"}:
+        state = robot.expect_state(node, lambda s: s["counters"]["commands"] >= 0)
+        assert not state["variables"]["Operator.wanted"]
+    else:
+        robot.expect_state(node, lambda s: s["variables"]["Operator.wanted"])
+    if not given:  # another publisher comes, whose messages a latched subscription does not get
+        other = graph.peer("other")
+        other.order("repeat", name="go", type=BOOL, data={"data": False}, qos={})
+        robot.expect_state(node, lambda s: not s["variables"]["Operator.wanted"])
+    if node.endswith("supervisor") and given != {"durability": "volatile"}:
+        late = graph.peer("late")
+        late.order("subscribe", name="supervised/go", type=BOOL, qos=given)
+        late.expect("message", name="supervised/go")
+
+
+@pytest.mark.parametrize(
+    ("qos", "lack"),
+    [
+        ({"reliability": "best_effort"}, "best-effort publisher and reliable subscription"),
+        ({"deadline": 0.5}, "publisher without the deadline"),
+        ({"liveliness": "manual_by_topic"}, "publisher without the liveliness"),
+        ({"lease": 0.5}, "publisher with a longer lease"),
+        ({"durability": "transient_local"}, "volatile publisher and transient-local subscription"),
+    ],
+)
+def test_every_incompatible_quality_of_service_is_a_fault(
+    graph: Graph, controller: Start, qos: dict[str, Any], lack: str
+) -> None:
+    robot = graph.peer("robot")
+    robot.watch("guarded_arm")
+    if "reliability" in qos:
+        robot.order("publish", name="go", type=BOOL, data=[], matched=0, qos=qos)
+    else:
+        robot.order("subscribe", name="beacon", type="std_msgs/msg/Empty", qos=qos)
+    node = controller(qos__go__reliability="reliable")
+    robot.expect_state("guarded_arm", lambda s: lack in str(s["faults"]))
+    await_condition(lambda: lack in node.output, "the warning")
 
 
 def test_quality_of_service_is_configured(graph: Graph, controller: Start) -> None:

@@ -12,10 +12,12 @@ from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple
 from .model import Communication
 from .settings import Parameter, ParameterError, parameter_name, private
 
-__all__ = ["qos_parameter_name", "qos_parameters", "shared"]
+__all__ = ["OFFERED", "qos_parameter_name", "qos_parameters", "shared"]
 
 _RELIABILITY = ("reliable", "best_effort")
 _DURABILITY = ("volatile", "transient_local")
+OFFERED = "offered"
+"""The durability of an input: that of its publishers."""
 _DEPTHS = {"incoming": 10, "outgoing": 1000}
 """For inputs: enough for bursts of about half a second, while the node is not scheduled."""
 POLICIES = ("reliability", "durability", "depth")
@@ -29,7 +31,8 @@ def qos_parameters(communications: Sequence[Communication]) -> List[Parameter]:
     """Return the QoS parameters of the messages; inputs and commands have different defaults.
 
     A best-effort subscription matches reliable and best-effort publishers; a reliable one matches
-    only reliable publishers, but loses no message.
+    only reliable publishers, but loses no message. An input is transient local if all its
+    publishers are, so that it gets what they sent before the node was started.
     """
     result = []
     for message in communications:
@@ -37,10 +40,11 @@ def qos_parameters(communications: Sequence[Communication]) -> List[Parameter]:
             continue
         names = [qos_parameter_name(message, policy) for policy in POLICIES]
         reliability = "reliable" if message.sort == "incoming" else "best_effort"
+        durability = (OFFERED, *_DURABILITY) if message.sort == "outgoing" else _DURABILITY
         of = " of " + message.name
         result += [
             Parameter(names[0], "string", reliability, "reliability" + of, _RELIABILITY),
-            Parameter(names[1], "string", "volatile", "durability" + of, _DURABILITY),
+            Parameter(names[1], "string", durability[0], "durability" + of, durability),
             Parameter(
                 names[2], "integer", _DEPTHS[message.sort], "length of the queue" + of, minimum=1
             ),
