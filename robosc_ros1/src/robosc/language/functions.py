@@ -21,7 +21,9 @@ from robosc.language.operators import (
 from robosc.runtime import functions as runtime
 from robosc.runtime.values import widen
 
-__all__ = ["AGGREGATES", "CALLS", "CONVERSION", "FUNCTIONS", "HELPERS", "PART", "PRESENCE"]
+__all__ = [
+    "AGGREGATES", "CALLS", "CONVERSION", "FUNCTIONS", "GEOMETRY", "HELPERS", "PART", "PRESENCE",
+]  # fmt: skip
 
 _ATOM = 9
 
@@ -91,6 +93,15 @@ FUNCTIONS: Mapping[str, Operator] = {
     "defined": _function("defined", (Operand.ANY,), Result.BOOLEAN, runtime.is_so),
 }
 """The functions by spelling; type checking replaces ``defined`` by PRESENCE."""
+
+GEOMETRY: Mapping[str, tuple[int, str, str]] = {
+    "yaw": (1, "xyzw", "a quaternion"),
+    "distance": (2, "xyz", "a point"),
+}
+"""Functions of objects: how many they take, with which fields, and what these are in words.
+
+Names are resolved to what they are made of (:mod:`robosc.model.geometry`).
+"""
 
 _PARTS = (
     _function(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from robosc.language.functions import AGGREGATES, FUNCTIONS
+from robosc.language.functions import AGGREGATES, FUNCTIONS, GEOMETRY
 from robosc.language.keywords import KEYWORDS, RESERVED, UNITS
 from robosc.lsp.actions import Edit
 from robosc.lsp.analysis import Analysis, Desk
@@ -18,7 +18,7 @@ __all__ = ["RenameError", "applied", "may_be_renamed", "references", "rename"]
 _PLAIN = frozenset(SymbolKind) - {SymbolKind.PROPERTY, SymbolKind.LIBRARY}
 """Symbols whose names only have to differ from others in models."""
 
-_MEANINGFUL = frozenset({*KEYWORDS, *UNITS, *FUNCTIONS, *AGGREGATES, "not"})
+_MEANINGFUL = frozenset({*KEYWORDS, *UNITS, *FUNCTIONS, *GEOMETRY, *AGGREGATES, "not"})
 """Words of the language, in lower case as all of them are."""
 
 

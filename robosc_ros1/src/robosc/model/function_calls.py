@@ -7,13 +7,14 @@ from dataclasses import replace
 from functools import reduce
 from typing import cast
 
-from robosc.language.functions import AGGREGATES, FUNCTIONS
+from robosc.language.functions import AGGREGATES, FUNCTIONS, GEOMETRY
 from robosc.language.operators import Operand, Operator, Result
 from robosc.model.compatibility import comparable, describe, result_type
 from robosc.model.diagnostics import Report
 from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
 from robosc.model.expr import Binary, Call, Convert, Expr, Literal, is_constant_data
+from robosc.model.geometry import typed_geometry
 from robosc.model.presence import defined
 from robosc.model.quantified import chain
 from robosc.model.types import ArrayType, BooleanType, EnumType, IntegerType, Type, Value, is_number
@@ -41,6 +42,8 @@ Check = Callable[[ExprNode, ExpectedType, str], Expr | None]
 def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
     """A call of one of the language's functions; None after a reported error."""
     name = node.function.root.text
+    if name in GEOMETRY and not node.function.path:
+        return typed_geometry(node, check, report)
     function = FUNCTIONS.get(name) if not node.function.path else None
     if function is None and name == "now" and not node.function.path:
         message = "now() is a point in time: it stands in provided data, where a field takes one"
@@ -51,7 +54,7 @@ def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
             "unknown-name",
             node.function.span,
             f"there is no function '{node.function.span.text}'",
-            _function_meant(node) or report.suggest(name, FUNCTIONS),
+            _function_meant(node) or report.suggest(name, [*FUNCTIONS, *GEOMETRY]),
         )
         return None
     if not _right_number(function, node, report):
