@@ -199,13 +199,16 @@ class SupervisorEngine(Engine):
             self.recorder.record(kind, name, None, "failed", reason)
             self._log("error", key, "%s could not be passed on: %s" % (name, reason))
             return False
-        before = dict(vars(self.controller))
+        # What a command changed matters only where a stop command may end it.
+        before = dict(vars(self.controller)) if self.settings.stop_command else None
         if command.apply is not None:
             command.apply()
         command.count += 1
         self.recorder.counters["commands"] += 1
         self.recorder.record(kind, name, writes=command.writes)
         super()._after(command.writes, key if kind == "cancel" else None)
+        if before is None:
+            return True
         if kind == "cancel":
             self._effect.pop(key, None)
         elif command.sort != "service" and key != self.settings.stop_command:
