@@ -209,10 +209,12 @@ class _Builder(RandomBehaviours):
                 continue
             chosen = self.rng.sample(names, min(len(names), 2 if self.chance(25) else 1))
             some = chosen[0] if len(chosen) == 1 else "{" + ", ".join(chosen) + "}"
+            # Actions alone are cancelled; of other commands it makes no difference.
+            start = " to start" if self.chance(30) else ""
             if self.chance(50):
-                texts.append(f"requirement {some} needs {condition}")
+                texts.append(f"requirement {some} needs {condition}{start}")
             else:
-                texts.append(f"requirement {condition} disables {some}")
+                texts.append(f"requirement {condition} disables {some}{start}")
         return texts
 
     def work_requirements(self) -> list[str]:

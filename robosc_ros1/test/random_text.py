@@ -146,8 +146,8 @@ component = st.one_of(
 )
 communications = st.one_of(qualified, _seq("{", _listed(qualified, 6), "}"))
 requirement = st.one_of(
-    _seq("requirement", communications, "needs", expression),
-    _seq("requirement (", expression, ") disables", communications),
+    _seq("requirement", communications, "needs", expression, _maybe(_seq("to start"))),
+    _seq("requirement (", expression, ") disables", communications, _maybe(_seq("to start"))),
     _seq("requirement ( a ) needs b"),
     _seq("requirement", st.sampled_from([["never"], ["always"]]), "(", expression, ")"),
 )

@@ -35,6 +35,7 @@ class Cases:
         self._requirements = [
             (set(r["communications"]), Decision(r["condition"])) for r in plant["requirements"]
         ]
+        self._of_starts = {n for n, r in enumerate(plant["requirements"]) if r["to_start"]}
         self._provides = [
             (p["communication"], None if p["condition"] is None else Decision(p["condition"]))
             for p in plant["provides"]
@@ -76,7 +77,7 @@ class Cases:
         for kind, key in self.commands:
             what = "%s of %s" % (kind, names[key])
             for number, (keys, decision) in enumerate(self._requirements):
-                if key in keys:
+                if self._concerns(number, keys, kind, key):
                     place = "%s: %s" % (what, self._plant["requirements"][number]["text"])
                     yield from _parts(place, (kind, key, "requirement", number), decision)
         for number, (key, decision) in enumerate(self._provides):
@@ -105,6 +106,10 @@ class Cases:
                 yield place, name
                 yield from _parts(place, name, self._guards.get(id(transition)))
 
+    def _concerns(self, number, keys, kind, key):
+        """Whether a requirement on some commands decides about one."""
+        return key in keys and not (kind == "cancel" and number in self._of_starts)
+
     def of_state(self, shadow):
         """Return the cases that a state covers."""
         found = set()
@@ -125,7 +130,7 @@ class Cases:
         met = [
             (number, decision, shadow.is_met(self._plant["requirements"][number]))
             for number, (keys, decision) in enumerate(self._requirements)
-            if key in keys
+            if self._concerns(number, keys, kind, key)
         ]
         failed = [number for number, _, holds in met if not holds]
         blocked = []

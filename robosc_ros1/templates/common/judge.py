@@ -223,7 +223,7 @@ class Judge:
         judge = self._wrong_request if kind == "request" else self._wrong_cancel
         for why in judge(key, told, state):
             reasons = ", ".join(reason["text"] for reason in blocked_by) or "nothing"
-            violated = ", ".join(state.violated(key)) or "no requirement"
+            violated = ", ".join(state.violated(key, kind)) or "no requirement"
             fault = "%s, reason: %s; wrong: %s; violated: %s" % (what, reasons, why, violated)
             self.faults.append(fault)
 

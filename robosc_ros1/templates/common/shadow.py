@@ -278,10 +278,13 @@ class Shadow(Expressions):
 
     # What is allowed
 
-    def violated(self, key):
-        """Return the requirements on a request that are violated now."""
+    def violated(self, key, kind="request"):
+        """Return the requirements on a command that are violated now; one *to start* an action is
+        none on its cancel."""
         found = []
         for requirement in self.plant["requirements"]:
+            if kind == "cancel" and requirement["to_start"]:
+                continue
             if key in requirement["communications"] and not self.is_met(requirement):
                 found.append("%s (%s)" % (requirement["text"], requirement["place"]))
         return found
@@ -319,7 +322,7 @@ class Shadow(Expressions):
         """Whether a command is possible and allowed."""
         if self.busy.get(key, False) != (kind == "cancel") or not self.synchronises(kind, key):
             return False
-        return bool(self.violated(key)) == (kind == "cancel") and self.is_safe(kind, key)
+        return bool(self.violated(key, kind)) == (kind == "cancel") and self.is_safe(kind, key)
 
     def is_safe(self, kind, key):
         """Whether synthesis allows a command that is possible and meets the requirements."""
@@ -344,7 +347,7 @@ class Shadow(Expressions):
                 yield None
 
     def _check_cancel(self, key):
-        if not self.violated(key):
+        if not self.violated(key, "cancel"):
             raise Wrong("%s cancelled though every requirement on it is met" % key)
         if not self.is_safe("cancel", key):
             raise Wrong("%s cancelled, which synthesis forbids: %s" % (key, self.states))

@@ -19,10 +19,13 @@ robot Porter {
 
     component Eye {
         outgoing message near with identifier: "/near", timeout: 0.5 s, type: boolean
+        outgoing message night with identifier: "/night", type: boolean
 
         behaviour {
             variable blocked: boolean
+            variable dark: boolean
             on response from near do blocked := value
+            on response from night do dark := value
             initial marked state watching {}
         }
     }
@@ -39,6 +42,7 @@ robot Porter {
     requirement drive needs near.fresh and !Eye.blocked
     requirement creep needs near.fresh
     requirement approach needs near.fresh and !Eye.blocked
+    requirement approach needs !Eye.dark to start
     prefer drive over creep
     prefer { drive, creep } over halt
 }
@@ -61,6 +65,14 @@ def test_it_is_content_with_the_controller(judging: Any, source: str, seed: int)
     judge = judged(judging, source, seed)
     assert judge.faults == []
     assert judge.events["cancel", "approach", 0] > 5
+
+
+def test_it_finds_cancels_for_what_only_the_start_needs(judging: Any, source: str) -> None:
+    command = "return not self.requirement_3()"
+    assert source.count(command) == 1
+    wrong = source.replace(command, command + " or not self.requirement_4()")
+    (fault,) = judged(judging, wrong).faults
+    assert fault.startswith("cancel of approach is reported, reason: nothing; wrong: the require")
 
 
 def test_it_finds_preferences_that_are_not_kept(judging: Any, source: str) -> None:

@@ -74,6 +74,8 @@ robot  R {
  datatype object O { x : array ( double ) }
  provide m with { x : { y : 1 , z : ! a } } if b
  requirement { m , n } needs d
+ requirement  d   disables { m } to
+  start requirement n needs d to /* only */ start
  component C from L import D with prefix : "/c"
  interface i use T from p }
 """
@@ -149,6 +151,8 @@ robot R {
     }
     provide m with { x: { y: 1, z: !a } } if b
     requirement { m, n } needs d
+    requirement d disables { m } to start
+    requirement n needs d to /* only */ start
     component C from L import D with prefix: "/c"
     interface i use T from p
 }

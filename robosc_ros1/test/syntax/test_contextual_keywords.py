@@ -100,6 +100,9 @@ def test_array_without_its_element_is_an_error() -> None:
     [
         ("requirement never needs a", "Requirement(needs, [never], a)"),
         ("requirement always disables a", "Requirement(disables, [a], always)"),
+        ("requirement start needs start", "Requirement(needs, [start], start)"),
+        ("requirement start.to needs to to start", "Requirement(needs, [start.to], to, True)"),
+        ("requirement to disables to to start", "Requirement(disables, [to], to, True)"),
         ("requirement never.a disables b", "Requirement(disables, [b], never.a)"),
         ("requirement always = a disables b", "Requirement(disables, [b], (always = a))"),
         ("requirement never or a disables b", "Requirement(disables, [b], (never or a))"),

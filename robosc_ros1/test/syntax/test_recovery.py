@@ -309,7 +309,7 @@ model.rscd:3:21: error[syntax]: expected 'component', 'requirement', 'provide', 
 model.rscd:4:19: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour', 'constant', 'parameter', 'condition' or '}'
     4 |     component B { ( }
       |                   ^
-model.rscd:5:27: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'prefer', 'stop', 'for' or '}'
+model.rscd:5:27: error[syntax]: expected 'to start', 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'prefer', 'stop', 'for' or '}'
     5 |     requirement a needs b ) or c
       |                           ^
 """,

@@ -32,6 +32,8 @@ class Oracle(OraclePlant):
             return True
         kept = []
         for requirement in self.robot.requirements:
+            if event.kind is EventKind.CANCEL and requirement.to_start:
+                continue
             if event.key in requirement.communications:
                 condition = self.holds(requirement.condition, state)
                 kept.append(condition if requirement.kind == "needs" else not condition)

@@ -86,6 +86,26 @@ def test_cancel_is_allowed_exactly_where_a_requirement_is_violated(
     )
 
 
+@pytest.mark.parametrize("requirement", ["a needs Door.shut", "Door.open disables {a}"])
+def test_a_requirement_to_start_is_no_reason_to_cancel(
+    subject: type[Subject], requirement: str
+) -> None:
+    text = f"{GUARDED_ACTION} requirement {requirement} to start"
+    same(commands(controlled(subject, text)), "shut idle --a.request--> shut busy")
+    other = f"{text} requirement a needs Door.open"
+    same(commands(controlled(subject, other)), "")
+    both = f"{text} requirement a needs Door.shut or a.busy"
+    same(commands(controlled(subject, both)), "shut idle --a.request--> shut busy")
+    cancelled = f"{text} requirement a needs Door.shut"
+    same(
+        commands(controlled(subject, cancelled)),
+        """
+        shut idle --a.request--> shut busy
+        open busy --a.cancel--> open idle
+        """,
+    )
+
+
 def test_one_of_several_requirements_is_enough_for_a_cancel(subject: type[Subject]) -> None:
     text = GUARDED_ACTION + "requirement a needs Door.shut requirement Door.shut disables a"
     same(

@@ -57,7 +57,7 @@ class GuardTexts:
                 notes += [self._cited(i) for i in event.requirements if i not in called]
                 notes.append("Restricted further by synthesis: " + (reason or ""))
         if event.kind is EventKind.CANCEL and not event.requirements:
-            notes.append("No requirement concerns this action: it is never cancelled.")
+            notes.append("No requirement is a reason to cancel this action.")
         elif guard.status == "never" and event.kind is EventKind.REQUEST:
             notes.append("Never allowed: " + (reason or "found by synthesis"))
         return GuardText(tuple(" ".join(note.split()) for note in notes), text, reason)

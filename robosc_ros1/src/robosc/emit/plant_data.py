@@ -75,6 +75,7 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
                 "kind": r.kind,
                 "communications": list(r.communications),
                 "condition": _tree(r.condition, enums),
+                "to_start": r.to_start,
                 "text": r.text,
                 "place": place(r.span),
             }

@@ -146,7 +146,11 @@ class _Lowering:
     def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:
         if not kind.controllable:
             return None, ()
-        found = {i: r for i, r in enumerate(self.robot.requirements) if key in r.communications}
+        found = {
+            i: r
+            for i, r in enumerate(self.robot.requirements)
+            if key in r.communications and not (r.to_start and kind is EventKind.CANCEL)
+        }
         kept = [self.view.met(requirement) for requirement in found.values()]
         if kind is EventKind.CANCEL:
             # A goal may be cancelled only while a requirement on its action is violated.

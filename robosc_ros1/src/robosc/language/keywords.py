@@ -97,7 +97,7 @@ def _table() -> Iterator[Keyword]:
         yield Keyword(word, declaration)
     for word in ("if", "do", "goto", "needs", "disables", "never", "always", "with", "links"):
         yield Keyword(word, clause)
-    for word in ("from", "to", "use", "import", "over", "except", "in"):
+    for word in ("from", "to", "start", "use", "import", "over", "except", "in"):
         yield Keyword(word, clause)
     events = tuple(kind.value for kind in EventKind if not kind.of_component)
     labels = (*(attribute.name for attribute in ATTRIBUTES), "prefix")
@@ -156,6 +156,7 @@ _MEANINGS = {
     "links": "The interface that carries the communication in ROS.",
     "from": "Where something comes from: a communication, a library, a package, or a type.",
     "to": "The communication to which a request goes; in an enum, what its rules convert to.",
+    "start": "`to start` ends a requirement that is no reason to cancel a running action.",
     "use": "The message, service or action type of an interface.",
     "import": "The component of the library that is imported.",
     "stop": "The message that is sent at a safe stop and when the node ends.",

@@ -237,13 +237,15 @@ class Component:
 class Requirement:
     """A requirement on commands (by key) or on all states.
 
-    ``text`` is its text on one line, for messages and comments.
+    ``text`` is its text on one line, for messages and comments. ``to_start``: it restricts the
+    request of an action, and is no reason to cancel it.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
     communications: tuple[str, ...]
     condition: Expr
     text: str
+    to_start: bool = False
     span: Span = _span()
 
     @property

@@ -70,7 +70,7 @@ class StatementResolver:
             return None
         text = fold_text(node.span.text) + (f" ({node.place})" if node.place else "")
         condition = condition_on_data(condition, self._read)
-        return Requirement(node.kind, keys, condition, text, span=node.span)
+        return Requirement(node.kind, keys, condition, text, node.to_start, span=node.span)
 
     def preference(self, node: PreferNode) -> Preference | None:
         """The preference; None after an error."""

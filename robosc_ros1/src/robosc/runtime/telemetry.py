@@ -144,7 +144,7 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, Any]]
                 for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
             ]  # fmt: skip
             return reasons + (
-                kept or [{"kind": "requirement", "text": "no requirement concerns it"}]
+                kept or [{"kind": "requirement", "text": "no requirement is a reason to cancel it"}]
             )
         failed = []  # violated requirements allow a cancel
     if not failed and not reasons:

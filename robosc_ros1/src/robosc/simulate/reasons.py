@@ -42,7 +42,7 @@ def _kept(supervisor: Supervisor, event: Event) -> Iterator[Reason]:
             "requirement", f"this requirement holds: {requirement.text}", place(requirement.span)
         )
     if not event.requirements:
-        yield Reason("requirement", "no requirement concerns it")
+        yield Reason("requirement", "no requirement is a reason to cancel it")
 
 
 def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iterator[Reason]:

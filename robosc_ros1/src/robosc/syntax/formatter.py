@@ -172,7 +172,8 @@ class Formatter:
                 begin = self.words.index
                 return [*docs, self.words.group(begin, self._filled(node, _PROVIDE_IF))]
             case RequirementNode(kind=kind):
-                docs = self._filled(node, _REQUIREMENTS[kind])
+                end = (" | to start",) if node.to_start else ()
+                docs = self._filled(node, (*_REQUIREMENTS[kind], *end))
             case EnumRuleNode(condition=None):
                 docs = self._filled(node, _DEFAULT_RULE)
             case ConstantNode(value=DataObjectNode()):

@@ -153,8 +153,12 @@ def _requirement() -> Rule:
     single = (
         Expression(expected) - t.maybe_except() - either([needs, disables], "'needs' or 'disables'")
     )
+    to_start = keyword("to") - choice("start", "'start' after 'to'")
+    on_commands = either([t.braced_communications() - needs, single], expected) - maybe(to_start)
     return Rule(
-        either([invariant, t.braced_communications() - needs, single], expected), _build_requirement
+        either([invariant, on_commands], expected),
+        _build_requirement,
+        tail=lambda node: () if node.to_start or not node.communications else ("'to start'",),
     )
 
 
@@ -162,12 +166,14 @@ def _build_requirement(reading: Reading, start: int, end: int, parts: list[Any])
     span = reading.span(start, end)
     if parts[0] in ("never", "always"):
         return RequirementNode(parts[0], (), parts[1], span=span)
+    *parts, start_only = parts
+    to_start = start_only is not None
     if isinstance(parts[0], tuple):
         left, _, right = parts
-        return RequirementNode("needs", left, right, span=span)
+        return RequirementNode("needs", left, right, to_start, span=span)
     left, excepted, kind, right = parts
     if kind == "disables" and excepted is None:
-        return RequirementNode("disables", right, left, span=span)
+        return RequirementNode("disables", right, left, to_start, span=span)
     if (one := t.as_communication(left)) is None:
         message = "expected the name of a communication before 'needs'"
         raise Fault(start + 1, message, span=left.span)
@@ -175,7 +181,7 @@ def _build_requirement(reading: Reading, start: int, end: int, parts: list[Any])
         message = "'except' is about commands, which stand behind 'disables'"
         raise Fault(start + 1, message, span=excepted.span)
     group = t.make_group(reading, start, end, [(one,), excepted])
-    return RequirementNode("needs", group, right, span=span)
+    return RequirementNode("needs", group, right, to_start, span=span)
 
 
 def _prefer() -> Rule:

@@ -477,12 +477,14 @@ Group: TypeAlias = tuple[Access | ExceptNode, ...]
 class RequirementNode(_Node):
     """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications).
 
-    ``place`` are the indexes of a copy that a ``for`` makes, as text: ``i = 3``.
+    ``to_start``: it ends with ``to start``. ``place`` are the indexes of a copy that a ``for``
+    makes, as text: ``i = 3``.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
     communications: Group
     condition: ExprNode
+    to_start: bool = False
     place: str = ""
 
 

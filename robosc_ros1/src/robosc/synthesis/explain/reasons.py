@@ -151,7 +151,7 @@ class _Explainer:
         if self.system.nearest(possible(self.plant, event)) is None:
             reason = f"{name} never happens: {self._impossible(event)}"
         elif event.kind is EventKind.CANCEL and guard.required == FALSE:
-            reason = f"{name} never happens: no requirement concerns {event.name}"
+            reason = f"{name} never happens: no requirement is a reason to cancel {event.name}"
         elif event.kind is EventKind.CANCEL:
             return
         else:

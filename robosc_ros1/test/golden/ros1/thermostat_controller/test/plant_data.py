@@ -175,6 +175,7 @@ PLANT = {
                     ],
                 ],
             ],
+            "to_start": False,
             "text": (
                 "requirement heat needs reading.fresh and (Heater.eager or Sensor.degrees < wanted "
                 "- margin)"
@@ -193,6 +194,7 @@ PLANT = {
                 ],
                 ["=", ["variable", "Sensor.season"], ["parameter", "season"]],
             ],
+            "to_start": False,
             "text": (
                 "requirement heat needs Season(Sensor.degrees) = season => Sensor.season = season"
             ),
@@ -206,6 +208,7 @@ PLANT = {
                 [">", ["variable", "Sensor.degrees"], ["parameter", "wanted"]],
                 [">", ["variable", "Sensor.degrees"], ["parameter", "limit"]],
             ],
+            "to_start": False,
             "text": "requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit",
             "place": "thermostat.rscd:46",
         },
@@ -213,6 +216,7 @@ PLANT = {
             "kind": "needs",
             "communications": ["Heater.say"],
             "condition": [">", ["parameter", "steps"], ["literal", 1]],
+            "to_start": False,
             "text": "requirement say needs steps > 1",
             "place": "thermostat.rscd:47",
         },
