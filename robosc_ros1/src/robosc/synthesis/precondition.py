@@ -17,7 +17,7 @@ from robosc.model.traversal import rewritten
 from robosc.synthesis.system import stays_in_range, taken_where
 from robosc.synthesis.vectorised import support
 
-__all__ = ["next_precondition", "precondition"]
+__all__ = ["after", "next_precondition", "precondition"]
 
 _MOST_CHOICES = 8
 
@@ -60,10 +60,10 @@ def _before_command(plant: Plant, event: Event, conditions: Sequence[Expr]) -> l
     if event.parameters or not all(a.blocking for a in event.automata):
         return []
     return [
-        disjunction([*_others(plant, event, edges, located=False), after])
+        disjunction([*_others(plant, event, edges, located=False), kept])
         for edges in _choices(event)
         for condition in conditions
-        if (after := _simplified(_after(plant, event, edges, condition))) != TRUE
+        if (kept := _simplified(_after(plant, event, edges, condition))) != TRUE
     ]
 
 
@@ -74,10 +74,10 @@ def _before_uncontrollable(plant: Plant, event: Event) -> Iterator[Expr]:
         return
     for edges in _choices(event):
         others = list(_others(plant, event, edges, located=True))
-        after = [_after(plant, event, edges, condition) for condition in conditions]
+        kept = [_after(plant, event, edges, condition) for condition in conditions]
         inside = [condition for edge in edges for condition in stays_in_range(plant, edge)]
         computed = [one for one in inside if isinstance(one.left, Unary | Binary)]
-        for condition in (*after, *computed):
+        for condition in (*kept, *computed):
             yield disjunction([*others, condition])
 
 
@@ -103,9 +103,18 @@ def _taken(plant: Plant, automaton: LocalAutomaton, edge: Edge, located: bool) -
 
 
 def _after(plant: Plant, event: Event, edges: tuple[Edge, ...], condition: Expr) -> Expr:
-    """Return a condition on the state after an event as one on the state before it."""
-    values = {variable: expr for edge in edges for variable, expr in edge.updates}
-    places = {a.variable: edge.target for a, edge in zip(event.automata, edges, strict=True)}
+    return after(plant, event, list(zip(event.automata, edges, strict=True)), condition)
+
+
+def after(
+    plant: Plant, event: Event, taken: Sequence[tuple[LocalAutomaton, Edge]], condition: Expr
+) -> Expr:
+    """Return a condition on the state after an event as one on the state before it.
+
+    ``taken`` are the edges that it takes; automata that are not named stay as they are.
+    """
+    values = {variable: expr for _, edge in taken for variable, expr in edge.updates}
+    places = {automaton.variable: edge.target for automaton, edge in taken}
     if event.phase is not None:
         places[event.phase.variable] = event.phase.target
 

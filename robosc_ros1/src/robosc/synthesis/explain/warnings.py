@@ -21,6 +21,7 @@ from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import for_some
+from robosc.synthesis.explain.self_cancelling import self_cancelling
 from robosc.synthesis.formatting import quoted, trace_text
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, enabled, in_phase, possible, steps_of
@@ -36,6 +37,7 @@ def warnings(system: System, guards: Sequence[Guard]) -> tuple[Diagnostic, ...]:
         *examiner.provides(),
         *examiner.requirements(),
         *examiner.overlaps(),
+        *self_cancelling(system, guards),
     )
 
 
