@@ -14,6 +14,7 @@ from synthesis.oracle import Oracle
 from synthesis.plants import plant_of
 from synthesis.subject import robot_of
 
+from robosc.synthesis.bdd import saturation
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.relations import Disjunct
 from robosc.synthesis.bdd.saturation import saturated
@@ -57,6 +58,14 @@ def test_what_is_known_may_be_given_up_at_any_time(monkeypatch: pytest.MonkeyPat
         assert differences(robot, Oracle(robot), "bdd") == [], seed
     robot = robot_of(steep_families.crew(5))
     assert differences(robot, Oracle(robot), "bdd") == []
+
+
+@pytest.mark.slow
+def test_few_fixpoints_of_parts_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(saturation, "_MOST_KNOWN", 0)
+    for seed in range(412, 420):
+        robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
+        assert differences(robot, Oracle(robot), "bdd") == [], seed
 
 
 def test_more_variables_than_python_can_recurse() -> None:

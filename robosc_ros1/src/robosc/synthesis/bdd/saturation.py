@@ -20,6 +20,8 @@ __all__ = ["saturated"]
 _Part: TypeAlias = tuple[Bdd, Bdd, int]
 """A part of the set, the part of the bound for it, and the first relation that concerns it."""
 
+_MOST_KNOWN = 2**19
+"""Parts whose fixpoints are kept, some 300 bytes each outside the memory of the diagrams."""
 _NO_LEVEL = 2**62
 """Stands below all variables: that of the constants."""
 
@@ -115,6 +117,8 @@ class _Saturation:
                     )
                 if found == before:
                     break
+            if len(self._known) > _MOST_KNOWN:
+                self._known.clear()
             self._known[found, within, first] = found
             self._report()
         self._known[states, within, first] = found
