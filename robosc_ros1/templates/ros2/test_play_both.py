@@ -163,7 +163,8 @@ def test_only_what_is_allowed_passes():
             and controller.is_connected()
         )
 
-    with running(node) as supervisor:
+    # What reaches the robot is compared with what the other controller sends.
+    with running(node, "stop_command:=''") as supervisor:
         follow(node, judge, is_connected)
         seconds = chosen("ROBOSC_SECONDS", 10.0)
         play_rounds(judge, seconds, lambda: play_round_of_both(robot, controller, judge))
