@@ -49,7 +49,12 @@ def test_explanations_of_random_robots() -> None:
         assert oracle.empty == (None in explained)
         for event in oracle.events:
             if event.controllable and not oracle.empty and oracle.status(event) != "as required":
-                assert event in explained, (seed, event)
+                # A cancel that nothing ever asks for is no fault of the model.
+                wanted = event.kind is not EventKind.CANCEL or any(
+                    event in oracle.possible(state) and oracle.required(state, event)
+                    for state in oracle.controlled[0]
+                )
+                assert event in explained or not wanted, (seed, event)
         for explanation in supervisor.explanations:
             if explanation.trace:
                 assert replay(oracle, explanation.trace) not in oracle.kept, (seed, explanation)

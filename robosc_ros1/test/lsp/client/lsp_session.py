@@ -14,7 +14,7 @@ from lsprotocol import types
 from pytest_lsp import ClientServerConfig, LanguageClient, client_capabilities
 
 GOOD = MODEL.replace("    never Wheel.moving => Hand.closing\n", "")
-WARNINGS = {"stale-data", "restricted-command"}
+WARNINGS = {"no-stop", "stale-data", "restricted-command"}
 
 
 CONFIG = ClientServerConfig(server_command=[sys.executable, "-m", "robosc", "lsp", "--stdio"])
