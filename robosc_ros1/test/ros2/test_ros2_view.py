@@ -56,7 +56,9 @@ def test_the_page_shows_what_a_controller_of_ros_2_tells(
     browser.sees(is_in("Motor", "stopped"))
     browser.sees(command_is("move.request", "forbidden"))
     # Until the other sensor is heard, there may be silence, which is a reason, too.
-    reason = r"line \d+ requirement move needs DistanceSensor.current = free"
+    reason = (
+        r"line \d+ DistanceSensor\.current is \w+: requirement move needs DistanceSensor\.current"
+    )
     await_condition(
         lambda: re.search(reason, browser.text("[data-command='move.request'] .below:last-child")),
         "the reason",

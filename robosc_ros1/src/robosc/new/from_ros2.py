@@ -15,7 +15,9 @@ from robosc.new.survey import RosGraph, periods_of
 __all__ = ["listen"]
 
 _DISCOVERY = 2.0
-"""Seconds until the nodes of a graph are known."""
+"""Seconds in which no further node appears: then those of the graph are known."""
+_LONGEST_DISCOVERY = 15.0
+"""Seconds: so long may the first one take, or all where they come one after the other."""
 
 
 def listen(seconds: float) -> tuple[RosGraph, dict[str, float]]:
@@ -39,7 +41,7 @@ def listen(seconds: float) -> tuple[RosGraph, dict[str, float]]:
     )
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
-    _spin(executor, _DISCOVERY)
+    _discover(node, executor)
     graph = _graph(node, f"/{own}")
     arrivals = defaultdict[str, "list[float]"](list)
     for topic in graph.publishers:
@@ -49,6 +51,17 @@ def listen(seconds: float) -> tuple[RosGraph, dict[str, float]]:
     node.destroy_node()
     context.try_shutdown()
     return graph, periods_of(arrivals)
+
+
+def _discover(node: Any, executor: Any) -> None:
+    end = time.monotonic() + _LONGEST_DISCOVERY
+    known: set[tuple[str, str]] = set()
+    while time.monotonic() < end:
+        before = known
+        _spin(executor, _DISCOVERY)
+        known = set(node.get_node_names_and_namespaces())
+        if known == before and len(known) > 1:  # its own is one of them
+            return
 
 
 def _spin(executor: Any, seconds: float) -> None:
