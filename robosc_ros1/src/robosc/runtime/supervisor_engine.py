@@ -25,7 +25,7 @@ from .model import Command, Controller
 from .port import Port, steady_time
 from .scheduler import ScheduledCommand
 from .settings import Settings
-from .telemetry import blocked_by, dump, violated
+from .telemetry import blocked_by, dump, reason_text, violated
 from .values import not_finite
 
 __all__ = ["SupervisorEngine", "SupervisorPort"]
@@ -232,10 +232,7 @@ class SupervisorEngine(Engine):
         self.recorder.counters["blocked"] += 1
         self.changed.set()
         self._publish(dump(document))
-        texts = "; ".join(
-            ": ".join([reason["text"], *filter(None, [", ".join(reason.get("because", ()))])])
-            for reason in reasons
-        )
+        texts = "; ".join(map(reason_text, reasons))
         what = "%s of %s" % (kind, name) if name else "a message on %s" % place
         self._log("warning", place + kind, "%s was blocked: %s" % (what, texts))
 

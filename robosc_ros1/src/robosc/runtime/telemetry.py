@@ -26,7 +26,7 @@ from .values import Undefined, jsonable
 
 __all__ = [
     "UNEXPLAINED", "Outlet", "Reporter", "blocked_by", "dump", "event_document",
-    "state_document", "violated",
+    "reason_text", "state_document", "violated",
 ]  # fmt: skip
 
 OK, WARN, ERROR = 0, 1, 2  # the levels of diagnostic_msgs/DiagnosticStatus, REP 107
@@ -162,6 +162,12 @@ def violated(controller: Controller, command: Command) -> List[Dict[str, Any]]:
             because = list(_failures(controller, requirement))
             found.append({**reason, "because": because} if because else reason)
     return found
+
+
+def reason_text(reason: Mapping[str, Any]) -> str:
+    """Return a reason on one line, with what of a requirement does not hold."""
+    because = ", ".join(reason.get("because", ()))
+    return "%s: %s" % (reason["text"], because) if because else reason["text"]
 
 
 def _failures(controller: Controller, requirement: Requirement) -> Iterator[str]:
