@@ -12,7 +12,7 @@ import numpy
 import pytest
 from runtime.lamp_robot import PlayedPort
 from runtime.schemas import validate
-from runtime.test_reports import Heard
+from runtime.test_reports import Heard, report_at_last
 
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Communication, Controller, Input
@@ -155,8 +155,7 @@ def test_documents_are_small_and_valid(seed: int, variables: int) -> None:
         engine.cycle()
         heard = Heard()
         reporter = Reporter(engine, heard, {})
-        reporter.start()
-        reporter.close(60.0)
+        report_at_last(reporter, engine)
         state = heard.states[-1]
         for document, schema in ((state, "state"), *((event, "event") for event in heard.told)):
             validate(document, schema)
@@ -188,8 +187,7 @@ def test_values_are_whole_only_for_subscribers_of_who_asked_for_them() -> None:
         engine.cycle()
         engine.close()
         engine.cycle()
-        reporter.start()
-        reporter.close(20.0)
+        report_at_last(reporter, engine)
         heard.wait(lambda heard=heard: heard.states and heard.levels)
         state = heard.states[-1]
         shown[whole, listens] = state["variables"]["Holder.v0"]["data"]

@@ -126,10 +126,14 @@ def test_events_follow_their_schema_whatever_they_carry() -> None:
 
 
 def run_reporter(
-    settings: Settings, heard: Heard, play: Any, controller: Controller | None = None
+    settings: Settings,
+    heard: Heard,
+    play: Any,
+    controller: Controller | None = None,
+    diagnostics_period: float = 1.0,
 ) -> Engine:
     engine = Engine(controller or LampController(), PlayedPort(), settings)
-    reporter = Reporter(engine, heard, {})
+    reporter = Reporter(engine, heard, {}, diagnostics_period)
     thread = threading.Thread(target=engine.run, daemon=True)
     thread.start()
     reporter.start()
@@ -138,6 +142,14 @@ def run_reporter(
     thread.join(60)
     reporter.close(10)
     return engine
+
+
+def report_at_last(reporter: Reporter, engine: Engine) -> None:
+    """Let a reporter publish the last state of an engine that no thread runs."""
+    reporter.start()
+    while reporter.is_alive():
+        engine.cycle()  # it asks the engine
+        reporter.close(0.001)
 
 
 def test_every_event_is_published_and_the_last_state_is_the_last() -> None:
@@ -191,7 +203,7 @@ def test_diagnostics_warn_of_what_is_new_and_are_calm_again() -> None:
         engine.stop("enough")
         heard.wait(lambda: heard.levels[-1][0] == 2)
 
-    run_reporter(Settings(), heard, play)
+    run_reporter(Settings(state_rate=100.0), heard, play, diagnostics_period=0.05)
     warning = next(message for level, message, _ in heard.levels if level == 1)
     assert "1 new mismatches" in warning
     assert heard.levels[-1][1] == "safe stop: enough"

@@ -24,11 +24,6 @@ from .recorder import Entry
 from .shortening import ROOM, Shortener, shortened_text
 from .values import Undefined, jsonable
 
-__all__ = [
-    "UNEXPLAINED", "Outlet", "Reporter", "blocked_by", "dump", "event_document",
-    "reason_text", "state_document", "violated",
-]  # fmt: skip
-
 OK, WARN, ERROR = 0, 1, 2  # the levels of diagnostic_msgs/DiagnosticStatus, REP 107
 _LATEST = 10
 _ROOM = 16000
@@ -252,10 +247,16 @@ def _short_values(values: Dict[str, Any]) -> Tuple[Dict[str, Any], List[str]]:
 class Reporter:
     """Publishes reports while the engine runs; ``close`` publishes the last state.
 
-    ``model`` is the document of ``~model``.
+    ``model`` is the document of ``~model``; ``diagnostics_period`` is in seconds.
     """
 
-    def __init__(self, engine: Engine, outlet: Outlet, model: Mapping[str, Any]) -> None:
+    def __init__(
+        self,
+        engine: Engine,
+        outlet: Outlet,
+        model: Mapping[str, Any],
+        diagnostics_period: float = 1.0,
+    ) -> None:
         self._engine = engine
         self._outlet = outlet
         self._latest: Deque[Dict[str, Any]] = deque(maxlen=_LATEST)
@@ -263,6 +264,7 @@ class Reporter:
         settings = engine.settings
         self._original = OriginalState(model) if settings.legacy_state_topic else None
         self._pause = 1.0 / settings.state_rate
+        self._diagnostics_period = diagnostics_period
         self._log = None
         self._log_fault: Optional[str] = None
         if settings.event_log:
@@ -294,7 +296,7 @@ class Reporter:
             closing = self._closing.is_set()
             periodic = closing or steady() >= next_diagnostics
             if periodic:
-                next_diagnostics = steady() + 1.0
+                next_diagnostics = steady() + self._diagnostics_period
             self._report(periodic)
             if closing:
                 return
