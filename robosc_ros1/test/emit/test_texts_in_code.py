@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
 import pytest
 from emit.generated_code import controller_class, supervisor_of
+from emit.golden_packages import MODELS, model_path
+from ros_support import EXAMPLES
 
-from robosc.emit.literals import literal, without_texts
-from robosc.emit.reactions import attributes_read
+from robosc import pipeline
+from robosc.emit.controller import ControllerContext
+from robosc.emit.literals import literal
 
+ROBOTS = [
+    *(file for file in sorted(EXAMPLES.rglob("*.rscd")) if file.parent.name != "libraries"),
+    *map(model_path, MODELS),
+]
 TEXTS = [
     "self.bogus",
     'say "self.bogus"',
@@ -17,13 +28,6 @@ TEXTS = [
     "new\nline self.x",
     "",
 ]
-
-
-@pytest.mark.parametrize("text", TEXTS)
-def test_strings_are_no_code(text: str) -> None:
-    code = f"self.mode == {literal(text)} and self.level > {literal(text)} or self.check()"
-    assert without_texts(code) == 'self.mode == "" and self.level > "" or self.check()'
-    assert attributes_read([code]) == {"mode", "level"}
 
 
 MODEL = """robot T {
@@ -55,3 +59,27 @@ def test_a_command_reads_the_same_whatever_the_strings_say(text: str) -> None:
         return tuple((c.reads, c.reaction) for c in context.commands)
 
     assert command(literal(text).replace("\\'", "'")) == command('"y"')
+
+
+@pytest.mark.parametrize("model", ROBOTS, ids=lambda model: model.stem)
+def test_reads_of_commands_are_those_of_their_code(model: Path) -> None:
+    supervisor = pipeline.synthesize(pipeline.load(model).robot)
+    _, context = controller_class(supervisor)
+    for command in context.commands:
+        texts = [command.guard_text, command.synchronisation_text]
+        assert command.reads == tuple(sorted(set(_read_by(texts, context)))), command.key
+
+
+def _read_by(texts: list[str], context: ControllerContext) -> Iterator[str]:
+    """The attributes that Python reads in conditions and in the methods that they call."""
+    methods = {r.method: r.condition for r in context.requirements}
+    methods |= {part.method: part.condition for part in context.guard_parts}
+    for text in filter(None, texts):
+        tree = ast.parse(text, mode="eval")
+        called = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Attribute) and getattr(node.value, "id", "") == "self":
+                if id(node) not in called:
+                    yield node.attr
+                elif node.attr in methods:
+                    yield from _read_by([methods[node.attr]], context)

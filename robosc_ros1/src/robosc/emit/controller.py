@@ -6,7 +6,6 @@ condition; the template only writes it down.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -14,15 +13,16 @@ from robosc.emit.config import ATTRIBUTES, declared_communications, declared_par
 from robosc.emit.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.copies import with_copies
 from robosc.emit.guards import GuardTexts, holds_where
-from robosc.emit.literals import without_texts
 from robosc.emit.messages import converting_enums, enum_view, provided_data, reading
 from robosc.emit.naming import PythonNames, place
 from robosc.emit.python import (
     Attributes,
+    PythonCode,
     duration,
+    joined,
     literal,
 )
-from robosc.emit.reactions import Reactions, alike, attributes_read
+from robosc.emit.reactions import Reactions, alike
 from robosc.emit.rendering import instantiated
 from robosc.emit.views import (
     AfterView,
@@ -41,14 +41,13 @@ from robosc.ir.conjuncts import conjuncts
 from robosc.ir.part_names import NamedExpr
 from robosc.language.functions import HELPERS
 from robosc.model.entities import EventKind, Kind
-from robosc.model.expr import TRUE
+from robosc.model.expr import TRUE, Expr
 from robosc.names import snake_case
 from robosc.runtime.model import Communication as Declared
 from robosc.supervisor import Guard, Supervisor
 
 __all__ = ["ControllerContext", "controller_context"]
 
-_CALLED = re.compile(r"\bself\.(\w+)\(\)")
 _PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
 
 # What the module imports or defines, and what the base class has.
@@ -110,10 +109,9 @@ class _Builder:
         self.reactions = Reactions(self.plant, self.attributes)
         self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
         methods = {number: r.method for number, r in enumerate(self.requirements)}
-        self.parts = tuple(map(self._part, self.part_names.definitions))
-        self.conditions = {r.method: r.condition for r in self.requirements}
-        self.conditions |= {part.method: part.condition for part in self.parts}
         self.guards = GuardTexts(supervisor, self.attributes, methods)
+        self.shown: list[Expr] = []
+        """The conditions in guards, with the names of their parts."""
 
     def _word(self, key: str) -> str:
         """A communication as a part of an identifier."""
@@ -134,10 +132,6 @@ class _Builder:
                 commands.append(self._command(guards[event.identity]))
             else:
                 inputs.append(self._input(event))
-        called = self._called(
-            [command.guard_text for command in commands]
-            + [line for tau in taus for line in tau.body]
-        )
         return ControllerContext(
             robot=self.robot.name,
             source=robot_file,
@@ -154,7 +148,7 @@ class _Builder:
             commands=self._with_preferences(commands),
             taus=tuple(t for t in taus if t.body),
             afters=tuple(afters),
-            guard_parts=tuple(part for part in self.parts if part.method in called),
+            guard_parts=tuple(map(self._part, self.part_names.used(self.shown))),
             parameters=tuple(
                 AttributeView(
                     self.attributes.parameters[p.key], literal(p.default), f"{p.key}: {p.type}"
@@ -273,6 +267,7 @@ class _Builder:
         if event.kind is EventKind.REQUEST:
             data = provided_data(event.key, self.robot, self.attributes)
         text = self.guards.guard(guard)
+        self.shown += text.shown
         changes = reaction.body or reaction.writes
         return CommandView(
             key=event.key,
@@ -282,34 +277,21 @@ class _Builder:
             permission=f"{event.name} may be {_PERMITTED[event.kind]}",
             guard=self.names.take(f"can_{kind}_{word}"),
             guard_notes=text.notes,
-            guard_text=text.text,
+            guard_text=text.code.text,
             synchronisation=(
                 self.names.take(f"synchronises_{kind}_of_{word}") if synchronisation else None
             ),
-            synchronisation_text=synchronisation,
+            synchronisation_text=synchronisation.text,
             busy=self.attributes.phases.get(event.key),
             data=self.names.take(f"data_for_{word}") if data else None,
             data_body=data,
             applier=self.names.take(f"{kind}_{word}") if changes else None,
             reaction=reaction,
-            reads=self._reads(text.text, synchronisation),
+            reads=_read_by([text.code, synchronisation]),
             requirements=event.requirements,
             reason=text.reason,
             partners=self.reactions.partners(event, f"{kind}_of_{word}", self.names),
         )
-
-    def _reads(self, *texts: str) -> tuple[str, ...]:
-        """The attributes that conditions read, also through the methods that they call."""
-        called = [self.conditions[method] for method in self._called(texts)]
-        return tuple(sorted(attributes_read([*texts, *called])))
-
-    def _called(self, texts: Iterable[str]) -> set[str]:
-        """The methods of requirements and parts that conditions call, also through others."""
-        found: set[str] = set()
-        while methods := {m for t in texts for m in _CALLED.findall(without_texts(t))} - found:
-            found |= methods & self.conditions.keys()
-            texts = [self.conditions[method] for method in methods if method in self.conditions]
-        return found
 
     def _with_preferences(self, commands: list[CommandView]) -> tuple[CommandView, ...]:
         at = {c.key: n for n, c in enumerate(commands) if c.kind == EventKind.REQUEST.value}
@@ -341,7 +323,7 @@ class _Builder:
             f'return before + "->" + self.{location}',
         ]
         if condition:
-            body = [f"if {condition}:", *(f"    {line}" for line in body), "return None"]
+            body = [f"if {condition.text}:", *(f"    {line}" for line in body), "return None"]
         return AfterView(
             event.name,
             event.index,
@@ -353,7 +335,7 @@ class _Builder:
             location,
             self.attributes.entries[event.key],
             tuple(body),
-            self._reads(condition),
+            _read_by([condition]),
             reaction.writes,
         )
 
@@ -363,7 +345,7 @@ class _Builder:
         variable = self.plant.variables[automaton.variable]
         location = self.attributes.locations[event.key]
         entries = self.attributes.entries.get(event.key)
-        conditions = []
+        conditions: list[PythonCode] = []
         body = []
         for edges in alike(automaton.edges):
             edge = edges[0]
@@ -371,13 +353,16 @@ class _Builder:
             if not moved:
                 continue
             parts = [self.reactions.location_test(variable, [e.source for e in moved])]
-            for condition in (edge.guard, self.part_names.of_guard(guard.expr)):
+            for condition in (edge.guard, guard.expr):
                 if condition is not None and condition != TRUE:
-                    parts.append(self.attributes.operand(condition))
-            conditions.append(" and ".join(part for part in parts if part) or "True")
+                    shown = self.part_names.of_guard(condition)
+                    self.shown.append(shown)
+                    code = self.attributes.code(condition)
+                    parts.append(replace(code, text=self.attributes.operand(shown)))
+            conditions.append(joined("and", parts))
             target = variable.values[edge.target]
             body += [
-                f"if {conditions[-1]}:",
+                f"if {conditions[-1].text or 'True'}:",
                 f'    before, self.{location} = self.{location}, "{target}"',
                 *([] if entries is None else [f"    self.{entries} += 1"]),
                 f'    return before + "->{target}"',
@@ -388,6 +373,10 @@ class _Builder:
             self.names.take(f"step_{event.index}_of_{snake_case(event.key)}"),
             place(event.span),
             (*body, "return None") if body else (),
-            self._reads(*conditions),
+            _read_by(conditions),
             (location,) if entries is None else (location, entries),
         )
+
+
+def _read_by(codes: Iterable[PythonCode]) -> tuple[str, ...]:
+    return tuple(sorted(joined("and", codes).reads))

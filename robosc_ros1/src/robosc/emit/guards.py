@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from robosc.emit.line_breaks import unparenthesised
 from robosc.emit.naming import place
-from robosc.emit.python import Attributes
+from robosc.emit.python import Attributes, PythonCode, joined
 from robosc.ir.automaton import Event
 from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.model.entities import EventKind, Requirement
@@ -20,11 +20,15 @@ __all__ = ["GuardText", "GuardTexts", "holds_where"]
 
 @dataclass(frozen=True)
 class GuardText:
-    """What a guard method returns, comments above it, and why synthesis restricts it, if so."""
+    """What a guard method returns, comments above it, and why synthesis restricts it, if so.
+
+    ``shown`` are the conditions in it, with the names of their parts.
+    """
 
     notes: tuple[str, ...]
-    text: str
+    code: PythonCode
     reason: str | None
+    shown: tuple[Expr, ...] = ()
 
 
 def holds_where(requirement: Requirement) -> Expr:
@@ -48,11 +52,11 @@ class GuardTexts:
         event = guard.event
         reason = None if guard.status == "as required" else self._reason(event)
         notes = []
+        shown: tuple[Expr, ...] = ()
         if guard.status == "as required" and event.requirements:
-            calls = [self._call(event, number) for number in event.requirements]
-            text = _operator(event).join(calls)
+            code = joined(_operator(event), [self._call(event, n) for n in event.requirements])
         else:
-            text, called = self._with_calls(event, guard.expr)
+            code, called, shown = self._with_calls(event, guard.expr)
             if guard.status == "restricted":
                 notes += [self._cited(i) for i in event.requirements if i not in called]
                 notes.append("Restricted further by synthesis: " + (reason or ""))
@@ -60,7 +64,7 @@ class GuardTexts:
             notes.append("No requirement is a reason to cancel this action.")
         elif guard.status == "never" and event.kind is EventKind.REQUEST:
             notes.append("Never allowed: " + (reason or "found by synthesis"))
-        return GuardText(tuple(" ".join(note.split()) for note in notes), text, reason)
+        return GuardText(tuple(" ".join(note.split()) for note in notes), code, reason, shown)
 
     def _reason(self, event: Event) -> str | None:
         for explanation in self.supervisor.explanations:
@@ -72,14 +76,18 @@ class GuardTexts:
         requirement = self.supervisor.plant.robot.requirements[number]
         return f"{requirement.text} ({place(requirement.span)})"
 
-    def _call(self, event: Event, number: int) -> str:
+    def _call(self, event: Event, number: int) -> PythonCode:
         """The requirement's part in a request's or, violated, in a cancel's guard."""
         call = f"self.{self.methods[number]}()"
-        return f"not {call}" if event.kind is EventKind.CANCEL else call
+        read = self.attributes.code(self.supervisor.plant.robot.requirements[number].condition)
+        return replace(read, text=f"not {call}" if event.kind is EventKind.CANCEL else call)
 
-    def _with_calls(self, event: Event, expr: Expr) -> tuple[str, list[int]]:
-        """The guard with calls of the requirements that stand in it word for word, and these."""
-        operator = _operator(event).strip()
+    def _with_calls(
+        self, event: Event, expr: Expr
+    ) -> tuple[PythonCode, list[int], tuple[Expr, ...]]:
+        """The guard with calls of the requirements that stand in it word for word, these, and the
+        conditions beside them."""
+        operator = _operator(event)
         parts = operands(expr, operator)
         called = []
         for number in event.requirements:
@@ -88,14 +96,17 @@ class GuardTexts:
             if all(part in parts for part in wanted):
                 parts = [part for part in parts if part not in wanted]
                 called.append(number)
+        read = [self.attributes.code(part) for part in parts]
         if parts and self.names.is_long(expr):
             rest = conjunction(parts) if operator == "and" else disjunction(parts)
             parts = operands(self.names.short(rest), operator)
         spelled = self.attributes.operand if operator == "and" else self.attributes.text
-        texts = [self._call(event, number) for number in called] + [spelled(p) for p in parts]
-        return unparenthesised(_operator(event).join(texts)), called
+        texts = [PythonCode(spelled(part)) for part in parts]
+        whole = joined(operator, [*(self._call(event, n) for n in called), *texts])
+        reads = whole.reads.union(*(code.reads for code in read))
+        return PythonCode(unparenthesised(whole.text), reads), called, tuple(parts)
 
 
 def _operator(event: Event) -> str:
     """What joins requirements: a cancel is allowed where one of them is violated."""
-    return " or " if event.kind is EventKind.CANCEL else " and "
+    return "or" if event.kind is EventKind.CANCEL else "and"

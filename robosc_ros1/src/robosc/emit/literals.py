@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from typing import Any
 
 from robosc.emit.line_breaks import INDENT, WIDTH, broken_string, quoted
 
-__all__ = ["assignment", "literal", "without_texts"]
-
-_STRING = re.compile(r"""(["'])(?:(?!\1)[^\\]|\\.)*\1""")
+__all__ = ["assignment", "literal"]
 
 
 def assignment(name: str, value: Any) -> str:
@@ -39,11 +36,6 @@ def _lines(head: str, value: Any, tail: str, indent: str) -> Iterator[str]:
         yield indent + end + tail
     else:
         yield indent + head + text + tail
-
-
-def without_texts(code: str) -> str:
-    """Python code in which every string that :func:`literal` wrote is empty."""
-    return _STRING.sub('""', code)
 
 
 def literal(value: Any) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -56,13 +56,39 @@ from robosc.model.types import (
 from robosc.runtime.values import NOW
 
 __all__ = [
-    "Attributes", "access", "converted", "converter_counts", "converter_parameters", "duration",
-    "in_enum_rule", "literal", "operand", "within",
+    "Attributes", "PythonCode", "access", "converted", "converter_counts", "converter_parameters",
+    "duration", "in_enum_rule", "joined", "literal", "operand", "within",
 ]  # fmt: skip
 
 Path = tuple[str | int, ...]
 
 _LOCATION = "\0location"  # no variable can be called so
+
+
+@dataclass(frozen=True)
+class PythonCode:
+    """The Python source of an expression, and what happens when it is evaluated.
+
+    ``reads`` are attributes of the controller, those that called requirements read included.
+    ``mismatches`` says that a value outside a range may raise Mismatch.
+    """
+
+    text: str
+    reads: frozenset[str] = frozenset()
+    mismatches: bool = False
+
+    def __bool__(self) -> bool:
+        return bool(self.text)
+
+
+def joined(operator: str, codes: Iterable[PythonCode]) -> PythonCode:
+    """The operands, those that are not empty, with an operator between them."""
+    parts = [code for code in codes if code]
+    return PythonCode(
+        f" {operator} ".join(code.text for code in parts),
+        frozenset().union(*(code.reads for code in parts)),
+        any(code.mismatches for code in parts),
+    )
 
 
 @dataclass(frozen=True)
@@ -105,6 +131,33 @@ class Attributes:
     def operand(self, expr: Expr) -> str:
         """The text of a condition as an operand of ``and``."""
         return operand(expr, self.text(expr))
+
+    def code(self, expr: Expr) -> PythonCode:
+        """An expression without named parts, and what evaluating it reads and raises."""
+        read = exact(expr)
+        return PythonCode(
+            self.text(expr),
+            frozenset(self._read_by(read)),
+            any(
+                isinstance(part, ElementRef | Part) and _ranged(part.carried) for part in walk(read)
+            ),
+        )
+
+    def _read_by(self, expr: Expr) -> Iterator[str]:
+        for parameter in parameters_of(expr):
+            yield self.parameters[parameter.key]
+        for part in walk(expr):
+            match part:
+                case StateRef(component=component):
+                    yield self.locations[component]
+                case VariableRef(key=key):
+                    yield self.variables[key]
+                case PhaseRef(communication=key):
+                    yield self.phases[key]
+
+
+def _ranged(type_: Type) -> bool:
+    return isinstance(type_, IntegerType) and type_.bounds is not None
 
 
 def literal(value: Any) -> str:

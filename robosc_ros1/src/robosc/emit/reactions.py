@@ -8,38 +8,43 @@ variable of its name.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from robosc.emit.line_breaks import unparenthesised
-from robosc.emit.literals import without_texts
 from robosc.emit.naming import PythonNames, place
-from robosc.emit.python import Attributes, literal, operand, within
+from robosc.emit.python import Attributes, PythonCode, joined, literal, operand, within
 from robosc.emit.views import PartnerView, ReactionView
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.ir.formulas import exact, may_be_huge
 from robosc.language.events import EventKind
 from robosc.model.entities import Variable
-from robosc.model.expr import Expr
+from robosc.model.expr import Binary, Expr, Leaf, Literal
 from robosc.model.traversal import may_be_undefined
 from robosc.model.types import DoubleType, IntegerType
 
-__all__ = ["Reactions", "alike", "attributes_read"]
+__all__ = ["Reactions", "alike"]
 
-_ATTRIBUTE = re.compile(r"\bself\.(\w+)\b(?!\()")
+
+@dataclass(frozen=True)
+class _Effect:
+    """An attribute and its new value over the old state.
+
+    ``change`` is how far the new value is from the old one, such as ``+= 1``, if it is written so.
+    """
+
+    attribute: str
+    value: PythonCode
+    change: str = ""
 
 
 @dataclass(frozen=True)
 class _Branch:
-    """One way in which a component takes part: ``condition`` (empty: always) and its effects.
+    """One way in which a component takes part: ``condition`` (empty: always) and its effects."""
 
-    ``effects`` are (attribute, right-hand side), both over the old state.
-    """
-
-    condition: str
+    condition: PythonCode
     place: str
-    effects: tuple[tuple[str, str], ...]
+    effects: tuple[_Effect, ...]
 
 
 @dataclass(frozen=True)
@@ -50,15 +55,10 @@ class _LocalReaction:
     branches: tuple[_Branch, ...]
 
     @property
-    def texts(self) -> list[str]:
+    def evaluated(self) -> list[PythonCode]:
         """All that is evaluated."""
-        effects = [text for branch in self.branches for _, text in branch.effects]
-        return [branch.condition for branch in self.branches] + effects
-
-
-def attributes_read(texts: Iterable[str]) -> frozenset[str]:
-    """The controller's attributes that expressions read, calls apart."""
-    return frozenset(n for text in texts for n in _ATTRIBUTE.findall(without_texts(text)))
+        values = [effect.value for branch in self.branches for effect in branch.effects]
+        return [branch.condition for branch in self.branches] + values
 
 
 class Reactions:
@@ -76,11 +76,11 @@ class Reactions:
             groups = alike(automaton.edges)
             branches = tuple(self._branch(event, automaton, edges) for edges in groups)
             if tested:
-                branches = tuple(replace(branch, condition="") for branch in branches)
+                branches = tuple(replace(branch, condition=PythonCode("")) for branch in branches)
             if any(branch.effects for branch in branches):
                 parts.append(_LocalReaction(automaton.component, branches))
         body = list(_body(parts))
-        changed = {name: None for part in parts for b in part.branches for name, _ in b.effects}
+        changed = {e.attribute: None for part in parts for b in part.branches for e in b.effects}
         phase = event.phase
         if phase is not None:
             busy = self.attributes.phases[event.key]
@@ -101,47 +101,47 @@ class Reactions:
             effects.append(self._effect(event, variable, assignment.value))
         location = self.plant.variables[automaton.variable]
         if any(e.source != e.target for e in edges):
-            target = literal(location.values[edge.target])
-            effects.append((self.attributes.locations[automaton.component], target))
+            target = PythonCode(literal(location.values[edge.target]))
+            effects.append(_Effect(self.attributes.locations[automaton.component], target))
         entries = self.attributes.entries.get(automaton.component)
         if edge.enters and entries is not None:
-            effects.append((entries, f"self.{entries} + 1"))
-        return _Branch(
-            self._edge_condition(location, edges, automaton), place(edge.span), tuple(effects)
-        )
+            more = PythonCode(f"self.{entries} + 1", frozenset([entries]))
+            effects.append(_Effect(entries, more, "+= 1"))
+        condition = self._edge_condition(location, edges)
+        return _Branch(condition, place(edge.span), tuple(effects))
 
-    def _edge_condition(
-        self, location: StateVariable, edges: list[Edge], automaton: LocalAutomaton
-    ) -> str:
+    def _edge_condition(self, location: StateVariable, edges: list[Edge]) -> PythonCode:
         guard = edges[0].guard
         parts = [self.location_test(location, [e.source for e in edges])]
         if guard is not None:
-            text = self.attributes.text(guard)
+            code = self.attributes.code(guard)
+            text = operand(guard, code.text)
             if may_be_undefined(exact(guard)):
-                text = f"self.holds(lambda: {text}, {literal(place(edges[0].span))})"
-                parts.append(text)
-            else:
-                parts.append(operand(guard, text))
-        return " and ".join(part for part in parts if part)
+                text = f"self.holds(lambda: {code.text}, {literal(place(edges[0].span))})"
+            parts.append(replace(code, text=text))
+        return joined("and", parts)
 
-    def condition(self, automaton: LocalAutomaton) -> str:
+    def condition(self, automaton: LocalAutomaton) -> PythonCode:
         """Where an automaton with one edge takes part; empty: always."""
         location = self.plant.variables[automaton.variable]
-        return self._edge_condition(location, list(automaton.edges), automaton)
+        return self._edge_condition(location, list(automaton.edges))
 
-    def location_test(self, location: StateVariable, sources: Iterable[int]) -> str:
+    def location_test(self, location: StateVariable, sources: Iterable[int]) -> PythonCode:
         """Whether the component is in one of the states; empty if it always is."""
         states = [str(location.values[source]) for source in sources]
-        attribute = f"self.{self.attributes.locations[location.name]}"
+        attribute = self.attributes.locations[location.name]
         if len(states) == location.size:
-            return ""
+            return PythonCode("")
         if len(states) == 1:
-            return f"{attribute} == {literal(states[0])}"
-        return f"{attribute} in ({', '.join(literal(s) for s in states)})"
+            test = f"== {literal(states[0])}"
+        else:
+            test = f"in ({', '.join(literal(s) for s in states)})"
+        return PythonCode(f"self.{attribute} {test}", frozenset([attribute]))
 
-    def _effect(self, event: Event, variable: Variable, expr: Expr) -> tuple[str, str]:
+    def _effect(self, event: Event, variable: Variable, expr: Expr) -> _Effect:
         attribute = self.attributes.variables[variable.key]
-        text = self.attributes.text(expr)
+        code = self.attributes.code(expr)
+        text, reads, mismatches = code.text, code.reads, code.mismatches
         if isinstance(variable.type, DoubleType) and isinstance(expr.type, IntegerType):
             text = f"{'widen' if may_be_huge(expr) else 'float'}({text})"
         where = literal(place(expr.span)) if expr.span is not None else '""'
@@ -151,62 +151,84 @@ class Reactions:
             low, high = variable.type.bounds
             if not variable.in_state:
                 text = f"self.kept({text}, {low}, {high}, self.{attribute}, {where})"
+                reads |= {attribute}
             elif not event.controllable:
                 text = f"in_range({text}, {low}, {high}, {literal(variable.key)})"
+                mismatches = True
         if may_be_undefined(exact(expr)):
             text = f"self.assigned(lambda: {text}, self.{attribute}, {where})"
-        return attribute, text
+            reads |= {attribute}
+        value = PythonCode(text, reads, mismatches)
+        return _Effect(attribute, value, self._change(attribute, expr, text))
 
-    def synchronisation(self, event: Event) -> str:
+    def _change(self, attribute: str, expr: Expr, text: str) -> str:
+        """What is added to an attribute, or subtracted, by an expression with this text."""
+        if isinstance(expr, Binary) and isinstance(expr.right, Literal | Leaf):
+            change = f"{expr.operator} {self.attributes.text(expr.right)}"
+            if expr.operator in ("+", "-") and text == f"self.{attribute} {change}":
+                return change.replace(" ", "= ", 1)
+        return ""
+
+    def synchronisation(self, event: Event) -> PythonCode:
         """The condition under which the plant can do a controllable event, its phase apart; empty
         if it always can."""
         conditions = [condition for _, condition in self._synchronisation(event)]
         if len(conditions) == 1:
-            return unparenthesised(conditions[0])
-        return " and ".join(conditions)
+            return replace(conditions[0], text=unparenthesised(conditions[0].text))
+        return joined("and", conditions)
 
     def partners(self, event: Event, name: str, names: PythonNames) -> tuple[PartnerView, ...]:
         """The components of that condition, each with whether it can take part, the ranges of its
         variables apart; several have a method each, one alone has that of the whole."""
         parts = list(self._synchronisation(event, ranges=False))
         if len(parts) == 1 and parts == list(self._synchronisation(event)):
-            return (PartnerView(parts[0][0], parts[0][1], ""),)
+            return (PartnerView(parts[0][0], parts[0][1].text, ""),)
         return tuple(
-            PartnerView(component, unparenthesised(text), names.take(f"partner_{number}_in_{name}"))
-            for number, (component, text) in enumerate(parts, 1)
+            PartnerView(
+                component, unparenthesised(code.text), names.take(f"partner_{number}_in_{name}")
+            )
+            for number, (component, code) in enumerate(parts, 1)
         )
 
-    def _synchronisation(self, event: Event, ranges: bool = True) -> Iterator[tuple[str, str]]:
+    def _synchronisation(
+        self, event: Event, ranges: bool = True
+    ) -> Iterator[tuple[str, PythonCode]]:
         for automaton in event.automata:
             location = self.plant.variables[automaton.variable]
             ways = []
             free = True
             for edges in alike(automaton.edges):
-                inside = " and ".join(self._ranges(edges[0])) if ranges else ""
-                where = self._edge_condition(location, edges, automaton)
+                inside = joined("and", self._ranges(edges[0]) if ranges else ())
+                where = self._edge_condition(location, edges)
                 free = free and not inside
+                both = joined("and", [where, inside])
                 if automaton.blocking:
-                    ways.append(" and ".join(part for part in (where, inside) if part))
+                    ways.append(both)
                 elif inside:
-                    text = f"(not ({where}) or {inside})" if where else inside
-                    yield automaton.component, text
+                    text = f"(not ({where.text}) or {inside.text})" if where else inside.text
+                    yield automaton.component, replace(both, text=text)
             if not automaton.blocking or (free and self._always(automaton, location)):
                 continue
-            text = ways[0] if len(ways) == 1 else f"({' or '.join(ways)})" if ways else "False"
-            yield automaton.component, text
+            if len(ways) == 1:
+                yield automaton.component, ways[0]
+            else:
+                one = joined("or", ways)
+                text = f"({one.text})" if ways else "False"
+                yield automaton.component, replace(one, text=text)
 
     def _always(self, automaton: LocalAutomaton, location: StateVariable) -> bool:
         open_edges = {e.source for e in automaton.edges if e.guard is None}
         return len(open_edges) == location.size
 
-    def _ranges(self, edge: Edge) -> Iterator[str]:
+    def _ranges(self, edge: Edge) -> Iterator[PythonCode]:
         for index, expr in edge.updates:
             variable = self.variables.get(self.plant.variables[index].name)
             if variable is not None and not within(expr, variable.type):
                 assert isinstance(variable.type, IntegerType)
                 assert variable.type.bounds is not None
                 low, high = variable.type.bounds
-                yield f"{low} <= {self.attributes.text(expr)} <= {high}"
+                code = self.attributes.code(expr)
+                yield replace(code, text=f"{low} <= {code.text} <= {high}")
 
 
 def alike(edges: Iterable[Edge]) -> list[list[Edge]]:
@@ -243,7 +265,7 @@ def _body(parts: list[_LocalReaction]) -> Iterator[str]:
         yield f"# {part.component}"
         for number, branch in enumerate(part.branches):
             word = "if" if number == 0 else "elif"
-            head = f"{word} {branch.condition}:" if branch.condition else "else:"
+            head = f"{word} {branch.condition.text}:" if branch.condition else "else:"
             yield f"{head}  # {branch.place}"
             yield from _effects(branch, waiting, "    ") if branch.effects else ["    pass"]
     for name in waiting:
@@ -251,31 +273,27 @@ def _body(parts: list[_LocalReaction]) -> Iterator[str]:
 
 
 def _effects(branch: _Branch, waiting: Iterable[str], indent: str) -> Iterator[str]:
-    for name, text in branch.effects:
-        change = re.fullmatch(rf"self\.{name} ([-+]) ([\w.]+)", text)
+    for effect in branch.effects:
+        name = effect.attribute
         if name in waiting:
-            yield f"{indent}{name} = {text}"
-        elif change:
-            yield f"{indent}self.{name} {change[1]}= {change[2]}"
+            yield f"{indent}{name} = {effect.value.text}"
         else:
-            yield f"{indent}self.{name} = {text}"
+            yield f"{indent}self.{name} {effect.change or f'= {effect.value.text}'}"
 
 
 def _always_assigned(part: _LocalReaction) -> Iterator[str]:
     if not part.branches[0].condition:
-        yield from (name for name, _ in part.branches[0].effects)
+        yield from (effect.attribute for effect in part.branches[0].effects)
 
 
 def _waiting(parts: list[_LocalReaction]) -> list[str]:
     """The attributes whose new values must wait until all of the event is evaluated."""
     found: dict[str, None] = {}
     for number, part in enumerate(parts):
-        later = [text for other in parts[number + 1 :] for text in other.texts]
+        later = [code for other in parts[number + 1 :] for code in other.evaluated]
         for branch in part.branches:
-            for at, (name, _) in enumerate(branch.effects):
-                after = [text for _, text in branch.effects[at + 1 :]] + later
-                if name in attributes_read(after) or any(
-                    "in_range(" in without_texts(text) for text in after
-                ):
-                    found[name] = None
+            for at, effect in enumerate(branch.effects, 1):
+                after = [other.value for other in branch.effects[at:]] + later
+                if any(code.mismatches or effect.attribute in code.reads for code in after):
+                    found[effect.attribute] = None
     return list(found)
