@@ -174,6 +174,8 @@ def test_faulty_files_are_refused(tmp_path: Path, name: str, text: str, complain
         ({"rate": 10**400}, "~rate must be a number that a double can hold, not 1000"),
         ({"order": "any"}, "~order must be one of"),
         ({"rat": 3}, "unknown parameter ~rat; did you mean ~rate?"),
+        ({"rat": 3, "order": "any"}, "~order must be one of"),
+        ({"rat": 3, "order": "any"}, "unknown parameter ~rat; did you mean ~rate?"),
         ({"stop_command": "kindel"}, "~stop_command must name"),
         ({"qos/kindle/depth": 0}, "~qos/kindle/depth must be an integer of at least 1, not 0"),
         ({"qos/kindle/reliable": True}, "did you mean ~qos/kindle/reliability?"),

@@ -15,7 +15,14 @@ from robosc.runtime.engine import Engine
 from robosc.runtime.eventlog import EventLog
 from robosc.runtime.model import Controller, Parameter
 from robosc.runtime.settings import Settings
-from robosc.runtime.telemetry import Outlet, Reporter, dump, event_document, state_document
+from robosc.runtime.telemetry import (
+    Outlet,
+    Reporter,
+    dump,
+    event_document,
+    reason_text,
+    state_document,
+)
 
 
 class Heard(Outlet):
@@ -150,6 +157,14 @@ def report_at_last(reporter: Reporter, engine: Engine) -> None:
     while reporter.is_alive():
         engine.cycle()  # it asks the engine
         reporter.close(0.001)
+
+
+@pytest.mark.parametrize("place", [{}, {"place": "lamp.rscd:2"}])
+@pytest.mark.parametrize("because", [{}, {"because": ["a < 1 is false", "b"]}])
+def test_a_reason_on_a_line_has_all_its_parts(place: Any, because: Any) -> None:
+    reason = {"kind": "requirement", "text": "go needs clear", **place, **because}
+    expected = "go needs clear" + (" (lamp.rscd:2)" if place else "")
+    assert reason_text(reason) == expected + (": a < 1 is false, b" if because else "")
 
 
 def test_every_event_is_published_and_the_last_state_is_the_last() -> None:

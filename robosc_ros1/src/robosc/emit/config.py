@@ -86,11 +86,9 @@ class Config:
         stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
         try:
             given = qos.shared(communications, {**stop, **self.parameters}, shared_topics(robot))
-            _, warnings = settings.read(communications, given, more)
+            settings.read(communications, given, more, strict=True)
         except settings.ParameterError as error:
             raise UsageError(str(error)) from error
-        if warnings:
-            raise UsageError("\n".join(w.replace(" is ignored", "") for w in warnings))
         return replace(self, parameters=MappingProxyType(given))
 
 

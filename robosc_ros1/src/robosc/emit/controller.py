@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
+from robosc.emit import literals
 from robosc.emit.config import ATTRIBUTES, declared_communications, declared_parameters
 from robosc.emit.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.copies import with_copies
@@ -168,7 +169,7 @@ class _Builder:
         phases = self.robot.communications[declared.key].phases
         if phases is not None:
             parts.append(literal(self.attributes.phases[declared.key]))
-            parts += [f"phases={phases.names}".replace("'", '"')]
+            parts.append(f"phases={literals.literal(phases.names)}")
         more = [(field, getattr(declared, field)) for field in ATTRIBUTES]
         parts += [f"{field}={literal(value)}" for field, value in more if value is not None]
         return ", ".join(parts)

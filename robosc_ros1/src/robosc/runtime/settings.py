@@ -244,11 +244,12 @@ def read(
     given: Mapping[str, Any],
     more: Sequence[Parameter] = (),
     spelled: Callable[[str], str] = private,
+    strict: bool = False,
 ) -> Tuple[Settings, List[str]]:
     """Return the settings from parameters by full name, and warnings about unknown names.
 
     ``more`` are the model's parameters and those specific to this ROS version; ``spelled`` returns
-    a name as users write it.
+    a name as users write it; ``strict`` makes faults of unknown names.
 
     Raises:
         ParameterError: values have the wrong type or are out of range; the text names all of them.
@@ -256,7 +257,9 @@ def read(
     parameters = {p.name: p for p in (*declared(communications), *more)}
     if GENERAL_RATE in given and GENERAL_RATE not in parameters:
         given = {"rate" if name == GENERAL_RATE else name: value for name, value in given.items()}
-    faults, warnings = _unknown(parameters, given, spelled)
+    faults, warnings = _unknown(parameters, given, spelled, "" if strict else " is ignored")
+    if strict:
+        faults += warnings
     values: Dict[str, Any] = {}
     for parameter in parameters.values():
         value = given.get(parameter.name, parameter.default)
@@ -280,7 +283,10 @@ def read(
 
 
 def _unknown(
-    parameters: Mapping[str, Parameter], given: Mapping[str, Any], spelled: Callable[[str], str]
+    parameters: Mapping[str, Parameter],
+    given: Mapping[str, Any],
+    spelled: Callable[[str], str],
+    ignored: str,
 ) -> Tuple[List[str], List[str]]:
     """Return faults and warnings about names that are given, but are not those of parameters."""
     faults, warnings = [], []
@@ -294,7 +300,7 @@ def _unknown(
         else:
             near = difflib.get_close_matches(name, parameters, 1)
             hint = "; did you mean %s?" % spelled(near[0]) if near else ""
-            warnings.append("unknown parameter %s is ignored%s" % (spelled(name), hint))
+            warnings.append("unknown parameter %s%s%s" % (spelled(name), ignored, hint))
     return faults, warnings
 
 

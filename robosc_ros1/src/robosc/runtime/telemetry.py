@@ -160,9 +160,10 @@ def violated(controller: Controller, command: Command) -> List[Dict[str, Any]]:
 
 
 def reason_text(reason: Mapping[str, Any]) -> str:
-    """Return a reason on one line, with what of a requirement does not hold."""
-    because = ", ".join(reason.get("because", ()))
-    return "%s: %s" % (reason["text"], because) if because else reason["text"]
+    """Return a reason on one line, with the place of a requirement and what of it does not hold."""
+    place = " (%s)" % reason["place"] if "place" in reason else ""
+    because = ": " + ", ".join(reason["because"]) if "because" in reason else ""
+    return "%s%s%s" % (reason["text"], place, because)
 
 
 def _failures(controller: Controller, requirement: Requirement) -> Iterator[str]:

@@ -259,11 +259,9 @@ def read_settings(robot: Robot, parameters: Mapping[str, Any]) -> Settings:
     """
     try:
         communications = declared_communications(robot)
-        settings, warnings = read(communications, parameters, declared_parameters(robot))
+        settings, _ = read(communications, parameters, declared_parameters(robot), strict=True)
     except ParameterError as error:
         raise InvalidLine(str(error)) from None
-    if warnings:
-        raise InvalidLine("\n".join(w.replace(" is ignored", "") for w in warnings))
     return settings
 
 

@@ -15,6 +15,7 @@ from robosc.ir.automaton import Event, Plant, value_parts
 from robosc.ir.step import valuations
 from robosc.model.entities import EventKind
 from robosc.model.expr import Expr
+from robosc.runtime.telemetry import reason_text
 from robosc.simulate.event_data import Given, given_text
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import SystemState
@@ -63,8 +64,7 @@ class Reason:
     because: Sequence[str] = ()
 
     def __str__(self) -> str:
-        text = f"{self.text} ({self.place})" if self.place else self.text
-        return f"{text}: {', '.join(self.because)}" if self.because else text
+        return reason_text(self.document())
 
     def document(self) -> dict[str, Any]:
         place = {"place": self.place} if self.place else {}
@@ -167,9 +167,12 @@ class Machine(Protocol):
 
 def label(event: Event) -> str:
     """How an event is typed: ``grab.request``, ``Door.tau2``."""
-    if event.kind.of_component:
-        return f"{event.name}.{event.kind.value}{event.index}"
-    return f"{event.name}.{event.kind.value}"
+    return _label(event, event.name)
+
+
+def _label(event: Event, name: str) -> str:
+    index = event.index if event.kind.of_component else ""
+    return f"{name}.{event.kind.value}{index}"
 
 
 def typed_text(event: Event, given: Given) -> str:
@@ -278,4 +281,4 @@ def _unknown(machine: Machine, text: str) -> str:
 
 
 def _key_label(event: Event) -> str:
-    return label(event).replace(event.name, event.key, 1)
+    return _label(event, event.key)

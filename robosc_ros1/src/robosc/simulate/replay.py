@@ -21,13 +21,12 @@ from robosc.model.types import ArrayType, NoneType, ObjectType, Type, domain
 from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.shortening import Shortener
-from robosc.runtime.telemetry import blocked_by
+from robosc.runtime.telemetry import blocked_by, reason_text
 from robosc.runtime.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.exact_values import data_behind, value_with_classes
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.generated import make_controller
-from robosc.simulate.machine import Reason
 from robosc.simulate.shortened_values import UnknownValue, apply_effect
 from robosc.simulate.typed_values import typed_value, within_whole
 from robosc.supervisor import Supervisor
@@ -306,7 +305,7 @@ def _perform(
     value = entry.value
     reasons = blocked_by(controller, command)
     if reasons and not stopping:
-        return "; ".join(str(Reason(**reason)) for reason in reasons)
+        return "; ".join(map(reason_text, reasons))
     if command.data is not None:
         try:
             data = command.data(controller)
