@@ -13,7 +13,7 @@ from typing import Any
 
 import models
 import pytest
-from ros_support import REPOSITORY, SOURCES, Completed
+from ros_support import REPOSITORY, SOURCES, Completed, run_robosc
 
 from robosc import __version__
 from robosc.verbs import VERBS
@@ -254,14 +254,8 @@ def test_next_commands_lead_to_the_workspace(
 ) -> None:
     (folder / "ws" / "src").mkdir(parents=True)
     (folder / "elsewhere").mkdir()
-    done = subprocess.run(
-        [sys.executable, "-m", "robosc", "generate", str(folder / "good.rscd"), "--output", output],
-        cwd=folder / called_in,
-        env={**os.environ, "PYTHONPATH": str(SOURCES)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    model = str(folder / "good.rscd")
+    done = run_robosc(["generate", model, "--output", output], folder / called_in, {})
     _, _, commands = done.stdout.partition("next:\n")
     lines = [line.strip() for line in commands.splitlines()]
     assert lines[0] == first

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from typing import Any
 
 import pytest
@@ -15,6 +16,11 @@ FOLDER = REPOSITORY / "docs" / "schemas"
 
 def validate(document: Any, name: str) -> None:
     """Fail if the document does not follow ``<name>.schema.json``; skip without jsonschema."""
+    _validator(name).validate(document)
+
+
+@cache
+def _validator(name: str) -> Any:
     jsonschema = pytest.importorskip("jsonschema")
     schemas = {path.name: json.loads(path.read_text("utf-8")) for path in FOLDER.glob("*.json")}
     schema = schemas[f"{name}.schema.json"]
@@ -25,4 +31,4 @@ def validate(document: Any, name: str) -> None:
         schema,
         store={base + key: content for key, content in schemas.items()},
     )
-    jsonschema.Draft7Validator(schema, resolver=resolver).validate(document)
+    return jsonschema.Draft7Validator(schema, resolver=resolver)
