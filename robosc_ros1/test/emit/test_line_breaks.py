@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import ast
-
 import pytest
-from emit.golden_packages import PACKAGES, package_of
 
 from robosc.emit.line_breaks import WIDTH, break_long_lines, unparenthesised
 
@@ -128,13 +125,3 @@ def test_a_tuple_keeps_its_brackets() -> None:
     assert unparenthesised("((a or b))") == "a or b"
     assert unparenthesised("(a) or (b)") == "(a) or (b)"
     assert unparenthesised("(a, b)") == "(a, b)"
-
-
-@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
-def test_no_line_of_generated_python_is_too_long(model: str, target: str, mode: str) -> None:
-    files = package_of(model, target, mode).files
-    python = {path: file.content for path, file in files.items() if path.endswith(".py")}
-    assert python
-    for path, text in python.items():
-        ast.parse(text, path)
-        assert [line for line in text.split("\n") if len(line) > WIDTH] == [], path

@@ -5,10 +5,13 @@ from __future__ import annotations
 import io
 import re
 import tokenize
+from functools import cache
 
 import pytest
 from emit.generated_code import controller_source, supervisor_of
 from emit.golden_packages import PACKAGES, package_of
+
+from robosc.emit.line_breaks import WIDTH
 
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
@@ -21,9 +24,28 @@ def test_no_tuple_is_empty_over_two_lines(model: str, target: str, mode: str) ->
 def test_strings_are_in_double_quotation_marks(model: str, target: str, mode: str) -> None:
     for path, file in package_of(model, target, mode).files.items():
         if path.endswith(".py"):
-            tokens = tokenize.generate_tokens(io.StringIO(file.content).readline)
-            strings = [token.string for token in tokens if token.type == tokenize.STRING]
-            assert [s for s in strings if s[0] == "'" and '"' not in s] == [], path
+            assert in_single_marks(file.content) == [], path
+
+
+@cache
+def in_single_marks(content: str) -> list[str]:
+    """Return the strings that need not be in single marks; most files are in several packages."""
+    tokens = tokenize.generate_tokens(io.StringIO(content).readline)
+    strings = [token.string for token in tokens if token.type == tokenize.STRING]
+    return [s for s in strings if s[0] == "'" and '"' not in s]
+
+
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_no_line_of_generated_python_is_too_long(model: str, target: str, mode: str) -> None:
+    files = package_of(model, target, mode).files
+    lines = [
+        (path, line)
+        for path, file in files.items()
+        if path.endswith(".py")
+        for line in file.content.split("\n")
+    ]
+    assert lines
+    assert [(path, line) for path, line in lines if len(line) > WIDTH] == []
 
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)

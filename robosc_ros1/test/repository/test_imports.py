@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -53,6 +54,11 @@ PACKAGE = SOURCES / "robosc"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
 
+@cache
+def tree(file: Path) -> ast.Module:
+    return ast.parse(file.read_bytes())
+
+
 def module_name(file: Path) -> str:
     """``model.types`` for robosc/model/types.py; a package's __init__ is the package."""
     parts = file.relative_to(PACKAGE).with_suffix("").parts
@@ -61,7 +67,7 @@ def module_name(file: Path) -> str:
 
 def imports(file: Path) -> Iterator[tuple[int, str]]:
     """Line and full name of each module that a file imports."""
-    for node in ast.walk(ast.parse(file.read_bytes())):
+    for node in ast.walk(tree(file)):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield node.lineno, alias.name
@@ -124,7 +130,7 @@ NAMES = {module_name(file) for file in MODULES}
 
 def loaded(file: Path) -> set[str]:
     """The modules of robosc that a file imports outside functions."""
-    work: list[ast.AST] = [ast.parse(file.read_bytes())]
+    work: list[ast.AST] = [tree(file)]
     found = set()
     while work:
         node = work.pop()
@@ -162,7 +168,7 @@ def test_environment_is_read_in_few_places() -> None:
     readers = {
         module_name(file)
         for file in MODULES
-        for node in ast.walk(ast.parse(file.read_bytes()))
+        for node in ast.walk(tree(file))
         if isinstance(node, ast.Attribute) and node.attr in {"environ", "getenv", "expandvars"}
     }
     assert readers <= set(ENVIRONMENT)
@@ -233,7 +239,7 @@ def test_no_two_stages_have_classes_of_one_name() -> None:
     """But for what a generated controller knows of the model's entities."""
     found: dict[str, list[str]] = {}
     for file in MODULES:
-        for node in ast.parse(file.read_text()).body:
+        for node in tree(file).body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 found.setdefault(node.name, []).append(module_name(file))
     twice = {tuple(modules) for modules in found.values() if len(modules) > 1}

@@ -26,14 +26,16 @@ NOT_A_NUMBER = (
 """No JSON, of which a browser could show nothing; a node writes a text instead."""
 
 
+@pytest.fixture(scope="module")
+def long_run() -> str:
+    """Some hundred events: more than are kept between two moments."""
+    return "\n".join(log_of(line_follower(), *[FREE, 0.25, OBSTRUCTED, 0.15] * 120)) + "\n"
+
+
 @pytest.fixture
-def log(tmp_path: Path) -> Path:
-    """A run of some hundred events: more than are kept between two moments."""
-    steps: list[Any] = []
-    for _ in range(120):
-        steps += [FREE, 0.25, OBSTRUCTED, 0.15]
+def log(tmp_path: Path, long_run: str) -> Path:
     path = tmp_path / "events.jsonl"
-    path.write_text("\n".join(log_of(line_follower(), *steps)) + "\n", encoding="utf-8")
+    path.write_text(long_run, encoding="utf-8")
     return path
 
 

@@ -6,6 +6,7 @@ import contextlib
 import json
 import threading
 from collections.abc import Callable, Iterator
+from functools import cache
 from http.client import HTTPConnection, HTTPResponse
 from typing import Any
 
@@ -33,6 +34,7 @@ BEGUN = 1_750_000_000.0
 """When logs begin, in seconds since 1970."""
 
 
+@cache
 def line_follower() -> Supervisor:
     return pipeline.supervise(pipeline.load(MODEL).robot)
 
