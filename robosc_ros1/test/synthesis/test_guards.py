@@ -16,9 +16,11 @@ from synthesis.subject import robot_of
 
 from robosc.ir.formulas import to_dsl
 from robosc.ir.lower import lower
+from robosc.model.expr import Expr
 from robosc.synthesis import synthesize
-from robosc.synthesis.minimise import Table, condition_of
+from robosc.synthesis.minimise import condition_of
 from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.sum_of_products import Diagrams
 
 LINE = families.transfer_line(3, 2)
 
@@ -154,15 +156,20 @@ def test_cover_separates_the_two_sets(seed: int, part: float, careless: float) -
     rng = np.random.default_rng(seed)
     care = rng.random(SHAPE) >= careless
     inside = rng.random(SHAPE) < part
-    table = Table(VARIABLES, inside & care, ~inside & care)
-    for candidate in (table, table.reduced(lambda variable: variable)):
-        holds = Stepper(COVERED).test(condition_of(COVERED, candidate))
-        for place in np.ndindex(*SHAPE):
-            if care[place]:
-                assert holds(place) == inside[place]
+    holds = Stepper(COVERED).test(_condition_of(inside & care, ~inside & care))
+    for place in np.ndindex(*SHAPE):
+        if care[place]:
+            assert holds(place) == inside[place]
 
 
-def _table(inside: object) -> Table:
+def _condition_of(*sets: object) -> Expr:
+    diagrams = Diagrams(SHAPE)
+    return condition_of(
+        COVERED, VARIABLES, diagrams, *(diagrams.of_rows(np.argwhere(each)) for each in sets)
+    )
+
+
+def _where(inside: object) -> Expr:
     found = np.zeros(SHAPE, np.bool_)
     for place in np.ndindex(*SHAPE):
         found[place] = inside(
@@ -171,7 +178,7 @@ def _table(inside: object) -> Table:
                 for variable, at in zip(COVERED.variables, place, strict=True)
             }
         )
-    return Table(VARIABLES, found, ~found).reduced(lambda variable: variable)
+    return _condition_of(found, ~found)
 
 
 SHORT = {
@@ -195,7 +202,7 @@ SHORT = {
 
 @pytest.mark.parametrize("text", SHORT)
 def test_short_sets_have_short_words(text: str) -> None:
-    assert to_dsl(condition_of(COVERED, _table(SHORT[text])), COVERED.robot) == text
+    assert to_dsl(_where(SHORT[text]), COVERED.robot) == text
 
 
 def test_mirrored_phases_are_not_mentioned() -> None:

@@ -1,18 +1,14 @@
-"""Which items are needed to distinguish two sets: greedy elimination and greedy selection."""
+"""Which items are needed to distinguish two sets: greedy elimination."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from math import log2
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-__all__ = ["drop", "select"]
+__all__ = ["drop"]
 
 _Item = TypeVar("_Item")
 _Left = TypeVar("_Left")
-
-_FIRST = 4
-"""Items after which the rate of progress is extrapolated."""
 
 
 def drop(
@@ -33,27 +29,3 @@ def drop(
         return left
     half = len(items) // 2
     return drop(items[half:], drop(items[:half], left, without), without)
-
-
-def select(
-    count: int, total: int, most: int, confused: Callable[[Sequence[int]], Mapping[int, int]]
-) -> list[int] | None:
-    """Return up to ``most`` of ``count`` items that leave none of ``total`` states confused.
-
-    ``confused`` returns, given the chosen items, how many states stay confused with each further
-    item added. The best is chosen each time. None if it takes more than ``most`` items, or would
-    at the rate of the first ones.
-    """
-    chosen: list[int] = []
-    while len(chosen) < min(most, count):
-        left = confused(chosen)
-        best = min(left, key=lambda item: left[item])
-        chosen.append(best)
-        if not left[best]:
-            return chosen
-        steps = len(chosen)
-        if steps >= _FIRST:
-            rate = (log2(total) - log2(left[best])) / steps
-            if log2(left[best]) >= rate * (most - steps):
-                return None
-    return None

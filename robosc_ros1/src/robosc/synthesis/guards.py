@@ -4,11 +4,10 @@ Synthesis gives each controllable event a set of states; users want a condition.
 requirements alone give the same set, their expression is the guard. Otherwise the guard is found by
 two-level minimisation: it is exact in every state of the controlled system in which the plant can
 do the event (the care set), and unspecified elsewhere. State variables that are not needed are
-dropped one after another, and what is left is covered by few and wide boxes
+dropped one after another, and what is left is written as a sum of products
 (:mod:`robosc.synthesis.minimise`). If the result is long, alternatives are tried, and the shortest
-one is taken: a count of components together with a condition on the event's own state variables;
-the weakest precondition of the state requirements, where that is exact; and the state variables
-that distinguish the most states, selected one after another.
+one is taken: a count of components together with a condition on the event's own state variables,
+and the weakest precondition of the state requirements, where that is exact.
 
 Engines pass their sets as a :class:`CareSet`; nothing here depends on their representation.
 """
@@ -53,9 +52,6 @@ class CareSet(Protocol):
 
     def without(self, parts: Sequence[tuple[int, ...]]) -> CareSet | None:
         """Return the projection without some parts; None if the two sets would then overlap."""
-
-    def selected(self) -> CareSet | None:
-        """Return the projection to the most distinguishing parts; None if that is too costly."""
 
     def within(self, allowed: Expr, refused: Expr) -> CareSet | None:
         """Return the sets, each restricted to a condition; None if that is too costly."""
@@ -132,10 +128,6 @@ def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
             return min(found, key=_length)
     if not found:
         found = _attempt(left, rank)
-    if all(_length(one) > _LONG for one in found):
-        selected = care_set.selected()
-        if selected is not None:
-            found.extend(_attempt(_pruned(selected, rank), rank))
     if not found:
         raise TooLarge(f"the guard of {event.name} would be too long")
     return min(found, key=_length)

@@ -14,15 +14,13 @@ from dataclasses import replace
 from itertools import product
 from math import prod
 
-import numpy as np
-
 from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.counting import counts, tighter
 from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.expr import Binary, Count, Expr
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explore import reaching
-from robosc.synthesis.minimise import Table, condition_of
+from robosc.synthesis.minimise import condition_on
 from robosc.synthesis.vectorised import event_support, support
 
 __all__ = ["lasting_counts"]
@@ -74,16 +72,13 @@ def _lasting_condition(plant: Plant, condition: Expr, may: bool) -> Expr | None:
     found = reaching(targets, (step for e in events for step in _steps(plant, e, states)))
     if len(found) == len(targets):
         return condition
-    inside = np.zeros(shape, np.bool_)
-    for state in found:
-        inside[tuple(state[variable] for variable in order)] = True
-    sides = (inside, ~inside) if may else (~inside, inside)
-    place = {variable: number for number, variable in enumerate(order)}
-    table = Table(tuple(order), *sides).reduced(place.__getitem__)
-    if len(table.variables) != 1:
-        return None
-    lasting = condition_of(plant, table)
-    return None if isinstance(lasting, Binary) and lasting.operation.is_lazy else lasting
+    for variable in reversed(order):
+        inside = {state[variable] for state in found}
+        outside = {state[variable] for state in states if state not in found}
+        if outside and inside.isdisjoint(outside):
+            lasting = condition_on(plant, variable, inside if may else outside)
+            return None if isinstance(lasting, Binary) and lasting.operation.is_lazy else lasting
+    return None
 
 
 def _component(plant: Plant, read: Sequence[int]) -> tuple[set[int], list[Event]]:

@@ -1,8 +1,9 @@
 """Care sets as decision diagrams.
 
-Most guards read a few state variables: their care sets become tables, which are minimised in the
-same way for both engines (:mod:`robosc.synthesis.minimise`). Where a guard reads so many that no
-sum of products is found, it is covered by boxes computed on the diagrams themselves.
+Most guards read a few state variables: their care sets are minimised in the same way for both
+engines (:mod:`robosc.synthesis.minimise`). Where a guard reads so many that no sum of products is
+found, it is covered by boxes computed on the diagrams themselves: each grows from a single
+combination as far as nothing refused gets in.
 """
 
 from __future__ import annotations
@@ -12,33 +13,24 @@ from dataclasses import dataclass, replace
 from math import prod
 from typing import Any, TypeVar
 
-import numpy as np
-
 from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.ir.formulas import conjunction, disjunction
 from robosc.model.expr import Expr
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
-from robosc.synthesis.dropping import drop, select
-from robosc.synthesis.minimise import (
-    LARGEST_TABLE,
-    Table,
-    condition_of,
-    condition_of_products,
-    condition_on,
-)
+from robosc.synthesis.dropping import drop
+from robosc.synthesis.minimise import condition_of, condition_on
 from robosc.synthesis.sum_of_products import END, NOTHING, Diagrams, TooLarge
-from robosc.synthesis.vectorised import Bools
 
 __all__ = ["BddCareSet", "wide_condition"]
 
 _Result = TypeVar("_Result")
 
+_FEW = 2**10
+"""Combinations up to which variables are in the plant's order: the dense engine's guard results."""
 _MOST_VARIABLES = 200
 """State variables above which no sum of products is tried: it recurses over them."""
-_MOST_SELECTED = 16
-_MOST_WORK = 2**21
 _MOST_CALLS = 2**17
 
 
@@ -59,37 +51,6 @@ class BddCareSet:
         found = self._forgetting({variable for part in parts for variable in part})
         overlap = found.allowed & found.refused
         return found if overlap == self.encoding.manager.false else None
-
-    def selected(self) -> BddCareSet | None:
-        """Select variables greedily, each time the one that leaves the fewest states confused."""
-        manager = self.encoding.manager
-        both = self.allowed | self.refused
-        if manager.size(both) * len(self.variables) ** 2 > _MOST_WORK:
-            return None
-
-        def confused(chosen: Sequence[int]) -> dict[int, int]:
-            left = [variable for variable in self.variables if variable not in chosen]
-            return {
-                variable: self.encoding.count(both & found.allowed & found.refused)
-                for variable, found in self._with_each(left)
-            }
-
-        total = self.encoding.count(both)
-        chosen = select(len(self.variables), total, _MOST_SELECTED, confused)
-        return None if chosen is None else self._forgetting(set(self.variables).difference(chosen))
-
-    def _with_each(self, variables: Sequence[int]) -> Iterator[tuple[int, BddCareSet]]:
-        """Yield each of some state variables, with the projection without the others of them.
-
-        The sets of a projection may overlap. By bisection, projections are computed from smaller
-        projections instead of from the whole sets.
-        """
-        if len(variables) == 1:
-            yield variables[0], self
-            return
-        first, second = variables[: len(variables) // 2], variables[len(variables) // 2 :]
-        yield from self._forgetting(second)._with_each(first)
-        yield from self._forgetting(first)._with_each(second)
 
     def _forgetting(self, variables: Collection[int]) -> BddCareSet:
         """Return the projection without some state variables, in which the sets may overlap."""
@@ -120,15 +81,8 @@ class BddCareSet:
 
     def condition(self, order: Callable[[int], Any]) -> Expr:
         plant = self.encoding.plant
-        if self.size <= LARGEST_TABLE:
-            variables = tuple(sorted(self.variables))
-            table = Table(
-                variables,
-                self._array(self.allowed, variables),
-                self._array(self.refused, variables),
-            )
-            return condition_of(plant, table.reduced(order))
-        variables = tuple(sorted(self.variables, key=self.encoding.place))
+        place = None if self.size <= _FEW else self.encoding.place
+        variables = tuple(sorted(self.variables, key=place))
         if len(variables) > _MOST_VARIABLES:
             raise TooLarge("a guard reads too many state variables")
         diagrams = Diagrams([plant.variables[variable].size for variable in variables])
@@ -145,16 +99,7 @@ class BddCareSet:
             self._folded(states, variables, lambda depth: NOTHING, END, node)
             for states in (self.allowed, self.refused)
         )
-        return condition_of_products(plant, variables, diagrams, allowed, refused)
-
-    def _array(self, states: Bdd, variables: Sequence[int]) -> Bools:
-        """Return a set as a boolean array with one dimension per state variable."""
-        shape = [self.encoding.plant.variables[variable].size for variable in variables]
-
-        def nothing(depth: int) -> Bools:
-            return np.zeros(shape[depth:], np.bool_)
-
-        return self._folded(states, variables, nothing, np.array(True), np.stack)
+        return condition_of(plant, variables, diagrams, allowed, refused)
 
     def _folded(
         self,
@@ -220,7 +165,7 @@ _Box = dict[int, frozenset[int]]
 
 
 class _Cover:
-    """A cover by boxes as in :mod:`robosc.synthesis.minimise`, computed on decision diagrams."""
+    """A cover by boxes, computed on decision diagrams; a box is a set of values per variable."""
 
     def __init__(self, cases: BddCareSet) -> None:
         self.encoding = cases.encoding

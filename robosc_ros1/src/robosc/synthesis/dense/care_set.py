@@ -14,16 +14,13 @@ from robosc.model.expr import Expr
 from robosc.synthesis.dense.bitset import Bitset
 from robosc.synthesis.dense.dimensions import Dim
 from robosc.synthesis.dense.layout import Layout
-from robosc.synthesis.dropping import select
-from robosc.synthesis.minimise import LARGEST_TABLE, Table, condition_of, condition_of_products
+from robosc.synthesis.minimise import condition_of
 from robosc.synthesis.sum_of_products import Diagrams, TooLarge
 from robosc.synthesis.vectorised import Bools, Indexes, evaluate_vectorised, support
 
 __all__ = ["DenseCareSet"]
 
 _MOST_ROWS = 2**20
-_MOST_SELECTED = 24
-_MOST_WORK = 2**26
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,29 +54,6 @@ class DenseCareSet:
                 return None
         return DenseCareSet(self.plant, dims, allowed, refused)
 
-    def selected(self) -> DenseCareSet | None:
-        """Select dimensions greedily, each time the one that leaves the fewest states confused."""
-        count = np.count_nonzero(self.allowed) + np.count_nonzero(self.refused)
-        if count * len(self.dims) ** 2 > _MOST_WORK:
-            return None
-        places = np.flatnonzero(self.allowed | self.refused)
-        columns = self._columns(places)
-        refused = self.refused[places]
-        groups = np.zeros(len(places), np.int64)
-
-        def confused(chosen: Sequence[int]) -> dict[int, int]:
-            nonlocal groups
-            for best in chosen[-1:]:
-                groups = _numbered(groups * self.dims[best].size + columns[best])
-            return {
-                number: _confused(_numbered(groups * dim.size + columns[number]), refused)
-                for number, dim in enumerate(self.dims)
-                if number not in chosen
-            }
-
-        chosen = select(len(self.dims), len(places), _MOST_SELECTED, confused)
-        return None if chosen is None else self._onto(sorted(chosen), places, columns)
-
     def _columns(self, places: Indexes) -> list[Indexes]:
         """Return the positions in each dimension of states at some places."""
         shape = [dim.size for dim in self.dims]
@@ -88,20 +62,6 @@ class DenseCareSet:
             found.append(places % size)
             places = places // size
         return found[::-1]
-
-    def _onto(
-        self, chosen: Sequence[int], places: Indexes, columns: Sequence[Indexes]
-    ) -> DenseCareSet:
-        dims = tuple(self.dims[number] for number in chosen)
-        at = np.zeros(len(places), np.int64)
-        for number in chosen:
-            at = at * self.dims[number].size + columns[number]
-        flags = []
-        for states in (self.allowed, self.refused):
-            onto = np.zeros(prod(dim.size for dim in dims), np.bool_)
-            onto[at[states[places]]] = True
-            flags.append(onto)
-        return DenseCareSet(self.plant, dims, flags[0], flags[1])
 
     def within(self, allowed: Expr, refused: Expr) -> DenseCareSet | None:
         left = []
@@ -144,13 +104,6 @@ class DenseCareSet:
 
     def condition(self, order: Callable[[int], Any]) -> Expr:
         variables = tuple(sorted(variable for dim in self.dims for variable in dim.variables))
-        if self.size <= LARGEST_TABLE:
-            shape = self.plant.sizes(variables)
-            flags = (
-                _table(self._rows(states, variables), shape)
-                for states in (self.allowed, self.refused)
-            )
-            return condition_of(self.plant, Table(variables, *flags).reduced(order))
         allowed, refused = self._rows(self.allowed, variables), self._rows(self.refused, variables)
         for variable in sorted(variables, key=order):
             kept = [number for number, other in enumerate(variables) if other != variable]
@@ -160,7 +113,7 @@ class DenseCareSet:
                 allowed, refused = fewer
         diagrams = Diagrams(self.plant.sizes(variables))
         sets = diagrams.of_rows(_distinct(allowed)), diagrams.of_rows(_distinct(refused))
-        return condition_of_products(self.plant, variables, diagrams, *sets)
+        return condition_of(self.plant, variables, diagrams, *sets)
 
     def _rows(self, states: Bools, variables: Sequence[int]) -> Indexes:
         if np.count_nonzero(states) > _MOST_ROWS:
@@ -173,28 +126,9 @@ class DenseCareSet:
         return rows
 
 
-def _table(rows: Indexes, shape: tuple[int, ...]) -> Bools:
-    found = np.zeros(shape, np.bool_)
-    found[tuple(rows.T)] = len(rows) > 0
-    return found
-
-
 def _distinct(rows: Indexes) -> Indexes:
     """Return the distinct rows, sorted."""
     return np.unique(rows, axis=0)
-
-
-def _numbered(codes: Indexes) -> Indexes:
-    """Return the same groups, numbered without gaps."""
-    return np.unique(codes, return_inverse=True)[1]
-
-
-def _confused(groups: Indexes, refused: Bools) -> int:
-    """Return how many states share a group with one of the other set."""
-    some, none = np.bincount(groups[refused]), np.bincount(groups[~refused])
-    both = min(len(some), len(none))
-    mixed = (some[:both] > 0) & (none[:both] > 0)
-    return int((some[:both] + none[:both])[mixed].sum())
 
 
 def _forget(states: Bools, dims: Sequence[Dim], place: int) -> Bools:
