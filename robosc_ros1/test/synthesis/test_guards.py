@@ -7,6 +7,7 @@ import random
 import families
 import numpy as np
 import pytest
+from emit.generated_code import controller_source
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_models import random_model
@@ -212,3 +213,37 @@ def test_mirrored_phases_are_not_mentioned() -> None:
         line.rstrip().removesuffix("}") + "  requirement never Hand0.busy and Hand1.busy\n}"
     )
     assert guard_text(found, "act0.request") == ("Hand1.idle", "restricted")
+
+
+SHARED = """
+component A {
+    incoming message go with type: none
+    action reach with request: none, response: none, feedback: none links link
+    outgoing message s with type: integer(0..5)
+    outgoing message t with type: none
+    behaviour {
+        variable x: integer(0..5) = 0
+        on response from s do x := value
+        on request to go
+        initial marked state on { on response from t goto off }
+        marked state off { on response from t goto on }
+    }
+}
+requirement { go, reach } needs A.on and A.x > 2
+requirement { go, reach } needs A.on and A.x < 5 and A.x != 4
+"""
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_what_requirements_share_is_said_once(engine: str) -> None:
+    supervisor = synthesize(plant_of(SHARED), engine)
+    said = {
+        (g.event.name, g.event.kind.value): to_dsl(g.expr, supervisor.plant.robot)
+        for g in supervisor.guards
+    }
+    assert said["go", "request"] == "A.on and A.x > 2 and A.x < 5 and A.x != 4"
+    assert said["reach", "request"] == said["go", "request"]
+    # The generated guard still calls both requirements.
+    source = controller_source(supervisor)
+    assert "return self.requirement_1() and self.requirement_2()\n" in source
+    assert "return not self.requirement_1() or not self.requirement_2()\n" in source

@@ -88,12 +88,12 @@ class GuardTexts:
         """The guard with calls of the requirements that stand in it word for word, these, and the
         conditions beside them."""
         operator = _operator(event)
-        parts = operands(expr, operator)
+        parts = whole = operands(expr, operator)
         called = []
         for number in event.requirements:
             holds = holds_where(self.supervisor.plant.robot.requirements[number])
             wanted = operands(negation(holds) if operator == "or" else holds, operator)
-            if all(part in parts for part in wanted):
+            if all(part in whole for part in wanted):
                 parts = [part for part in parts if part not in wanted]
                 called.append(number)
         read = [self.attributes.code(part) for part in parts]
@@ -102,9 +102,9 @@ class GuardTexts:
             parts = operands(self.names.short(rest), operator)
         spelled = self.attributes.operand if operator == "and" else self.attributes.text
         texts = [PythonCode(spelled(part)) for part in parts]
-        whole = joined(operator, [*(self._call(event, n) for n in called), *texts])
-        reads = whole.reads.union(*(code.reads for code in read))
-        return PythonCode(unparenthesised(whole.text), reads), called, tuple(parts)
+        code = joined(operator, [*(self._call(event, n) for n in called), *texts])
+        reads = code.reads.union(*(code.reads for code in read))
+        return PythonCode(unparenthesised(code.text), reads), called, tuple(parts)
 
 
 def _operator(event: Event) -> str:

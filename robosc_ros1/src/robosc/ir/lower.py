@@ -35,6 +35,7 @@ from robosc.model.entities import (
     Tau,
 )
 from robosc.model.expr import TRUE, ChoiceRef, Expr, TestRef, ValueRef, VariableRef
+from robosc.model.traversal import operands
 from robosc.model.types import Value, domain
 
 __all__ = ["lower"]
@@ -154,8 +155,8 @@ class _Lowering:
         kept = [self.view.met(requirement) for requirement in found.values()]
         if kind is EventKind.CANCEL:
             # A goal may be cancelled only while a requirement on its action is violated.
-            return disjunction(negation(condition) for condition in kept), tuple(found)
-        requirement = conjunction(kept)
+            return disjunction(_operands("or", map(negation, kept))), tuple(found)
+        requirement = conjunction(_operands("and", kept))
         return (None if requirement == TRUE else requirement), tuple(found)
 
     def _automaton(self, component: Component, kind: EventKind, key: str) -> LocalAutomaton:
@@ -302,3 +303,8 @@ def _values(
             " narrow its range, or convert it by an enum"
         )
     return values, None
+
+
+def _operands(operator: str, conditions: Iterable[Expr]) -> Iterator[Expr]:
+    """What conditions join: requirements may share some of it."""
+    return chain.from_iterable(operands(condition, operator) for condition in conditions)

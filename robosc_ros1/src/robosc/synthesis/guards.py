@@ -22,7 +22,7 @@ from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.counting import copies_of, with_counts
 from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.model.expr import FALSE, TRUE, Count, Expr, Unary
-from robosc.model.traversal import walk
+from robosc.model.traversal import operands, walk
 from robosc.supervisor import Guard, Status
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.lasting_counts import lasting_counts
@@ -98,7 +98,7 @@ def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
         return Guard(event, required, required, "as required")
     status: Status = "restricted"
     extra = _condition(plant, event, inputs.within_requirement())
-    together = conjunction([required, extra])
+    together = conjunction(operands(conjunction([required, extra]), "and"))
     if event.requirement is None:
         return Guard(event, together, required, status)
     fresh = _condition(plant, event, inputs.within_plant())
