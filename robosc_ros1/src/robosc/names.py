@@ -12,8 +12,8 @@ import re
 import sys
 
 __all__ = [
-    "IDENTIFIER", "is_identifier", "package_name", "package_name_fault", "ros_name_fault",
-    "rostest_name", "snake_case", "without_index",
+    "IDENTIFIER", "copy_name", "family_and_index", "is_identifier", "package_name",
+    "package_name_fault", "ros_name_fault", "rostest_name", "snake_case", "without_index",
 ]  # fmt: skip
 
 IDENTIFIER = r"[A-Za-z_][A-Za-z0-9_]*"
@@ -24,6 +24,17 @@ _IDENTIFIER = re.compile(IDENTIFIER, re.ASCII)
 
 def is_identifier(text: str) -> bool:
     return _IDENTIFIER.fullmatch(text) is not None
+
+
+def copy_name(family: str, index: int) -> str:
+    """The name of one copy of an indexed component: ``Station[3]``."""
+    return f"{family}[{index}]"
+
+
+def family_and_index(name: str) -> tuple[str, int | None]:
+    """``Station[3]`` → ``Station`` and 3, any other component's name with None."""
+    family, bracket, index = name.partition("[")
+    return family, int(index[:-1]) if bracket else None
 
 
 def without_index(name: str) -> str:

@@ -24,13 +24,12 @@ from robosc.emit.views import (
     RequirementView,
 )
 from robosc.model.entities import Robot
-from robosc.names import snake_case
+from robosc.names import family_and_index, snake_case
 
 __all__ = ["with_copies"]
 
 _TABLES = tuple(f.name for f in fields(CopyView))
 _METHODS = ("requirements", "inputs", "commands", "taus", "afters")
-_COPY = re.compile(r"(.+)\[(\d+)\]")
 _FOR = re.compile(r"\((\w+) = (\d+)\)$")
 _CALL = re.compile(r"self\.requirement_(\d+)\(\)")
 
@@ -152,8 +151,8 @@ def _owners(
 
 
 def _owner(component: str) -> _Owner | None:
-    copy = _COPY.fullmatch(component)
-    return None if copy is None else (copy[1], int(copy[2]))
+    name, index = family_and_index(component)
+    return None if index is None else (name, index)
 
 
 def _statements(requirements: Sequence[RequirementView]) -> Iterator[_Owner | None]:

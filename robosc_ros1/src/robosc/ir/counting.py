@@ -8,7 +8,6 @@ the same condition on each component become ``any`` or ``all``.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
@@ -31,6 +30,7 @@ from robosc.model.expr import (
 from robosc.model.quantified import Cases, at_least, chain
 from robosc.model.traversal import may_be_undefined, operands, rewritten, walk
 from robosc.model.types import BooleanType
+from robosc.names import family_and_index
 
 __all__ = ["copies_of", "counts", "tighter", "with_component", "with_counts"]
 
@@ -45,7 +45,6 @@ _LEAST_CHAINED = 8
 
 _BOOLEAN = BooleanType()
 _MOST_PARTS = 8
-_COPY = re.compile(r"(.+)\[(\d+)\]")
 
 _Kind = tuple[bool, str, Expr]
 """What conditions on copies of a component have in common: whether they are negated, the name
@@ -270,8 +269,9 @@ def _literal(expr: Expr) -> tuple[_Kind, int] | None:
     negated = isinstance(expr, Unary) and expr.operator == "!"
     inner = expr.operand if isinstance(expr, Unary) and negated else expr
     if isinstance(inner, StateRef):  # as most are
-        name, bracket, index = inner.component.partition("[")
-        return ((negated, name, StateRef(name, inner.state)), int(index[:-1])) if bracket else None
+        name, index = family_and_index(inner.component)
+        kind = StateRef(name, inner.state)
+        return None if index is None else ((negated, name, kind), index)
     if isinstance(inner, Binary) and inner.operation.is_lazy:
         return None
     if len(list(islice(walk(inner), _MOST_PARTS + 1))) > _MOST_PARTS or may_be_undefined(inner):
@@ -280,8 +280,10 @@ def _literal(expr: Expr) -> tuple[_Kind, int] | None:
 
     def named(component: str) -> str:
         components.add(component)
-        return component.partition("[")[0]
+        return family_and_index(component)[0]
 
-    kind = with_component(inner, named)
-    copy = _COPY.fullmatch(components.pop()) if len(components) == 1 else None
-    return None if copy is None else ((negated, copy[1], kind), int(copy[2]))
+    shared = with_component(inner, named)
+    if len(components) != 1:
+        return None
+    name, index = family_and_index(components.pop())
+    return None if index is None else ((negated, name, shared), index)

@@ -49,6 +49,7 @@ from robosc.model.types import (
     StringType,
     Type,
 )
+from robosc.names import copy_name
 from robosc.runtime.values import NOW
 
 __all__ = [
@@ -229,10 +230,10 @@ def _count_text(count: Count, text: Callable[[Expr], str], components: Collectio
     else:
         kind, low = copies
         high = low + len(count.conditions) - 1
-        is_whole = not {f"{kind}[{low - 1}]", f"{kind}[{high + 1}]"} & {*components}
+        is_whole = {copy_name(kind, low - 1), copy_name(kind, high + 1)}.isdisjoint(components)
         array = escape(kind) if is_whole else f"{escape(kind)}[{low}..{high}]"
         # The text of a name with its index occurs nowhere else.
-        element = texts[0].replace(f"{kind}[{low}].", f"{name}.")
+        element = texts[0].replace(f"{copy_name(kind, low)}.", f"{name}.")
         inner = f"({element} for {name} in {array})"
     if count.least in (1, len(count.conditions)):
         function = "any" if count.least == 1 else "all"

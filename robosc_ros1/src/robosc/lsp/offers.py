@@ -12,12 +12,12 @@ from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.chains import aggregate_variables
 from robosc.lsp.context import Context
 from robosc.lsp.interfaces import offered_types
-from robosc.model.copies import copy_name
 from robosc.model.entities import EventKind, Kind
 from robosc.model.file_resolver import FileContents
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import BooleanType, EnumType, Type
 from robosc.model.value_scope import ValueScope
+from robosc.names import copy_name, family_and_index
 from robosc.syntax.nodes import (
     ComponentNode,
     ConditionNode,
@@ -99,8 +99,8 @@ class Offers:
 
     def _is_further_copy(self, instance: Instance) -> bool:
         """Whether it is one of several of a kind, of which another one is offered for all."""
-        name, bracket, _ = instance.name.partition("[")
-        return bool(bracket) and instance.name != copy_name(name, self._several[name].first)
+        name, index = family_and_index(instance.name)
+        return index is not None and index != self._several[name].first
 
     def _indexed(self, name: str) -> str:
         """A name with the index of a copy as one would write it here, perhaps ``Station[i]``."""

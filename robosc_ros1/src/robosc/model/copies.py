@@ -20,6 +20,7 @@ from robosc.language.functions import AGGREGATES
 from robosc.language.operators import BINARY, Operand
 from robosc.model.copies_scope import Scope, indexes_of, indexes_of_for, with_place
 from robosc.model.diagnostics import Report
+from robosc.names import copy_name, family_and_index
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -44,12 +45,7 @@ from robosc.syntax.nodes import (
     UnaryNode,
 )
 
-__all__ = ["copy_name", "over_copies", "write_out"]
-
-
-def copy_name(name: str, index: int) -> str:
-    """The name of one copy of an indexed component: ``Station[3]``."""
-    return f"{name}[{index}]"
+__all__ = ["over_copies", "write_out"]
 
 
 def write_out(node: FileNode, report: Report) -> FileNode:
@@ -80,9 +76,9 @@ def over_copies(node: ExprNode, components: Iterable[str], report: Report) -> Ex
     """
     found: dict[str, list[int]] = {}
     for component in components:
-        name, bracket, index = component.partition("[")
-        if bracket:
-            found.setdefault(name, []).append(int(index.rstrip("]")))
+        name, index = family_and_index(component)
+        if index is not None:
+            found.setdefault(name, []).append(index)
     several = {
         name: RangeNode(min(indexes), max(indexes), span=node.span)
         for name, indexes in found.items()

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from robosc.model.data_directions import kind_of, types_of
+from robosc.names import family_and_index
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -165,7 +166,7 @@ class NameRecorder:
         """Record a name that refers to a declaration; nothing if that is None."""
         if node is not None and not self._closed:
             self._used.add(id(node))
-            if "[" in name.text and name.span.text.lstrip("^") != name.text.partition("[")[0]:
+            if "[" in name.text and name.span.text.lstrip("^") != family_and_index(name.text)[0]:
                 return  # the variable of an aggregate over components, expanded to one of them
             symbol = self._symbol(node, owner)
             self._found[name.span.start] = Occurrence(name.span, symbol, False, write)
