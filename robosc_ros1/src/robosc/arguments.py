@@ -10,11 +10,6 @@ from robosc.codes import CODES
 from robosc.emit.package import Mode
 from robosc.pipeline import Target
 
-__all__ = [
-    "check", "explain", "explore", "export", "format", "generate", "lsp", "new", "replay",
-    "simulate", "synthesize", "verify", "view",
-]  # fmt: skip
-
 
 def _common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(

@@ -24,8 +24,6 @@ from robosc.progress import ProgressLine
 from robosc.resources import extras_folder
 from robosc.verbs import VERBS, Arguments, Verb
 
-__all__ = ["main"]
-
 _INTERRUPTED = 130
 
 

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 
 from robosc.errors import Severity
 
-__all__ = ["CODES", "Code"]
-
 
 @dataclass(frozen=True, slots=True)
 class Code:

@@ -9,8 +9,6 @@ from typing import TextIO
 
 from robosc.errors import Diagnostic, render_all
 
-__all__ = ["complain", "in_color", "tell"]
-
 
 def tell(diagnostics: Iterable[Diagnostic]) -> None:
     """Show what was found in a model."""

@@ -14,25 +14,6 @@ from enum import Enum
 
 from robosc.source import Span
 
-__all__ = [
-    "OUT_OF_MEMORY",
-    "Diagnostic",
-    "EmptySupervisorError",
-    "ModelError",
-    "Note",
-    "RoboscError",
-    "Severity",
-    "StateSpaceError",
-    "UsageError",
-    "at_most",
-    "counted",
-    "has_errors",
-    "listing",
-    "render",
-    "render_all",
-    "sort_diagnostics",
-]
-
 
 class Severity(Enum):
     ERROR = "error"

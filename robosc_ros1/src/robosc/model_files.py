@@ -9,8 +9,6 @@ from pathlib import Path
 from robosc.errors import ModelError, UsageError
 from robosc.source import MODEL_SUFFIXES
 
-__all__ = ["format_file", "formatted", "models", "saved", "write_text"]
-
 _INTERVAL = 0.2
 """Seconds between two looks at the files: short for a person, and next to no load."""
 

@@ -11,11 +11,6 @@ import keyword
 import re
 import sys
 
-__all__ = [
-    "IDENTIFIER", "copy_name", "family_and_index", "is_identifier", "package_name",
-    "package_name_fault", "ros_name_fault", "rostest_name", "snake_case", "without_index",
-]  # fmt: skip
-
 IDENTIFIER = r"[A-Za-z_][A-Za-z0-9_]*"
 """An identifier as a regular expression, without the escape ``^``."""
 

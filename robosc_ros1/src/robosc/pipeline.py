@@ -37,13 +37,6 @@ if TYPE_CHECKING:
     from robosc.synthesis.explore import Graph
     from robosc.synthesis.verify.findings import VerifyReport
 
-__all__ = [
-    "Checked", "Generated", "Loaded", "Options", "Output", "Target", "check",
-    "collector_at_rest", "difference", "explore", "export", "generate", "load", "supervise",
-    "synthesize", "verify",
-]  # fmt: skip
-
-
 Target: TypeAlias = Literal["ros1", "ros2"]
 
 

@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable
 from typing import TextIO, TypeAlias
 
-__all__ = ["Progress", "ProgressLine"]
-
 Progress: TypeAlias = Callable[[str, int, int], None]
 """Called at intervals: what is being computed, how far it is, and the most it can be."""
 

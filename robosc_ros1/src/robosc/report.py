@@ -20,16 +20,6 @@ if TYPE_CHECKING:
     from robosc.synthesis.explore import Graph
     from robosc.synthesis.verify.findings import VerifyReport
 
-__all__ = [
-    "diagnostics",
-    "generated_text",
-    "github_text",
-    "graph_text",
-    "sarif",
-    "supervisor_text",
-    "verify_text",
-]
-
 Document = dict[str, Any]
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-__all__ = ["diagnostics_page", "extras_folder", "section", "templates_folder"]
-
 
 def templates_folder() -> Path:
     """The folder with ``common/``, ``ros1/`` and ``ros2/``."""

@@ -15,8 +15,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
-__all__ = ["MODEL_SUFFIXES", "Source", "Span", "common_ends", "opened"]
-
 MODEL_SUFFIXES = (".rscd", ".rsc")
 """The ends of the names of model files; the second is that of the original tool."""
 

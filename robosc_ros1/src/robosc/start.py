@@ -16,8 +16,6 @@ TYPE_CHECKING = False  # that of typing takes its time, too
 if TYPE_CHECKING:
     from types import FrameType
 
-__all__ = ["run"]
-
 _IMPORTING = "<frozen importlib._bootstrap>"
 
 

@@ -12,8 +12,6 @@ from robosc.ir.part_names import PartNames
 from robosc.model.expr import Expr
 from robosc.model.types import Value
 
-__all__ = ["Explanation", "Guard", "Status", "Step", "Supervisor"]
-
 Status: TypeAlias = Literal["as required", "restricted", "never"]
 
 

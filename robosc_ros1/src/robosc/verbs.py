@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from robosc.model.entities import Robot
     from robosc.supervisor import Supervisor
 
-__all__ = ["VERBS", "Arguments", "Verb"]
-
 Arguments = argparse.Namespace
 
 _LISTENING = 3.0

@@ -10,11 +10,10 @@ from emit.generated_code import controller_class
 
 from robosc.ir.automaton import Event, EventParameter, PlantState, StateVariable, VariableKind
 from robosc.ir.finite.terms import value_of
-from robosc.ir.formulas import Leaf, Undefined
 from robosc.ir.step import Verdict, holds, outcome
 from robosc.model.entities import EventKind
-from robosc.model.evaluation import part_of_value
-from robosc.model.expr import PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.model.evaluation import Undefined, part_of_value
+from robosc.model.expr import Leaf, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import Value
 from robosc.runtime.values import Mismatch
 from robosc.simulate.start import supervisor_with

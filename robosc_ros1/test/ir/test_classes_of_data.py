@@ -9,8 +9,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from robosc.ir.finite.classes import Classes
-from robosc.ir.formulas import evaluate
 from robosc.language.operators import BINARY
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import VariableRef
 from robosc.model.types import DoubleType, IntegerType, StringType, Type
 

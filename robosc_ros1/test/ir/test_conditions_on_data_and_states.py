@@ -7,9 +7,10 @@ from itertools import product
 import pytest
 from model.model_text import resolve
 
-from robosc.ir.formulas import Leaf, Undefined, evaluate, exact, to_dsl
+from robosc.ir.formulas import exact, to_dsl
 from robosc.ir.lower import lower
-from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef
+from robosc.model.evaluation import Undefined, evaluate
+from robosc.model.expr import Expr, Leaf, PhaseRef, StateRef, VariableRef
 from robosc.model.traversal import walk
 from robosc.model.types import Value
 

@@ -9,18 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from model.model_text import resolve
 
-from robosc.ir.formulas import (
-    Undefined,
-    conjunction,
-    disjunction,
-    evaluate,
-    negation,
-    to_dsl,
-    to_python,
-)
+from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl, to_python
 from robosc.language.functions import FUNCTIONS, HELPERS
 from robosc.language.operators import BINARY, Result
 from robosc.model.compatibility import result_type
+from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import FALSE, TRUE, Binary, Call, Literal, Unary, ValueRef, VariableRef
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType
 from robosc.runtime.values import divide, remainder

@@ -244,3 +244,14 @@ def test_no_two_stages_have_classes_of_one_name() -> None:
                 found.setdefault(node.name, []).append(module_name(file))
     twice = {tuple(modules) for modules in found.values() if len(modules) > 1}
     assert twice <= {("model.entities", "runtime.model")}
+
+
+def test_only_packages_list_what_they_offer() -> None:
+    """A module's underscores say which names are its own; a second list would only be edited."""
+    listing = {
+        module_name(file)
+        for file in MODULES
+        for node in tree(file).body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
+    }
+    assert listing == {"", "synthesis"}

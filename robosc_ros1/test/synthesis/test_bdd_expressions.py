@@ -12,11 +12,11 @@ from random_models import random_model
 from synthesis.plants import plant_of
 
 from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
-from robosc.ir.formulas import Leaf, Undefined, evaluate
 from robosc.ir.step import Values, valuations
 from robosc.language.functions import CALLS
 from robosc.language.operators import BINARY, UNARY
-from robosc.model.expr import Expr, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.model.evaluation import Undefined, evaluate
+from robosc.model.expr import Expr, Leaf, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.model.types import Value
 from robosc.synthesis.bdd.encoding import Encoding
 

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from synthesis.plants import plant_of
 
 from robosc.ir.automaton import Plant
-from robosc.ir.formulas import Leaf, evaluate
 from robosc.language.functions import CALLS, FUNCTIONS
 from robosc.language.operators import BINARY, UNARY, Operand, Operator, Result
 from robosc.model.compatibility import result_type
-from robosc.model.expr import Binary, Call, Expr, Literal, StateRef, Unary, VariableRef
+from robosc.model.evaluation import evaluate
+from robosc.model.expr import Binary, Call, Expr, Leaf, Literal, StateRef, Unary, VariableRef
 from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Type, Value
 from robosc.synthesis.vectorised import evaluate_vectorised, support
 

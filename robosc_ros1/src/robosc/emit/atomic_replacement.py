@@ -8,8 +8,6 @@ import shutil
 from collections.abc import Collection
 from pathlib import Path
 
-__all__ = ["exchange", "link_tree", "rescue"]
-
 _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2
 

@@ -26,13 +26,12 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, VariableKind
 from robosc.ir.partial_evaluation import PartValues, assigned, holds
 from robosc.ir.step import valuations
-from robosc.model.entities import EventKind, Requirement
+from robosc.language.events import EventKind
+from robosc.model.entities import Requirement
 from robosc.model.expr import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.names import without_index
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.event_parameters import weight
-
-__all__ = ["cif_plant", "cif_supervised"]
 
 _MOST_VALUES = 2**14
 """Of one event; they make a text of 40 MB and take some 15 s."""

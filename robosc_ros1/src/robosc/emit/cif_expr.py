@@ -21,8 +21,6 @@ from robosc.model.expr import Binary, Expr, Holds, Leaf, Literal, Operation, Tes
 from robosc.model.traversal import fold, walk
 from robosc.model.types import BooleanType, EnumType, IntegerType, Value, domain, is_number
 
-__all__ = ["condition", "in_range", "update"]
-
 _MOST_REPEATED = 4  # `x + x + x + x`; larger factors are written out value by value
 
 _Variable: TypeAlias = VariableRef | TestRef

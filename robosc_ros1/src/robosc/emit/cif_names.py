@@ -19,8 +19,6 @@ from robosc.model.traversal import walk
 from robosc.model.types import EnumType, IntegerType, Value
 from robosc.names import without_index
 
-__all__ = ["CifScope", "CifVariable"]
-
 _RESERVED = (
     "alg alphabet and any attr automaton bool break case const cont continue controllable def der "
     "dict disables disc dist do edge elif else end enum equation event external false final for "

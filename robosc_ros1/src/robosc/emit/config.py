@@ -16,7 +16,8 @@ from typing import Any
 
 from robosc.emit.python import duration
 from robosc.errors import UsageError
-from robosc.model.entities import Communication, Kind, Robot
+from robosc.language.events import Kind
+from robosc.model.entities import Communication, Robot
 from robosc.model.expr import Literal, ParameterRef
 from robosc.model.types import (
     BooleanType,
@@ -28,11 +29,7 @@ from robosc.model.types import (
 )
 from robosc.runtime import qos, settings
 from robosc.runtime.model import Communication as Declared
-
-__all__ = [
-    "ATTRIBUTES", "DEFAULTS", "EVENT_LOG", "OWN", "Config", "declared_communications",
-    "declared_parameters", "key_hint", "read_own", "read_text", "shared_topics",
-]  # fmt: skip
+from robosc.runtime.model import Parameter
 
 EVENT_LOG = "~/.ros/log/{package}.jsonl"
 OWN = "robosc.yaml"
@@ -117,13 +114,13 @@ def _attributes(communication: Communication) -> dict[str, Any]:
 
 def declared_parameters(
     robot: Robot, attributes: Mapping[str, str] | None = None
-) -> list[settings.Parameter]:
+) -> list[Parameter]:
     """The model's parameters as the runtime knows them.
 
     ``attributes`` are those of the generated controller, by the parameters' keys.
     """
     return [
-        settings.Parameter(
+        Parameter(
             p.name,
             meaning=f"parameter {p.key} of the model" + _IN_SECONDS * (p.type == DurationType()),
             default=p.default,

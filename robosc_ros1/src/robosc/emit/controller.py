@@ -40,14 +40,12 @@ from robosc.emit.views import (
 from robosc.ir.automaton import Event, Plant
 from robosc.ir.conjuncts import conjuncts
 from robosc.ir.part_names import NamedExpr
+from robosc.language.events import EventKind, Kind
 from robosc.language.functions import HELPERS
-from robosc.model.entities import EventKind, Kind
 from robosc.model.expr import TRUE, Expr
 from robosc.names import snake_case
 from robosc.runtime.model import Communication as Declared
 from robosc.supervisor import Guard, Supervisor
-
-__all__ = ["ControllerContext", "controller_context"]
 
 _PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
 

@@ -7,12 +7,10 @@ from math import prod
 
 from robosc.emit.literals import literal
 from robosc.ir.automaton import VariableKind
+from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
-from robosc.model.entities import EventKind
 from robosc.runtime.model import Parameter
 from robosc.supervisor import Supervisor
-
-__all__ = ["STEP_LIMIT", "bound_of_steps", "imports_of", "parameter_row"]
 
 STEP_LIMIT = 10_000
 """No run to completion takes more steps, whatever the product of the components' states is."""

@@ -26,8 +26,6 @@ from robosc.emit.views import (
 from robosc.model.entities import Robot
 from robosc.names import family_and_index, snake_case
 
-__all__ = ["with_copies"]
-
 _TABLES = tuple(f.name for f in fields(CopyView))
 _METHODS = ("requirements", "inputs", "commands", "taus", "afters")
 _FOR = re.compile(r"\((\w+) = (\d+)\)$")

@@ -19,8 +19,6 @@ from robosc.supervisor import Step
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.explore import Graph
 
-__all__ = ["dot_text", "svg_text"]
-
 _EVERY_STATE = "in every state"
 
 

@@ -13,8 +13,6 @@ from robosc.errors import EmptySupervisorError, StateSpaceError
 from robosc.ir.automaton import Plant
 from robosc.synthesis import Graph, explore, synthesize
 
-__all__ = ["Format", "exported"]
-
 Format: TypeAlias = Literal["cif", "dot", "svg", "json"]
 
 _DRAWN_STATES = 40  # more are no picture any more

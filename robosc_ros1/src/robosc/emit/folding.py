@@ -13,8 +13,6 @@ from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
-__all__ = ["Index", "Run", "in_function", "mapped", "runs"]
-
 LEAST = 3
 """Fewer copies are as well read one by one."""
 

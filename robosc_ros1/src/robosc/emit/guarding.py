@@ -13,14 +13,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from robosc.errors import ModelError, Note
-from robosc.ir.formulas import evaluate
+from robosc.language.events import Kind
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Communication, Data, DataArray, DataObject, Kind, Robot
+from robosc.model.entities import (
+    Communication,
+    Data,
+    DataArray,
+    DataObject,
+    Robot,
+)
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import Binary, Expr, Literal, Unary
 from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, ObjectType, Value
-
-__all__ = ["CommandMatch", "command_matches"]
 
 Path = tuple[str, ...]
 Constants = Mapping[Path, Value]

@@ -10,12 +10,11 @@ from robosc.emit.naming import place
 from robosc.emit.python import Attributes, PythonCode, joined
 from robosc.ir.automaton import Event
 from robosc.ir.formulas import conjunction, disjunction, negation
-from robosc.model.entities import EventKind, Requirement
+from robosc.language.events import EventKind
+from robosc.model.entities import Requirement
 from robosc.model.expr import Expr
 from robosc.model.traversal import operands
 from robosc.supervisor import Guard, Supervisor
-
-__all__ = ["GuardText", "GuardTexts", "holds_where"]
 
 
 @dataclass(frozen=True)

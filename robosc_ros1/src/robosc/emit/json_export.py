@@ -12,8 +12,6 @@ from robosc.model.traversal import path_text
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import synthesize_document
 
-__all__ = ["export_document"]
-
 
 def export_document(supervisor: Supervisor) -> dict[str, Any]:
     """``export --format json``, version 1. Expressions are texts in the language's own syntax."""

@@ -14,16 +14,6 @@ from collections.abc import Iterator
 from itertools import pairwise
 from textwrap import wrap
 
-__all__ = [
-    "INDENT",
-    "WIDTH",
-    "break_long_lines",
-    "broken_string",
-    "filled",
-    "quoted",
-    "unparenthesised",
-]
-
 WIDTH = 100
 INDENT = "    "
 _LEVELS = (

@@ -8,8 +8,6 @@ from typing import Any
 
 from robosc.emit.line_breaks import INDENT, WIDTH, broken_string, quoted
 
-__all__ = ["assignment", "literal"]
-
 
 def assignment(name: str, value: Any) -> str:
     """The statement that gives a name a value of dicts, lists, tuples and primitive values."""

@@ -17,12 +17,12 @@ from robosc.emit.python import (
 from robosc.emit.views import EnumView
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.ir.formulas import may_be_huge
+from robosc.language.events import EventKind
 from robosc.model.entities import (
     Communication,
     Data,
     DataArray,
     DataObject,
-    EventKind,
     Provide,
     Robot,
 )
@@ -38,8 +38,6 @@ from robosc.model.types import (
     ObjectType,
     Type,
 )
-
-__all__ = ["converting_enums", "enum_view", "provided_data", "reading"]
 
 
 def reading(

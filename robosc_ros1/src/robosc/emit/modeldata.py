@@ -20,8 +20,6 @@ from robosc.model.entities import Behaviour, Component, Robot, Variable
 from robosc.model.types import DoubleType, IntegerType
 from robosc.supervisor import Supervisor
 
-__all__ = ["model_document"]
-
 Json = Any
 
 

@@ -9,8 +9,6 @@ from pathlib import Path
 
 from robosc.source import Span
 
-__all__ = ["PythonNames", "field_attribute", "file_of", "place"]
-
 # Keywords that came after Python 3.8 or are about to come ("match" may stay a name).
 _WORDS = frozenset(keyword.kwlist) | frozenset(dir(builtins))
 

@@ -17,8 +17,6 @@ from typing import Any
 from robosc.emit.config import EVENT_LOG, OWN, Config, key_hint, read_own, read_text
 from robosc.errors import UsageError
 
-__all__ = ["load_config"]
-
 ORIGINAL = "controller-config.json"
 
 _LOCATIONS = {

@@ -9,8 +9,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-__all__ = ["own_lines", "text_of", "with_own_lines"]
-
 _REGION = re.compile(
     r"(^[^\n]*\bbegin of your own lines\b[^\n]*\n)(.*?)(^[^\n]*\bend of your own lines\b)",
     re.DOTALL | re.MULTILINE,

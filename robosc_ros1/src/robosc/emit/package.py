@@ -14,11 +14,6 @@ from typing import Literal, TypeAlias
 import robosc.runtime
 from robosc.resources import templates_folder
 
-__all__ = [
-    "MARKER", "File", "Mode", "Package", "frozen_files", "namesake", "own_modules",
-    "own_test_files", "runtime_files",
-]  # fmt: skip
-
 _RUNTIME_IMPORT = re.compile(r"^from [\w.]*\b_runtime\.(\w+) import", re.MULTILINE)
 _SIBLING_IMPORT = re.compile(r"^from \.(\w+) import", re.MULTILINE)
 _TEST_IMPORT = re.compile(r"^from (\w+) import", re.MULTILINE)

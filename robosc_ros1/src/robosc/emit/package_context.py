@@ -11,9 +11,6 @@ from robosc.errors import UsageError
 from robosc.model.entities import Communication
 from robosc.resources import templates_folder
 
-__all__ = ["PackageContext", "TopicView", "escaped", "topics"]
-
-
 _TEST_DATA = ("package_under_test", "plant_data")
 """The generated modules of a package's test."""
 

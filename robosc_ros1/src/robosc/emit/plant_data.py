@@ -47,8 +47,6 @@ from robosc.model.types import (
 from robosc.model.usage import Usage, converted_part
 from robosc.supervisor import Guard
 
-__all__ = ["plant_data"]
-
 
 def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
     """What an interpreter needs: expressions and types as nested lists.

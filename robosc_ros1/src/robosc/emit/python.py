@@ -55,11 +55,6 @@ from robosc.model.types import (
 )
 from robosc.runtime.values import NOW
 
-__all__ = [
-    "Attributes", "PythonCode", "access", "converted", "converter_counts", "converter_parameters",
-    "duration", "in_enum_rule", "joined", "literal", "operand", "within",
-]  # fmt: skip
-
 Path = tuple[str | int, ...]
 
 _LOCATION = "\0location"  # no variable can be called so

@@ -23,8 +23,6 @@ from robosc.model.expr import Binary, Expr, Leaf, Literal
 from robosc.model.traversal import may_be_undefined
 from robosc.model.types import DoubleType, IntegerType
 
-__all__ = ["Reactions", "alike"]
-
 
 @dataclass(frozen=True)
 class _Effect:

@@ -11,12 +11,12 @@ from robosc.emit.naming import file_of, place
 from robosc.emit.python import duration
 from robosc.emit.transitions import AnyTransition, transitions
 from robosc.ir.formulas import to_dsl
-from robosc.model.entities import Communication, Kind, Robot
+from robosc.language.events import Kind
+from robosc.model.entities import Communication, Robot
 from robosc.runtime import settings
 from robosc.runtime.launch_arguments import described, launch_arguments
+from robosc.runtime.model import Parameter
 from robosc.supervisor import Supervisor
-
-__all__ = ["ParameterView", "ReadmeContext", "parameter_views", "readme_context"]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class ParameterView:
 
 
 def parameter_views(
-    robot: Robot, config: Config, more: Iterable[settings.Parameter] = ()
+    robot: Robot, config: Config, more: Iterable[Parameter] = ()
 ) -> tuple[ParameterView, ...]:
     """All parameters of the robot's node, with the defaults of the configuration.
 

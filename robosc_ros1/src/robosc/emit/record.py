@@ -14,8 +14,6 @@ from pathlib import Path
 from robosc.emit.own_lines import text_of, with_own_lines
 from robosc.emit.package import MARKER, File, Package
 
-__all__ = ["RECORD", "is_as_recorded", "read_record", "record_of", "recorded_target"]
-
 RECORD = "generated.sha256"
 
 _LINE = re.compile(r"([0-9a-f]{64})  (.+)")

@@ -12,8 +12,6 @@ from robosc.emit.package_context import PackageContext, TopicView
 from robosc.errors import UsageError
 from robosc.supervisor import Supervisor
 
-__all__ = ["ControllerNode", "RelayContext", "RelayView", "relay_context"]
-
 PREFIX = "supervised"
 """First part of the names that the guarded controller uses instead of the robot's."""
 

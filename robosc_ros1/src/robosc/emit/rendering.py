@@ -16,8 +16,6 @@ from robosc.emit.text_breaks import break_comments, break_markdown, break_xml
 from robosc.names import rostest_name
 from robosc.resources import templates_folder
 
-__all__ = ["instantiated", "render"]
-
 _EMPTY = re.compile(r"(?<==)( ?)\(\n *\)")
 """A tuple none of whose rows a template has written."""
 

@@ -8,11 +8,10 @@ from robosc.emit.config import DEFAULTS, Config
 from robosc.emit.package import Mode, Package
 from robosc.emit.readme import ParameterView, parameter_views
 from robosc.emit.target import Target, package_of
-from robosc.model.entities import Communication, Kind, Robot
+from robosc.language.events import Kind
+from robosc.model.entities import Communication, Robot
 from robosc.runtime.settings import GENERAL_RATE
 from robosc.supervisor import Supervisor
-
-__all__ = ["emit"]
 
 
 def emit(

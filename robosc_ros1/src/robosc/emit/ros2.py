@@ -13,11 +13,10 @@ from robosc.emit.package import Mode, Package
 from robosc.emit.readme import ParameterView, parameter_views
 from robosc.emit.target import Target, package_of
 from robosc.errors import UsageError
-from robosc.model.entities import Communication, Kind, Robot
+from robosc.language.events import Kind
+from robosc.model.entities import Communication, Robot
 from robosc.runtime.qos import qos_parameters
 from robosc.supervisor import Supervisor
-
-__all__ = ["emit"]
 
 _FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
 

@@ -25,12 +25,11 @@ from robosc.emit.plant_data import plant_data
 from robosc.emit.readme import ParameterView, readme_context
 from robosc.emit.relaying import relay_context
 from robosc.emit.rendering import render
-from robosc.model.entities import Communication, Kind, Robot
+from robosc.language.events import Kind
+from robosc.model.entities import Communication, Robot
 from robosc.model.parameters import with_parameters
 from robosc.names import rostest_name
 from robosc.supervisor import Guard, Supervisor
-
-__all__ = ["Target", "package_of", "plant_module"]
 
 
 @dataclass(frozen=True)

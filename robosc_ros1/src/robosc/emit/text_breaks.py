@@ -11,8 +11,6 @@ from collections.abc import Callable
 
 from robosc.emit.line_breaks import WIDTH, filled
 
-__all__ = ["break_comments", "break_markdown", "break_xml"]
-
 _XML_COMMENT = re.compile(r"( *)<!-- .*-->")
 _ELEMENT = re.compile(r"( *)(<(\w+)>)(.* .*)(</\3>)")
 _TAG = re.compile(r'( *<\w+ )((?:[\w:-]+="[^"]*"[ />?]*)+)')

@@ -10,8 +10,6 @@ from robosc.model.expr import Binary, Convert, Expr, Literal, ValueRef, Variable
 from robosc.model.traversal import walk
 from robosc.model.types import EnumType, ObjectType, Type
 
-__all__ = ["thresholds"]
-
 
 def thresholds(robot: Robot) -> Mapping[str, list[float]]:
     """Sorted, by the name of what is compared.

@@ -11,8 +11,6 @@ from robosc.model.entities import After, Assignment, Behaviour, ResultTransition
 from robosc.model.expr import Expr
 from robosc.source import Span
 
-__all__ = ["AnyTransition", "as_written", "transitions"]
-
 
 @dataclass(frozen=True, slots=True)
 class AnyTransition:

@@ -5,12 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = [
-    "AttributeView", "CommandView", "ComponentView", "ControllerContext", "CopiedRows",
-    "CopiesView", "CopyView", "EnumView", "InputView", "GuardPartView", "PartnerView",
-    "ReactionView", "RequirementView", "TauView",
-]  # fmt: skip
-
 
 @dataclass(frozen=True)
 class EnumView:

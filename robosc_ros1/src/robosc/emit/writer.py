@@ -29,8 +29,6 @@ from robosc.emit.package import File, Package
 from robosc.emit.record import RECORD, is_as_recorded, read_record, record_of, recorded_target
 from robosc.errors import UsageError
 
-__all__ = ["Written", "difference", "write"]
-
 
 @dataclass(frozen=True)
 class Written:

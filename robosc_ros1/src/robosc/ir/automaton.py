@@ -22,17 +22,13 @@ from typing import Literal, TypeAlias
 from robosc.ir.counting import counts, tighter
 from robosc.ir.finite.view import FiniteView, reference_to
 from robosc.ir.formulas import exact
+from robosc.language.events import EventKind
 from robosc.model.by_identity import ByIdentity
-from robosc.model.entities import Assignment, EventKind, Robot
+from robosc.model.entities import Assignment, Robot
 from robosc.model.expr import Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.model.traversal import walk
 from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
-
-__all__ = [
-    "Edge", "Event", "LocalAutomaton", "EventParameter", "PhaseStep", "Plant", "PlantState",
-    "StateVariable", "VariableKind", "is_optional", "value_parts", "value_type", "values_read",
-]  # fmt: skip
 
 PlantState: TypeAlias = tuple[int, ...]
 

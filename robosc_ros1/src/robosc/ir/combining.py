@@ -10,8 +10,6 @@ from robosc.language.events import EventKind
 from robosc.model.entities import Behaviour, ResultTransition, State
 from robosc.model.expr import Expr
 
-__all__ = ["Level", "Taken", "result_transitions", "taken_in"]
-
 Level: TypeAlias = Literal["state", "automaton", "both"]
 
 

@@ -12,8 +12,6 @@ from robosc.model.expr import Binary, Expr, ParameterRef, Unary, VariableRef
 from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, BooleanType, ObjectType
 
-__all__ = ["Conjunct", "conjuncts"]
-
 _MOST_VALUES = 4
 """More than these would hide the reason in the message."""
 

@@ -32,8 +32,6 @@ from robosc.model.traversal import may_be_undefined, operands, rewritten, walk
 from robosc.model.types import BooleanType
 from robosc.names import family_and_index
 
-__all__ = ["copies_of", "counts", "tighter", "with_component", "with_counts"]
-
 _LEAST_COPIES = 3
 """Conditions on fewer components are listed one by one."""
 

@@ -11,7 +11,6 @@ from robosc.ir.counting import copies_of, with_counts
 from robosc.language.keywords import escape
 from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY, Spelled
 from robosc.model.entities import Robot
-from robosc.model.evaluation import Undefined, evaluate
 from robosc.model.expr import (
     FALSE,
     TRUE,
@@ -51,11 +50,6 @@ from robosc.model.types import (
 )
 from robosc.names import copy_name
 from robosc.runtime.values import NOW
-
-__all__ = [
-    "Junction", "Leaf", "Undefined", "conjunction", "disjunction", "element_name", "evaluate",
-    "exact", "junction", "may_be_huge", "negation", "to_dsl", "to_python",
-]  # fmt: skip
 
 _BOOLEAN = BooleanType()
 

@@ -22,23 +22,20 @@ from robosc.ir.finite.builder import finite_view
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import Term
 from robosc.ir.finite.view import FiniteView, Scope, may_be_missing, reference_to
-from robosc.ir.formulas import Leaf, conjunction, disjunction, negation, to_dsl
-from robosc.language.events import EventSort
+from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.language.events import EventKind, EventSort
 from robosc.model.entities import (
     After,
     Behaviour,
     Communication,
     Component,
-    EventKind,
     ResultTransition,
     Robot,
     Tau,
 )
-from robosc.model.expr import TRUE, ChoiceRef, Expr, TestRef, ValueRef, VariableRef
+from robosc.model.expr import TRUE, ChoiceRef, Expr, Leaf, TestRef, ValueRef, VariableRef
 from robosc.model.traversal import operands
 from robosc.model.types import Value, domain
-
-__all__ = ["lower"]
 
 _MOST_VALUES = 2**20
 """The largest number of values of a variable or of a part of an event's value."""

@@ -26,8 +26,6 @@ from robosc.model.expr import Binary, Count, Expr, NamedPart, Unary
 from robosc.model.traversal import operands, walk
 from robosc.model.types import BooleanType
 
-__all__ = ["LONG", "NamedExpr", "PartNames"]
-
 LONG = 200
 """Guards of more characters are shown with named parts."""
 

@@ -17,8 +17,6 @@ from robosc.model.expr import FALSE, TRUE, Expr, Holds, Leaf, Literal, Operation
 from robosc.model.traversal import fold, with_operands
 from robosc.model.types import BooleanType, Value
 
-__all__ = ["PartValues", "assigned", "holds"]
-
 PartValues: TypeAlias = Mapping[tuple[str | int, ...], Value | None]
 """The parts of the value, by path; None: the part is missing."""
 

@@ -8,15 +8,11 @@ from itertools import product
 from typing import TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
-from robosc.ir.formulas import Leaf, Undefined, evaluate
-from robosc.model.expr import Expr, ValueRef
+from robosc.model.evaluation import evaluate
+from robosc.model.expr import Expr, Leaf, ValueRef
 from robosc.model.traversal import all_names
 from robosc.model.types import Value
-
-__all__ = [
-    "Outcome", "Values", "Verdict", "holds", "is_consistent", "is_true", "lookup",
-    "missing_together", "outcome", "taken_edge", "valuations",
-]  # fmt: skip
+from robosc.runtime.values import Undefined
 
 Values: TypeAlias = tuple[Value | None, ...]
 """One value for each parameter of an event."""

@@ -8,8 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-__all__ = ["ATTRIBUTES", "Attribute", "Value", "attributes_of"]
-
 
 class Value(Enum):
     """The kind of value that an attribute has."""

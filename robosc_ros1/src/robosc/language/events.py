@@ -12,12 +12,6 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Literal, TypeAlias
 
-__all__ = [
-    "ACTIVE", "COMMUNICATIONS", "CommunicationSort", "Direction", "EventKind", "EventSort",
-    "FOLDERS", "Folder", "Kind", "Phases",
-]  # fmt: skip
-
-
 Direction: TypeAlias = Literal["request", "response", "feedback"]
 """The data of a communication: what is sent, what comes back, and what is reported meanwhile."""
 

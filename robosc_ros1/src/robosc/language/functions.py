@@ -21,10 +21,6 @@ from robosc.language.operators import (
 from robosc.runtime import functions as runtime
 from robosc.runtime.values import widen
 
-__all__ = [
-    "AGGREGATES", "CALLS", "CONVERSION", "FUNCTIONS", "GEOMETRY", "HELPERS", "PART", "PRESENCE",
-]  # fmt: skip
-
 _ATOM = 9
 
 

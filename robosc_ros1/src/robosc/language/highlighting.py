@@ -12,8 +12,6 @@ from typing import Any
 from robosc.language.keywords import UNITS, Role, words_of
 from robosc.language.operators import symbols
 
-__all__ = ["with_keywords"]
-
 _NAME = r"\^?[A-Za-z_]\w*"
 _NO_MEMBER, _NO_NAME = r"(?<!\.)\b", r"\b(?!\s*[.=:,)])"
 _NUMBER = r"(?<![\w])\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"

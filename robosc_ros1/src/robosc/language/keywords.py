@@ -16,11 +16,6 @@ from robosc.language.attributes import ATTRIBUTES
 from robosc.language.events import EventKind
 from robosc.language.operators import symbols
 
-__all__ = [
-    "BASIC_TYPES", "KEYWORDS", "RESERVED", "Keyword", "Role", "UNITS", "escape", "starts_of",
-    "words_of",
-]  # fmt: skip
-
 
 class Role(Enum):
     """The role of a keyword in the syntax."""

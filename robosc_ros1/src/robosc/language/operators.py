@@ -15,12 +15,6 @@ from typing import Any, NamedTuple
 
 from robosc.runtime.values import divide, remainder, widen
 
-__all__ = [
-    "BINARY", "EXACT_IN_DOUBLE", "EXACT_IN_INT64", "MIRRORED", "PYTHON_ATOM", "UNARY", "Operand",
-    "Operator", "Range", "Result", "Spelled", "Text", "always", "infix_signs",
-    "symbols",
-]  # fmt: skip
-
 
 class Operand(Enum):
     """What an operator requires of its operands."""

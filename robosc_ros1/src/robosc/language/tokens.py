@@ -19,11 +19,6 @@ from robosc.language.keywords import KEYWORDS, UNITS, Role, words_of
 from robosc.language.operators import infix_signs, symbols
 from robosc.source import Source, Span
 
-__all__ = [
-    "BAD_NUMBER", "ESCAPES", "FOREIGN", "INTEGER", "LOOKS", "MAX_FAULTS", "NUMBER", "STRING",
-    "Comment", "Tokens", "is_word", "kind_of", "kinds_of", "pattern", "tokenize",
-]  # fmt: skip
-
 MAX_FAULTS = 100
 """The lexical errors that are reported for one file before one that says that there are more."""
 

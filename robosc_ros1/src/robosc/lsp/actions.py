@@ -26,8 +26,6 @@ from robosc.syntax.nodes import (
     StateNode,
 )
 
-__all__ = ["Action", "Edit", "actions_for"]
-
 
 @dataclass(frozen=True, slots=True)
 class Edit:

@@ -22,8 +22,6 @@ from robosc.model.ros.interfaces import Definition
 from robosc.source import MODEL_SUFFIXES, Source
 from robosc.syntax.parser import read_source
 
-__all__ = ["READING", "Analysis", "Desk"]
-
 _LONG = 30_000
 """Characters from which on reading a text takes longer than the pause between two keys."""
 

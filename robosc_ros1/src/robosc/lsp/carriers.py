@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from robosc.model.entities import Kind
+from robosc.language.events import Kind
 from robosc.model.file_resolver import FileContents
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import misfit
@@ -12,8 +12,6 @@ from robosc.model.ros.interfaces import Definition, Field, Interface
 from robosc.model.tables import CommunicationInfo
 from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.syntax.nodes import InterfaceNode
-
-__all__ = ["carriers", "fits", "interface_of"]
 
 
 def interface_of(info: CommunicationInfo, definitions: MessageDefinitions) -> Interface | None:

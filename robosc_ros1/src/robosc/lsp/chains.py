@@ -9,8 +9,6 @@ from collections.abc import Sequence
 
 from robosc.lsp.context import Context
 
-__all__ = ["aggregate_variables", "names_before"]
-
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.language.attributes import ATTRIBUTES, Value
-from robosc.language.events import FOLDERS
+from robosc.language.events import FOLDERS, EventKind
 from robosc.lsp.analysis import Desk
 from robosc.lsp.interfaces import model_type
 from robosc.lsp.offers import (
@@ -18,11 +18,7 @@ from robosc.lsp.offers import (
     keywords,
 )
 from robosc.lsp.statement_offers import SENT, StatementOffers
-from robosc.model.entities import EventKind
 from robosc.model.types import ArrayType, ObjectType, Type
-
-__all__ = ["Candidate", "complete"]
-
 
 _TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
 _LABELS = {

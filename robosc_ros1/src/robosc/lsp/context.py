@@ -14,8 +14,6 @@ from robosc.language.operators import symbols
 from robosc.language.tokens import STRING, Tokens, is_word, tokenize
 from robosc.source import Source, common_ends
 
-__all__ = ["OpenBlock", "Context", "Landmarks", "context_at"]
-
 _EXPECT_NAME = frozenset({
     ".", "robot", "library", "component", "constant", "parameter", "condition", "requirement",
     "provide", "interface", "message", "service", "action", "variable", "state", "from", "to",

@@ -8,8 +8,6 @@ from robosc.model.file_resolver import FileContents
 from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.source import Span
 
-__all__ = ["definition_of"]
-
 
 def definition_of(analysis: Analysis, found: Occurrence) -> Span | None:
     """A declaration itself leads on: an import to the library, a property to the real field."""

@@ -24,10 +24,6 @@ from robosc.source import Source, Span, common_ends
 if TYPE_CHECKING:
     from robosc.supervisor import Supervisor
 
-__all__ = [
-    "Derived", "ShownGuard", "answer", "command", "derived_from", "main", "moved", "request_for",
-]  # fmt: skip
-
 _MOST_STATES = 2**24
 """Beyond this product, the editor leaves synthesis to ``check``."""
 

@@ -17,8 +17,6 @@ from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.interfaces import KINDS, Interface
 from robosc.source import Source, Span
 
-__all__ = ["hover_text", "keyword_hover"]
-
 _LONGEST = 30
 """Lines of a declaration or definition that are shown."""
 

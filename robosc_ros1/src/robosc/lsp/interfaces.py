@@ -10,8 +10,6 @@ from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.interfaces import INTEGERS, KINDS, FieldType
 from robosc.source import Source, Span
 
-__all__ = ["definition_file", "field_place", "model_type", "offered_types"]
-
 
 def definition_file(definitions: MessageDefinitions, package: str, type_: str) -> Path | None:
     """The ``.msg``, ``.srv`` or ``.action`` file of an interface, if there is one."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-__all__ = ["KINDS", "Shown"]
-
 
 class Shown(NamedTuple):
     """How one kind is shown; a field is empty where the kind does not occur.

@@ -9,8 +9,6 @@ from robosc.lsp.offers import Candidate, Offers, keywords
 from robosc.model.ros.interfaces import Missing
 from robosc.model.types import ArrayType, ObjectType, Type
 
-__all__ = ["MemberOffers"]
-
 
 class MemberOffers(Offers):
     """The members of components, libraries, enums, values and what else has any."""

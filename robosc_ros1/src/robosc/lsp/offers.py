@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from robosc.language.events import FOLDERS
+from robosc.language.events import FOLDERS, EventKind, Kind
 from robosc.language.keywords import Role, starts_of, words_of
 from robosc.language.operators import BINARY, symbols
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.chains import aggregate_variables
 from robosc.lsp.context import Context
 from robosc.lsp.interfaces import offered_types
-from robosc.model.entities import EventKind, Kind
 from robosc.model.file_resolver import FileContents
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import BooleanType, EnumType, Type
@@ -25,18 +24,6 @@ from robosc.syntax.nodes import (
     ParameterNode,
     RangeNode,
 )
-
-__all__ = [
-    "COMPARISONS",
-    "EVENTS",
-    "OPERATORS",
-    "Candidate",
-    "Offers",
-    "block_words",
-    "ends_operand",
-    "keywords",
-    "several",
-]
 
 
 @dataclass(frozen=True, slots=True)

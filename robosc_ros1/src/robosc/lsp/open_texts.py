@@ -26,9 +26,6 @@ from robosc.pipeline import collector_at_rest
 from robosc.resources import diagnostics_page
 from robosc.source import Source
 
-__all__ = ["OpenTexts"]
-
-
 _PAUSE = 0.05
 _PAUSE_PER_CHARACTER = 1e-6
 _LONGEST_PAUSE = 0.25

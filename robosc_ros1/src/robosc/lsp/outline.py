@@ -37,8 +37,6 @@ from robosc.syntax.nodes import (
     VariableNode,
 )
 
-__all__ = ["Found", "OutlineItem", "Fold", "folds", "outline", "symbols"]
-
 _Node: TypeAlias = (
     DeclarationNode | CommunicationNode | PropertyNode | EnumRuleNode | VariableNode | StateNode
 )

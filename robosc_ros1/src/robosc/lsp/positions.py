@@ -12,8 +12,6 @@ from typing import Literal, TypeAlias
 
 from robosc.source import Source, Span
 
-__all__ = ["Encoding", "Position", "Range", "offset_of", "position_of", "range_of", "units"]
-
 Encoding: TypeAlias = Literal["utf-8", "utf-16", "utf-32"]
 Position: TypeAlias = tuple[int, int]
 Range: TypeAlias = tuple[Position, Position]

@@ -13,8 +13,6 @@ from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.names import is_identifier
 from robosc.source import Source
 
-__all__ = ["RenameError", "applied", "may_be_renamed", "references", "rename"]
-
 _PLAIN = frozenset(SymbolKind) - {SymbolKind.PROPERTY, SymbolKind.LIBRARY}
 """Symbols whose names only have to differ from others in models."""
 

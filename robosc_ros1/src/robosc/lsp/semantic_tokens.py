@@ -12,8 +12,6 @@ from robosc.lsp.kinds import KINDS
 from robosc.lsp.positions import Encoding, position_of, units
 from robosc.source import Source
 
-__all__ = ["MODIFIERS", "TYPES", "encoded"]
-
 TYPES = (
     "namespace", "class", "struct", "enum", "enumMember", "interface", "property", "variable",
     "event", "parameter", "type", "keyword", "comment", "string", "number", "operator",

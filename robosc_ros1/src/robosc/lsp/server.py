@@ -33,8 +33,6 @@ from robosc.pipeline import collector_at_rest
 from robosc.source import Source, Span
 from robosc.syntax.format import format_text, format_tree
 
-__all__ = ["serve"]
-
 _MOST_ITEMS = 200
 """Of more completions, the editor gets the first, and asks again when more of the word is typed."""
 

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robosc.language.events import EventKind
 from robosc.lsp.interfaces import offered_types
 from robosc.lsp.member_offers import MemberOffers
 from robosc.lsp.offers import Candidate, block_words, ends_operand, keywords
 from robosc.lsp.snippets import SNIPPETS
-from robosc.model.entities import EventKind
 from robosc.model.file_resolver import FileContents
 from robosc.model.types import Type
-
-__all__ = ["SENT", "StatementOffers"]
 
 _ALL = Candidate("all", "keyword", "all commands of the robot", rank=2)
 SENT = (EventKind.REQUEST, EventKind.CANCEL)

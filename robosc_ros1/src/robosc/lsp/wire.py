@@ -16,11 +16,6 @@ from robosc.lsp.outline import Fold, Found, OutlineItem
 from robosc.lsp.positions import Encoding, range_of
 from robosc.source import Source, Span
 
-__all__ = [
-    "completion_item", "diagnostics_for", "document_symbol", "folding_range", "hover", "legend",
-    "location", "path_of", "range_", "text_edit", "uri_of", "workspace_symbol",
-]  # fmt: skip
-
 _SEVERITY = {
     Severity.ERROR: types.DiagnosticSeverity.Error,
     Severity.WARNING: types.DiagnosticSeverity.Warning,

@@ -38,8 +38,6 @@ from robosc.model.traversal import may_be_undefined, part_of, rewritten
 from robosc.model.types import ArrayType, BooleanType, IntegerType, Type
 from robosc.syntax.nodes import Access, AggregateNode, ArrayNode, BinaryNode, ExprNode
 
-__all__ = ["Aggregates", "Bound"]
-
 _BOOLEAN = BooleanType()
 
 

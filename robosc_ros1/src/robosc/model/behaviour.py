@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosc.errors import Note
+from robosc.language.events import EventKind, Kind
 from robosc.model.behaviour_rules import check_events, check_hiding, check_initial
 from robosc.model.communications import SENT, resolve_communication
 from robosc.model.compatibility import check_range, coerce, default_value, describe
@@ -14,8 +15,6 @@ from robosc.model.entities import (
     After,
     Assignment,
     Behaviour,
-    EventKind,
-    Kind,
     ResultTransition,
     State,
     Tau,
@@ -44,8 +43,6 @@ from robosc.syntax.nodes import (
     TauNode,
     VariableNode,
 )
-
-__all__ = ["BehaviourResolver"]
 
 
 class BehaviourResolver:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from robosc.errors import Note
+from robosc.language.events import EventKind
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Behaviour, EventKind, ResultTransition
+from robosc.model.entities import Behaviour, ResultTransition
 from robosc.model.expr import ValueRef
 from robosc.model.tables import Instance
 from robosc.model.traversal import walk
 from robosc.source import Span
 from robosc.syntax.nodes import ResultTransitionNode, StateNode
-
-__all__ = ["check_events", "check_hiding", "check_initial"]
 
 
 def check_events(

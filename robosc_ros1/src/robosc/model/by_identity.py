@@ -7,8 +7,6 @@ from typing import Generic, TypeVar
 
 from robosc.model.expr import Expr
 
-__all__ = ["ByIdentity"]
-
 _Found = TypeVar("_Found")
 
 

@@ -7,8 +7,6 @@ from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.syntax.nodes import Access, Name
 
-__all__ = ["SENT", "resolve_communication"]
-
 SENT = "what the controller publishes is incoming: incoming message {}"
 """A hint where an outgoing message is used as a command."""
 

@@ -23,11 +23,6 @@ from robosc.model.types import (
     is_number,
 )
 
-__all__ = [
-    "accepts", "check_range", "coerce", "comparable", "default_value", "describe", "is_basic",
-    "result_type", "type_of",
-]  # fmt: skip
-
 
 def describe(type_: Type) -> str:
     """The text for a value of a type in messages: ``a boolean``, ``a value of Distance``."""

@@ -35,8 +35,6 @@ from robosc.syntax.nodes import (
     VariableNode,
 )
 
-__all__ = ["bind", "check_interfaces", "check_local_names", "check_prefix", "declare", "join"]
-
 NONE = NoneType()
 
 

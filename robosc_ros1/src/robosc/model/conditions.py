@@ -18,8 +18,6 @@ from robosc.model.presence import condition_on_data
 from robosc.model.tables import ComponentTable, SymbolTable
 from robosc.syntax.nodes import ExprNode
 
-__all__ = ["conditions_over"]
-
 
 def conditions_over(types: TypeTable, table: ComponentTable) -> ConditionReader:
     """A reader with the names of a file in which everything is declared."""

@@ -45,8 +45,6 @@ from robosc.syntax.nodes import (
     UnaryNode,
 )
 
-__all__ = ["over_copies", "write_out"]
-
 
 def write_out(node: FileNode, report: Report) -> FileNode:
     """The file with indexed components and ``for`` expanded; the same file if it has none."""

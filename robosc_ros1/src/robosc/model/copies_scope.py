@@ -10,8 +10,6 @@ from typing import Any
 from robosc.model.diagnostics import Report
 from robosc.syntax.nodes import ExprNode, ForNode, RangeNode
 
-__all__ = ["Scope", "indexes_of", "indexes_of_for", "with_place"]
-
 _PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
 
 MOST_COPIES = 10_000

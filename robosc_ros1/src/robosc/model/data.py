@@ -33,8 +33,6 @@ from robosc.syntax.nodes import (
     LiteralNode,
 )
 
-__all__ = ["DataTyper"]
-
 
 class DataTyper:
     """Types the data of provide statements and constants; ``typer`` types their expressions."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from robosc.language.events import COMMUNICATIONS, Direction, Kind
 from robosc.syntax.nodes import CommunicationNode, MessageNode, ServiceNode, TypeNode
 
-__all__ = ["kind_of", "types_of"]
-
 
 def kind_of(node: CommunicationNode) -> Kind:
     """Return the kind of communication that a node declares."""

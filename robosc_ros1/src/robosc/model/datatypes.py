@@ -46,9 +46,6 @@ from robosc.syntax.nodes import (
     TypeNode,
 )
 
-__all__ = ["Given", "TypeTable"]
-
-
 # Far beyond any ROS message; bounds the recursion over types.
 _DEEPEST = 50
 

@@ -9,8 +9,6 @@ from robosc.codes import CODES
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.source import Span
 
-__all__ = ["Muted", "Report", "first_of"]
-
 # Each search compares the name with all candidates; a model with more unknown names than this
 # gains nothing from further suggestions.
 _MOST_SEARCHES = 100

@@ -14,8 +14,6 @@ from robosc.runtime.settings import SHORTEST_DURATION
 from robosc.source import Span
 from robosc.syntax.nodes import DurationNode, UnaryNode
 
-__all__ = ["DURATION", "duration_fields", "is_long_enough", "signed_duration", "typed_duration"]
-
 DURATION = expected_type(DurationType())
 """The expected type of a timeout and of ``after``."""
 

@@ -20,12 +20,6 @@ from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
 from robosc.syntax.nodes import ExprNode
 
-__all__ = [
-    "After", "Assignment", "Behaviour", "Binding", "Communication", "Component", "ConditionReader",
-    "Data", "DataArray", "DataObject", "EventKind", "Kind", "Preference", "Provide", "Requirement",
-    "ResultTransition", "Robot", "State", "Tau", "Variable", "data_expressions", "display_names",
-]  # fmt: skip
-
 
 def _span() -> Span:
     return field(compare=False, repr=False, kw_only=True)  # type: ignore[no-any-return]

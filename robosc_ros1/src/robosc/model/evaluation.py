@@ -32,8 +32,6 @@ from robosc.model.types import EnumType, Type, Value
 from robosc.runtime.functions import element, is_so, otherwise
 from robosc.runtime.values import Undefined
 
-__all__ = ["Undefined", "constant", "converted", "evaluate", "part_of_value", "scalar_of"]
-
 
 def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
     """The value of an expression; ``lookup`` gives those of leaves, parameters have their defaults.

@@ -17,8 +17,6 @@ from robosc.model.types import (
     is_number,
 )
 
-__all__ = ["ANY", "BOOLEAN", "ExpectedType", "equal_to", "expected_type", "needs_of"]
-
 
 @dataclass(frozen=True)
 class ExpectedType:

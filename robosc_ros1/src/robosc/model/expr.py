@@ -19,36 +19,6 @@ from robosc.model.types import BooleanType, EnumRule, EnumType, StringType, Type
 from robosc.runtime.settings import parameter_name
 from robosc.source import Span
 
-__all__ = [
-    "condition_of",
-    "FALSE",
-    "TRUE",
-    "Aggregate",
-    "Binary",
-    "Call",
-    "ChoiceRef",
-    "Convert",
-    "Count",
-    "ElementRef",
-    "Expr",
-    "Holds",
-    "Leaf",
-    "Literal",
-    "NamedPart",
-    "Operation",
-    "ParameterRef",
-    "Part",
-    "PhaseRef",
-    "RosParameter",
-    "StateRef",
-    "TestRef",
-    "Unary",
-    "ValueRef",
-    "VariableRef",
-    "is_constant_data",
-    "opposite",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Literal:

@@ -70,8 +70,6 @@ from robosc.syntax.nodes import (
     UnaryNode,
 )
 
-__all__ = ["Typer"]
-
 
 class Typer:
     """Types the expressions of one place; None stands for an expression with a reported error."""

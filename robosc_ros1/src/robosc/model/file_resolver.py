@@ -55,8 +55,6 @@ from robosc.syntax.nodes import (
     StopNode,
 )
 
-__all__ = ["FileContents", "FileResolver"]
-
 _Entity = TypeVar("_Entity")
 
 

@@ -25,8 +25,6 @@ from robosc.model.expr import Expr, PhaseRef, VariableRef
 from robosc.model.traversal import reads_value, walk_all
 from robosc.source import Span
 
-__all__ = ["check_freshness"]
-
 _FRESH = "fresh"
 
 

@@ -30,11 +30,6 @@ from robosc.syntax.nodes import (
     SliceNode,
 )
 
-__all__ = [
-    "Check", "list_literal", "typed_call", "typed_element", "typed_elements", "typed_list",
-    "typed_membership", "typed_section",
-]  # fmt: skip
-
 Check = Callable[[ExprNode, ExpectedType, str], Expr | None]
 """Types an expression, given the expected type and a text for its place in messages."""
 

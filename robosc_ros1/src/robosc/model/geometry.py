@@ -17,8 +17,6 @@ from robosc.model.types import DoubleType, IntegerType, ObjectType
 from robosc.source import Span
 from robosc.syntax.nodes import CallNode, ExprNode
 
-__all__ = ["typed_geometry"]
-
 _DOUBLE = DoubleType()
 
 

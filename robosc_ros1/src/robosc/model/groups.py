@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from robosc.errors import Note
+from robosc.language.events import Kind
 from robosc.model.communications import SENT, resolve_communication
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Kind
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.source import Span
 from robosc.syntax.nodes import Access, ExceptNode, Group
-
-__all__ = ["GroupResolver", "is_all"]
 
 
 def is_all(access: Access) -> bool:

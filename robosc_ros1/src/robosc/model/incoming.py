@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from robosc.model.types import Type
 from robosc.syntax.nodes import Access
 
-__all__ = ["Incoming", "RULE", "is_value", "no_value"]
-
 RULE = "the condition of a rule"
 """The text for the place of an enum rule's condition in messages."""
 

@@ -10,8 +10,6 @@ from robosc.model.expr import Expr, ValueRef, condition_of
 from robosc.model.traversal import walk
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 
-__all__ = ["Lengths", "check_indexes", "has_open_index"]
-
 Lengths = Mapping[tuple[ObjectType, str], tuple[int, str]]
 """Array properties of fixed length: the number of elements, and the field as text."""
 

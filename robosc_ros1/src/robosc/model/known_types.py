@@ -18,8 +18,6 @@ from robosc.model.value_scope import ValueScope
 from robosc.source import Span
 from robosc.syntax.nodes import Access, EnumNode, Name, RosTypeNode
 
-__all__ = ["KnownTypes"]
-
 
 class KnownTypes:
     """The resolved types of a file by name; lookups are recorded for editors.

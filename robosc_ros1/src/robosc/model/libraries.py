@@ -15,8 +15,6 @@ from robosc.names import IDENTIFIER
 from robosc.source import MODEL_SUFFIXES, Source
 from robosc.syntax.parser import read_source
 
-__all__ = ["LibraryFinder", "Reader"]
-
 Reader = Callable[[str], tuple[Source | None, tuple[Diagnostic, ...]]]
 """Reads a model file, as :func:`robosc.syntax.parser.read_source` does."""
 

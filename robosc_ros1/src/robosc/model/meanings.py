@@ -21,8 +21,6 @@ from robosc.syntax.nodes import (
     ValueNode,
 )
 
-__all__ = ["Meanings"]
-
 
 class RosConstant(NamedTuple):
     """``package/Type.NAME``: a constant of the definition of a ROS type."""

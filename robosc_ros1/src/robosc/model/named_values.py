@@ -26,8 +26,6 @@ from robosc.source import Span
 from robosc.syntax.leaves import MAX_INTEGER
 from robosc.syntax.nodes import ConditionNode, ConstantNode, DataNode, ParameterNode, ValueNode
 
-__all__ = ["NamedValueTyper"]
-
 _MOST_TERMS = 50_000
 """More terms in one condition are an error: each condition that names another one contains it."""
 _LONGEST_TEXT = 2**16

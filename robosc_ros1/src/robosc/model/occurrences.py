@@ -38,8 +38,6 @@ from robosc.syntax.nodes import (
     VariableNode,
 )
 
-__all__ = ["Declaration", "NameIndex", "NameRecorder", "Occurrence", "Symbol", "SymbolKind"]
-
 
 class SymbolKind(Enum):
     """The kinds of named things; the values are texts for users."""

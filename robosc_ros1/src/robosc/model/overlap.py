@@ -22,8 +22,6 @@ from robosc.model.statements import fold_text
 from robosc.model.traversal import walk
 from robosc.model.types import Value, domain
 
-__all__ = ["check_overlaps"]
-
 _MOST_CASES = 2000
 
 _Case: TypeAlias = Mapping[Leaf, Value]

@@ -14,8 +14,6 @@ from robosc.runtime.settings import declared
 from robosc.source import Span
 from robosc.syntax.nodes import ExprNode
 
-__all__ = ["check_parameters", "with_parameters"]
-
 _Node = TypeVar("_Node", Robot, Expr)
 
 _GROUPS = ("goal_timeout", "qos", "qos_overrides", "rate", "timeout")

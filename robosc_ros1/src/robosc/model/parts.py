@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 from robosc.model.compatibility import describe
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.evaluation import Undefined, part_of_value
+from robosc.model.evaluation import part_of_value
 from robosc.model.expr import Expr, Literal, VariableRef
 from robosc.model.traversal import part_of, path_text
 from robosc.model.types import ArrayType, IntegerType, ObjectType, Type
+from robosc.runtime.values import Undefined
 from robosc.syntax.nodes import Access, MemberNode, Name
-
-__all__ = ["Parts", "path_of"]
 
 
 def path_of(access: Access | MemberNode) -> tuple[str | int, ...]:

@@ -27,8 +27,6 @@ from robosc.model.traversal import fold, may_be_undefined, operands, with_operan
 from robosc.model.types import ArrayType, BooleanType, ObjectType
 from robosc.source import Span
 
-__all__ = ["asked_for", "condition_on_data", "defined", "otherwise", "with_presence_written"]
-
 _BOOLEAN = BooleanType()
 
 

@@ -10,8 +10,6 @@ from robosc.model.expr import FALSE, TRUE, Binary, Expr, opposite
 from robosc.model.types import BooleanType
 from robosc.source import Span
 
-__all__ = ["Cases", "Chains", "at_least", "chain", "compared", "joined"]
-
 _Node = TypeVar("_Node")
 
 _MOST_NODES = 20_000

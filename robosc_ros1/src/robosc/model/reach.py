@@ -12,8 +12,6 @@ from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Behaviour, State
 from robosc.model.tables import Instance
 
-__all__ = ["check_reach"]
-
 
 def check_reach(
     instance: Instance, behaviour: Behaviour, initial: list[str], report: Report

@@ -27,8 +27,6 @@ from robosc.source import Source
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.parser import parse, read_source
 
-__all__ = ["ReadResult", "ResolvedFile", "load", "read"]
-
 
 def load(
     source: Source | str | Path,

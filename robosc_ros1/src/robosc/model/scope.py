@@ -29,9 +29,6 @@ from robosc.syntax.nodes import (
     VariableNode,
 )
 
-__all__ = ["FileScope", "report_duplicate"]
-
-
 _Declaration = TypeVar(
     "_Declaration", ComponentNode | ImportNode, ObjectNode | EnumNode, InterfaceNode
 )

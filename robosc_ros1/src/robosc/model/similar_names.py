@@ -12,8 +12,6 @@ from robosc.model.tables import CommunicationInfo, ComponentTable
 from robosc.source import Span
 from robosc.syntax.nodes import Name
 
-__all__ = ["check_case", "check_topics"]
-
 
 def check_case(scope: FileScope, component_table: ComponentTable, report: Report) -> None:
     """Report names of one kind that differ only in case."""

@@ -21,8 +21,6 @@ from robosc.model.traversal import walk, walk_all
 from robosc.model.types import ArrayType, ObjectType, domain
 from robosc.source import Span
 
-__all__ = ["all_expressions", "select_state_variables"]
-
 
 def select_state_variables(robot: Robot, report: Report) -> Robot:
     """The robot with ``Variable.in_state`` set; report assigned values that are not finite.

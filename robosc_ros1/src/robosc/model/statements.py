@@ -8,12 +8,19 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import product
 
 from robosc.errors import Note
+from robosc.language.events import Kind
 from robosc.model.by_identity import ByIdentity
 from robosc.model.communications import resolve_communication
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Data, DataObject, Kind, Preference, Provide, Requirement
+from robosc.model.entities import (
+    Data,
+    DataObject,
+    Preference,
+    Provide,
+    Requirement,
+)
 from robosc.model.expected import BOOLEAN
 from robosc.model.expressions import Typer
 from robosc.model.groups import GroupResolver
@@ -30,8 +37,6 @@ from robosc.syntax.nodes import (
     RequirementNode,
     StopNode,
 )
-
-__all__ = ["StatementResolver", "check_preferences", "fold_text"]
 
 _COMMENT_OR_STRING = re.compile(
     r"""//[^\n]*|/\*.*?\*/|("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')""", re.DOTALL

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from robosc.language.events import Kind
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Kind, Robot, data_expressions
+from robosc.model.entities import Robot, data_expressions
 from robosc.model.expr import Literal
 from robosc.model.types import DoubleType, IntegerType
-
-__all__ = ["check_stop"]
 
 
 def check_stop(robot: Robot, report: Report) -> None:

@@ -15,12 +15,13 @@ from robosc.language.events import (
     CommunicationSort,
     Direction,
     EventKind,
+    Kind,
     Phases,
 )
 from robosc.model.data_directions import types_of
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Communication, Kind
+from robosc.model.entities import Communication
 from robosc.model.types import Type
 from robosc.syntax.nodes import (
     BehaviourNode,
@@ -30,8 +31,6 @@ from robosc.syntax.nodes import (
     StateNode,
     VariableNode,
 )
-
-__all__ = ["ComponentTable", "CommunicationInfo", "Instance", "ImportedSymbolTable", "SymbolTable"]
 
 
 @dataclass

@@ -7,8 +7,6 @@ from robosc.model.incoming import is_value
 from robosc.model.tables import Instance, SymbolTable
 from robosc.syntax.nodes import Access, Name
 
-__all__ = ["Targets"]
-
 
 class Targets:
     """Resolves the targets of assignments in one component."""

@@ -30,21 +30,6 @@ from robosc.model.expr import (
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 from robosc.source import Span
 
-__all__ = [
-    "all_names",
-    "fold",
-    "may_be_undefined",
-    "operands",
-    "parameters_of",
-    "part_of",
-    "path_text",
-    "reads_value",
-    "rewritten",
-    "walk",
-    "walk_all",
-    "with_operands",
-]
-
 T = TypeVar("T")
 
 

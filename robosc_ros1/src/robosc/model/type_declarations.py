@@ -11,8 +11,6 @@ from robosc.model.ros.types import RosTypes
 from robosc.model.types import EnumType, ObjectType, Type
 from robosc.syntax.nodes import EnumNode, EnumRuleNode, ObjectNode, PropertyNode
 
-__all__ = ["TypeDeclarations", "rule_of"]
-
 
 @dataclass
 class TypeDeclarations:

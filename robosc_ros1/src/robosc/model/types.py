@@ -10,12 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-__all__ = [
-    "TYPES_BY_WORD", "ArrayType", "BooleanType", "DoubleType", "DurationType", "EnumRule",
-    "EnumType", "IntegerType", "NoneType", "ObjectType", "StringType", "Type", "Value", "domain",
-    "is_number",
-]  # fmt: skip
-
 Value: TypeAlias = bool | int | float | str
 
 

@@ -7,8 +7,6 @@ from robosc.model.compatibility import describe
 from robosc.model.expr import Expr, StateRef
 from robosc.syntax.nodes import BinaryNode, ExprNode
 
-__all__ = ["VALUE_PLACES", "alternatives", "of_three"]
-
 
 def of_three(node: ExprNode, place: str) -> str | None:
     """The hint for ``a < x < b``, if a node is a comparison that is compared; else None."""

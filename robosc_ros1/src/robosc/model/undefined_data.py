@@ -33,8 +33,6 @@ from robosc.model.traversal import walk, walk_all
 from robosc.model.types import EnumType, Type
 from robosc.source import Source
 
-__all__ = ["check_undefined_data"]
-
 _UNDEFINED = object()
 """What an expression comes to that finds no data."""
 

@@ -9,9 +9,6 @@ from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.types import EnumType, Type
 from robosc.syntax.nodes import Access, Name
 
-__all__ = ["NameFaults", "last_name"]
-
-
 _MEANINGS = ("component", "enum", "state", "variable")
 """Keywords of the declarations that a name in an expression may refer to."""
 _NO_VALUE = "'%s' is a communication; conditions are about variables and states"

@@ -17,8 +17,6 @@ from robosc.model.types import EnumType
 from robosc.model.value_scope import ValueScope
 from robosc.syntax.nodes import ConditionNode, ConstantNode, ParameterNode
 
-__all__ = ["check_unused"]
-
 
 def check_unused(
     scope: FileScope,

@@ -23,8 +23,6 @@ from robosc.model.expr import (
 from robosc.model.traversal import fold
 from robosc.model.types import ArrayType, EnumType, ObjectType, Type
 
-__all__ = ["Path", "Usage", "converted_part"]
-
 Path: TypeAlias = tuple[str, ...]
 """Names of members from the whole message on; an array's elements have the path of the array."""
 

@@ -10,8 +10,6 @@ from robosc.model.expr import Expr, ParameterRef, RosParameter
 from robosc.model.scope import FileScope, report_duplicate
 from robosc.syntax.nodes import ConditionNode, ConstantNode, ParameterNode, ValueNode
 
-__all__ = ["ValueScope"]
-
 
 @dataclass
 class ValueScope:

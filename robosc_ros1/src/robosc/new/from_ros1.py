@@ -10,8 +10,6 @@ from functools import partial
 from robosc.errors import UsageError
 from robosc.new.survey import RosGraph, periods_of
 
-__all__ = ["listen"]
-
 
 def listen(seconds: float) -> tuple[RosGraph, dict[str, float]]:
     """Return the graph, and the longest pause of each topic that was heard several times.

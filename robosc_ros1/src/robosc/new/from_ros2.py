@@ -12,8 +12,6 @@ from typing import Any
 from robosc.errors import UsageError
 from robosc.new.survey import RosGraph, periods_of
 
-__all__ = ["listen"]
-
 _DISCOVERY = 2.0
 """Seconds in which no further node appears: then those of the graph are known."""
 _LONGEST_DISCOVERY = 15.0

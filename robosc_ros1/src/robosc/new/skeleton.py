@@ -9,8 +9,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from robosc.language.keywords import RESERVED, escape
 from robosc.new.survey import Offer, Survey
 
-__all__ = ["from_survey", "small"]
-
 _SMALL = """\
 // A robot that drives while nothing is near. Replace its parts by those of your robot, and try:
 //   robosc check FILE        robosc simulate FILE        robosc generate FILE

@@ -6,8 +6,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-__all__ = ["RosGraph", "Offer", "Survey", "periods_of", "survey"]
-
 Nodes = Mapping[str, Collection[str]]
 """The nodes at each topic, service or action."""
 

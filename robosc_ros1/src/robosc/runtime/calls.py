@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
-__all__ = ["Calls", "Failure", "Missed"]
-
 
 class Failure(NamedTuple):
     """The reason for an error of a request, and the result that came with it, if any."""

@@ -18,9 +18,6 @@ from typing import Callable, Dict, FrozenSet, Iterable, List, Optional, Tuple, U
 from .model import After, Controller
 from .port import BEFORE_TIME
 
-__all__ = ["Clock", "Clocks", "Timer", "Watch"]
-
-
 _SHORTEST = 1e-6
 """Seconds; the shortest delay that a double of the time since 1970 resolves."""
 

@@ -12,8 +12,6 @@ from typing import Callable, Iterator, List, Union
 from .calls import Calls, Missed
 from .clocks import Clocks, Timer, Watch
 
-__all__ = ["Deadlines"]
-
 
 class Deadlines:
     """All deadlines of an engine. ``steady`` is the clock of the calls; ``awaits`` tells whether

@@ -12,8 +12,6 @@ from typing import Any, Dict, List, Sequence, Tuple
 from .model import Controller
 from .shortening import ROOM, Shortener
 
-__all__ = ["Names", "attribute_names", "effect_of"]
-
 Names = Dict[str, Tuple[str, str]]
 
 

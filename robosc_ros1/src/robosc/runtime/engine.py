@@ -24,8 +24,6 @@ from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
 from .values import Mismatch, Undefined, demand_finite, without_gaps
 
-__all__ = ["INACTIVE", "Engine"]
-
 INACTIVE = "not active"
 """The reason (``stopped``) of a suspended engine."""
 _BATCH = 100

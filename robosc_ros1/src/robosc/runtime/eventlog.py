@@ -12,8 +12,6 @@ try:
 except ImportError:  # not on Windows
     fcntl = None  # type: ignore[assignment]
 
-__all__ = ["EventLog"]
-
 
 class EventLog:
     """A log file, rotated when it reaches ``limit`` bytes.

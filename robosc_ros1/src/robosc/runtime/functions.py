@@ -10,14 +10,6 @@ from typing import Callable, Iterable, List, Sequence
 
 from .values import Undefined, Value, widen
 
-__all__ = [
-    "defined", "element", "greatest_of", "is_so", "least_of", "number_of", "otherwise", "section",
-    "total",
-    "where", "arc_tangent", "as_text", "cosine", "greatest", "has_bits", "hypotenuse",
-    "is_infinite", "is_not_a_number", "least", "rounded", "rounded_down", "rounded_up", "sine",
-    "square_root",
-]  # fmt: skip
-
 
 def is_not_a_number(number: Value) -> bool:
     return bool(number != number)

@@ -12,8 +12,6 @@ import threading
 from collections import deque
 from typing import Any, Callable, Deque, List, Optional, Tuple, Union
 
-__all__ = ["LIMIT", "Inbox"]
-
 LIMIT = 1000
 """The most waiting messages of one topic; the engine handles them in some ten milliseconds."""
 

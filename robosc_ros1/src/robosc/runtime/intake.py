@@ -21,8 +21,6 @@ from .settings import Settings
 from .time_monitor import TimeMonitor
 from .turns import Turns
 
-__all__ = ["BoundInput", "Inputs", "Intake", "Item", "Message"]
-
 _ENDS = ("response", "error")
 _LONGEST_WAIT = 3600.0
 """Seconds; locks do not accept arbitrarily long timeouts, but a deadline may be that far away."""

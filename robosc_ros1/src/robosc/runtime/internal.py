@@ -14,8 +14,6 @@ from typing import Callable, Dict, FrozenSet, Iterable, Iterator, List, Optional
 
 from .model import Controller, Tau
 
-__all__ = ["InternalTransitions"]
-
 
 class InternalTransitions:
     """The internal transitions of a controller, by the attributes that they read."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 
 from typing import Dict, Iterable
 
-from .settings import Parameter, shortest
-
-__all__ = ["described", "launch_arguments"]
+from .model import Parameter
+from .settings import shortest
 
 
 def launch_arguments(parameters: Iterable[Parameter]) -> Dict[str, Parameter]:

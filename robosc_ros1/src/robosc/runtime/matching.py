@@ -7,8 +7,6 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tu
 
 from .values import parts_of
 
-__all__ = ["CommandPattern", "command_patterns", "matching_command"]
-
 Path = Tuple[str, ...]
 Row = Tuple[str, Tuple[Dict[str, Any], ...], Optional[Tuple[Path, Tuple[Any, ...]]]]
 """The key of a command; the data of all messages that match it; or the path of a field with its

@@ -13,18 +13,6 @@ from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional,
 
 from .values import Undefined
 
-__all__ = [
-    "After",
-    "Command",
-    "Communication",
-    "Controller",
-    "Input",
-    "Parameter",
-    "Requirement",
-    "Rows",
-    "Tau",
-]
-
 
 class Parameter(NamedTuple):
     """A parameter of the node.

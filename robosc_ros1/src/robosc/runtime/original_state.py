@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from typing import Any, Dict, List, Mapping, Optional, Sequence
 
-__all__ = ["OriginalState"]
-
 _EVENTS = {
     "request": "c_trigger",
     "cancel": "c_cancel",

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from typing import Callable, Optional, Sequence
 
-__all__ = ["Pauses"]
-
 _LONGEST = 2.0
 """Seconds for which commands are held at most, should a connection hang."""
 

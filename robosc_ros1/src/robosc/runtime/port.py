@@ -13,8 +13,6 @@ import time
 from functools import partial
 from typing import Any, Callable, Dict, List, Optional
 
-__all__ = ["BEFORE_TIME", "Data", "Port", "steady_time"]
-
 Data = Optional[Dict[str, Any]]
 """The fields to set, nested; all others keep their defaults. None: no fields to set."""
 

@@ -9,10 +9,8 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple
 
-from .model import Communication
-from .settings import Parameter, ParameterError, parameter_name, private
-
-__all__ = ["OFFERED", "qos_parameter_name", "qos_parameters", "shared"]
+from .model import Communication, Parameter
+from .settings import ParameterError, parameter_name, private
 
 _RELIABILITY = ("reliable", "best_effort")
 _DURABILITY = ("volatile", "transient_local")

@@ -22,8 +22,6 @@ from .effects import Names, attribute_names, effect_of
 from .model import Controller
 from .shortening import Shortener, is_small, shortened_text
 
-__all__ = ["STOP_COMMAND", "Entry", "EventRecorder", "Throttle"]
-
 _CAPACITY = 50000
 _LONGEST = 400
 """Characters of a detail."""

@@ -27,8 +27,6 @@ from typing import Any, Callable, Dict, FrozenSet, Iterable, List, Optional, Tup
 
 from .model import Command, Controller
 
-__all__ = ["CommandScheduler", "ScheduledCommand"]
-
 
 class ScheduledCommand:
     """A command with its methods bound to the controller, and its scheduling state."""

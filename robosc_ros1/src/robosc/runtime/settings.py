@@ -29,25 +29,6 @@ from typing import (
 from .model import Communication, Parameter
 from .values import widen
 
-__all__ = [
-    "GENERAL_RATE",
-    "LEAST_PARAMETER",
-    "MOST_PARAMETER",
-    "Parameter",
-    "ParameterError",
-    "SHORTEST_DURATION",
-    "Settings",
-    "declared",
-    "dotted",
-    "excerpt",
-    "flatten",
-    "parameter_name",
-    "private",
-    "read",
-    "shortest",
-]
-
-
 GENERAL_RATE = "rate/default"
 """The name of ``rate`` where the rates of single commands are given, too."""
 LEAST_PARAMETER, MOST_PARAMETER = -(2**63), 2**63 - 1

@@ -14,8 +14,6 @@ from typing import Any, Dict
 
 from .values import jsonable, parts_of
 
-__all__ = ["Shortener", "is_small", "shortened_text"]
-
 ROOM = 1200
 """About the characters that the short form of one value takes."""
 CHARACTERS = 100

@@ -28,8 +28,6 @@ from .settings import Settings
 from .telemetry import blocked_by, dump, reason_text, violated
 from .values import not_finite
 
-__all__ = ["SupervisorEngine", "SupervisorPort"]
-
 Reasons = List[Dict[str, str]]
 Answer = Callable[[str, Any], None]
 """Reports progress of a request: "blocked" with the reasons, "passed", "response" with the message,

@@ -11,8 +11,6 @@ from typing import Callable, Deque, List, Optional, Tuple
 
 from .clocks import Clocks
 
-__all__ = ["TimeMonitor"]
-
 _MEMORY = 10.0
 """Seconds for which steps back are remembered."""
 _STEPS = 2

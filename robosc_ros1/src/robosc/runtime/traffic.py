@@ -8,8 +8,6 @@ from typing import Callable, Iterable, Iterator, List, Mapping, NamedTuple, Sequ
 
 from .recorder import Throttle
 
-__all__ = ["UNSERVED", "Traffic", "TrafficWatch"]
-
 UNSERVED = "no server of %s is connected"
 
 _Nodes = Mapping[str, Sequence[str]]

@@ -15,8 +15,6 @@ from collections import deque
 from contextlib import suppress
 from typing import Any, Callable, Deque, Optional
 
-__all__ = ["Turns"]
-
 _SLACK = 0.00005
 """Seconds by which the engine's thread may be late, to avoid unnecessary wake-ups."""
 

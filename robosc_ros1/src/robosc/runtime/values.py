@@ -8,12 +8,6 @@ import math
 from types import SimpleNamespace
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
-__all__ = [
-    "NOW", "Mismatch", "Undefined", "Value", "copied", "demand_finite", "divide", "fields_of",
-    "given", "in_range", "jsonable", "not_finite", "now", "only_field", "optional", "parts_of",
-    "record", "remainder", "widen", "without_gaps",
-]  # fmt: skip
-
 Value = Any
 """A value of the language: bool, int, float or str; for an event's value a dict of them by path;
 for an object or an array, the message or array as received."""

@@ -11,8 +11,6 @@ from robosc.source import Source
 from robosc.syntax.nodes import ExprNode, RequirementNode
 from robosc.syntax.parser import parse
 
-__all__ = ["condition"]
-
 _BEFORE = "robot r { requirement always "
 
 

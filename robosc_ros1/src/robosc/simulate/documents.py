@@ -11,11 +11,6 @@ from robosc.simulate.machine import Choice, CommandState, Machine, event_of_docu
 from robosc.simulate.session import Done, Session
 from robosc.synthesis.documents import event_document
 
-__all__ = [
-    "answer", "choice_document", "command_document", "done_document", "fault_document",
-    "state_document",
-]  # fmt: skip
-
 Document = dict[str, Any]
 
 

@@ -23,8 +23,6 @@ from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Raw
 from robosc.simulate.typed_values import within_whole
 
-__all__ = ["completed", "random_raw"]
-
 
 def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
     """Some value that the event can carry."""

@@ -35,11 +35,6 @@ from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Path, Raw, literal_text
 from robosc.simulate.typed_values import assembled, default_part, raw_parts, typed_value
 
-__all__ = [
-    "Given", "Path", "by_path", "complete", "given_json", "given_text", "hint", "is_test",
-    "outer_parts", "parameter_values", "part_given",
-]  # fmt: skip
-
 Given: TypeAlias = Mapping[Path, Value | None]
 
 

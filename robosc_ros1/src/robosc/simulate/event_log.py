@@ -13,8 +13,6 @@ from robosc.errors import UsageError
 from robosc.language.events import EventKind
 from robosc.source import opened
 
-__all__ = ["LogEntry", "read_log"]
-
 _KINDS = (*(kind.value for kind in EventKind), "stop")
 _OUTCOMES = ("applied", "mismatch", "failed", "stopped")
 

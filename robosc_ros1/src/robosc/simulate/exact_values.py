@@ -11,8 +11,6 @@ from robosc.model.expr import VariableRef
 from robosc.model.traversal import path_text, walk
 from robosc.runtime.values import jsonable
 
-__all__ = ["data_behind", "value_with_classes"]
-
 
 def value_with_classes(event: Event, value: Any) -> str:
     """The value of an input, or its parts by path, each with its class."""

@@ -16,7 +16,8 @@ from typing import Any, TypeAlias
 from robosc.emit.config import declared_communications, declared_parameters
 from robosc.ir.automaton import Event, Plant, value_parts, value_type
 from robosc.ir.step import valuations
-from robosc.model.entities import EventKind, Kind, Robot
+from robosc.language.events import EventKind, Kind
+from robosc.model.entities import Robot
 from robosc.model.expr import Expr
 from robosc.model.traversal import path_text
 from robosc.model.types import IntegerType, ObjectType
@@ -44,8 +45,6 @@ from robosc.simulate.machine import (
 )
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
-
-__all__ = ["LONGEST_WAIT", "Execution", "read_settings"]
 
 LONGEST_WAIT = 3600.0
 """Seconds that the clock may be turned on in one go."""

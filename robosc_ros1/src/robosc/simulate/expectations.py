@@ -11,7 +11,7 @@ from typing import Any
 from robosc.errors import listing
 from robosc.ir.automaton import Event
 from robosc.ir.formulas import to_dsl
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef
 from robosc.model.traversal import walk
 from robosc.runtime.values import jsonable
@@ -30,8 +30,6 @@ from robosc.simulate.machine import (
     label,
     without_timeouts,
 )
-
-__all__ = ["expect"]
 
 _SENT = re.compile(rf"({EVENT_NAME})(?:\s*\*\s*(\d{{1,6}}))?", re.ASCII)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["Failed", "LineFault", "Refused", "InvalidLine"]
-
 
 class LineFault(Exception):
     """A line was not done; the message says why, and what to write instead where that is known."""

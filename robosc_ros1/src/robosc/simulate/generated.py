@@ -11,8 +11,6 @@ from robosc.runtime.model import Controller
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
 
-__all__ = ["make_controller", "state_of_controller"]
-
 
 def make_controller(supervisor: Supervisor) -> Controller:
     """A controller in its initial state."""

@@ -9,8 +9,6 @@ from xml.etree import ElementTree
 
 from robosc.simulate.faults import Failed, LineFault
 
-__all__ = ["Case", "junit_text"]
-
 _NO_XML = re.compile("[^\\t\\n\\r\\x20-\\ud7ff\\ue000-\\ufffd\\U00010000-\\U0010ffff]")
 """Characters that XML 1.0 cannot hold."""
 

@@ -25,8 +25,6 @@ from robosc.runtime.values import jsonable
 from robosc.simulate.faults import InvalidLine
 from robosc.source import Source
 
-__all__ = ["Path", "Raw", "literal_text", "parse_raw", "path_in"]
-
 Path: TypeAlias = tuple[str | int, ...]
 Raw: TypeAlias = Any
 """None, a literal, or a dict of literals by path, None for an array's element that is missing."""

@@ -13,19 +13,13 @@ from typing import Any, Protocol
 from robosc.errors import listing
 from robosc.ir.automaton import Event, Plant, value_parts
 from robosc.ir.step import valuations
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.model.expr import Expr
 from robosc.runtime.telemetry import reason_text
 from robosc.simulate.event_data import Given, given_text
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
-
-__all__ = [
-    "COMMANDS", "CONTROLLABLE", "Choice", "CommandState", "EVENT_NAME", "Happening", "Machine",
-    "Reason", "draw_values", "event_and_value", "event_of_document", "find_events", "is_name",
-    "is_typed", "label", "typed_text", "without_timeouts",
-]  # fmt: skip
 
 CONTROLLABLE = frozenset(kind.value for kind in EventKind if kind.controllable)
 """The names of the kinds of event that the controller decides on."""

@@ -9,12 +9,10 @@ from robosc.errors import listing
 from robosc.ir.automaton import Event, PlantState
 from robosc.ir.conjuncts import conjuncts
 from robosc.ir.step import Verdict, holds, lookup, outcome, taken_edge, valuations
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.runtime.telemetry import UNEXPLAINED
 from robosc.simulate.machine import Reason
 from robosc.supervisor import Guard, Supervisor
-
-__all__ = ["reasons"]
 
 
 def reasons(supervisor: Supervisor, guard: Guard, state: PlantState) -> tuple[Reason, ...]:

@@ -14,8 +14,6 @@ from robosc.simulate.literals import literal_text
 from robosc.simulate.machine import CommandState, Happening, Machine, label
 from robosc.simulate.session import Session
 
-__all__ = ["Style", "fitted", "happening_text", "happenings_text", "session_text"]
-
 _MOST_SHOWN = 60
 _PAINT = re.compile("\x1b\\[[0-9;]*m")
 _COLUMNS = re.compile(r" *(?:\S+ {2,})*")

@@ -31,8 +31,6 @@ from robosc.simulate.shortened_values import UnknownValue, apply_effect
 from robosc.simulate.typed_values import typed_value, within_whole
 from robosc.supervisor import Supervisor
 
-__all__ = ["Departure", "Follower", "Replayed", "replay", "replay_document", "replay_text"]
-
 
 @dataclass(frozen=True)
 class Departure:

@@ -15,8 +15,6 @@ from robosc.simulate.junit import Case
 from robosc.simulate.render import Style, fitted, happenings_text, session_text
 from robosc.simulate.session import Done, Session, code_of
 
-__all__ = ["Followed", "follow_documents", "follow_script", "done_text", "follow_typing"]
-
 
 @dataclass(frozen=True, slots=True)
 class Followed:

@@ -35,8 +35,6 @@ from robosc.simulate.machine import (
 from robosc.simulate.trace_steps import fired_by
 from robosc.syntax.parser import read_bytes
 
-__all__ = ["WORDS", "Done", "MakeMachine", "Session", "code_of", "read_lines"]
-
 MakeMachine = Callable[[Mapping[str, Any]], Machine]
 """A machine in its initial state, with these parameters."""
 

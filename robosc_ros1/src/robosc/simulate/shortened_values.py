@@ -9,8 +9,6 @@ from typing import Any, NoReturn
 from robosc.runtime.effects import attribute_names
 from robosc.runtime.model import Controller
 
-__all__ = ["ShortenedValue", "UnknownValue", "apply_effect"]
-
 
 class UnknownValue(Exception):
     """Something depends on a value that the log does not have whole."""

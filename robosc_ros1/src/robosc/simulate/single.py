@@ -22,15 +22,16 @@ from robosc.ir.automaton import (
 )
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import value_of
-from robosc.ir.formulas import Leaf, Undefined, evaluate, to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.ir.step import Values, taken_edge
+from robosc.language.events import EventKind
 from robosc.language.operators import MIRRORED
-from robosc.model.entities import EventKind
-from robosc.model.expr import Binary, Expr, Literal, TestRef, ValueRef, VariableRef
+from robosc.model.evaluation import evaluate
+from robosc.model.expr import Binary, Expr, Leaf, Literal, TestRef, ValueRef, VariableRef
 from robosc.model.presence import condition_on_data
 from robosc.model.traversal import walk
 from robosc.model.types import DoubleType, IntegerType, Value, domain
-from robosc.runtime.values import widen
+from robosc.runtime.values import Undefined, widen
 from robosc.simulate.drawn_values import completed
 from robosc.simulate.event_data import (
     Given,
@@ -57,8 +58,6 @@ from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.formatting import step_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import tau_values
-
-__all__ = ["SingleEvents"]
 
 MOST_STATES = 1_000_000
 """How many states ``goto`` looks at before it gives up."""

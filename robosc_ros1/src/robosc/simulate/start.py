@@ -16,8 +16,6 @@ from robosc.simulate.session import MakeMachine
 from robosc.simulate.single import SingleEvents
 from robosc.supervisor import Supervisor
 
-__all__ = ["machine_maker", "parameters", "supervisor_with"]
-
 
 def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     """Makes machines of single events, or of the controller as it executes.

@@ -8,12 +8,13 @@ from typing import Any, cast
 
 from robosc.ir.automaton import Plant, PlantState, VariableKind
 from robosc.ir.finite.terms import value_of
-from robosc.ir.formulas import Leaf, Undefined, evaluate
 from robosc.ir.step import is_true
 from robosc.model.entities import Data, DataArray, DataObject, Robot
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import (
     ElementRef,
     Expr,
+    Leaf,
     ParameterRef,
     PhaseRef,
     StateRef,
@@ -22,9 +23,7 @@ from robosc.model.expr import (
     VariableRef,
 )
 from robosc.model.types import ArrayType, DoubleType, IntegerType, ObjectType, Type, Value
-from robosc.runtime.values import widen
-
-__all__ = ["SystemState", "sent_data", "state_of"]
+from robosc.runtime.values import Undefined, widen
 
 
 @dataclass(frozen=True)

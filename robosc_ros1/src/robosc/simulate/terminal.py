@@ -12,8 +12,6 @@ from typing import Any, TextIO
 from robosc.simulate.machine import label
 from robosc.simulate.session import WORDS, Session
 
-__all__ = ["completions", "line_reader"]
-
 _PROMPT = "> "
 _LAST_WORD = re.compile(r"[\w.^\[\]]*$", re.ASCII)
 _CONDITIONS = ("goto", "expect")

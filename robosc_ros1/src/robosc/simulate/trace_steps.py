@@ -11,8 +11,6 @@ from robosc.simulate.event_data import Given, by_path
 from robosc.simulate.machine import Machine, label
 from robosc.synthesis.formatting import event_text, part_text
 
-__all__ = ["fired_by", "step_written"]
-
 
 def fired_by(machine: Machine, text: str) -> tuple[Event, Given] | None:
     """What a step of a trace lets happen; None if this is none, or time passes (``--execute``).

@@ -33,8 +33,6 @@ from robosc.model.types import (
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Path, Raw, literal_text, path_in
 
-__all__ = ["assembled", "default_part", "raw_parts", "typed_value", "within_whole"]
-
 _NUMBERS = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 

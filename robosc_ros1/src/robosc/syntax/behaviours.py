@@ -24,8 +24,6 @@ from robosc.syntax.nodes import (
 )
 from robosc.syntax.reading import Reading
 
-__all__ = ["behaviour_rule", "condition_part"]
-
 
 def condition_part() -> ParserElement:
     """``if`` and a condition."""

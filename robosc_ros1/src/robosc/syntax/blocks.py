@@ -25,8 +25,6 @@ from robosc.syntax.nodes import ImportNode
 from robosc.syntax.reading import Build, Fault, Reading
 from robosc.syntax.synchronise import Synchroniser, late_brace, nearest_keyword
 
-__all__ = ["Block", "Child", "Header", "Items", "Rule", "items_of"]
-
 _NEVER = re.compile(r"(?!)")
 _MAX_DEPTH = 20
 """Levels of nested blocks that are parsed; a deeper text could exhaust the stack."""

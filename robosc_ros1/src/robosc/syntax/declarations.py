@@ -49,16 +49,6 @@ from robosc.syntax.nodes import (
 )
 from robosc.syntax.reading import Build, Reading
 
-__all__ = [
-    "communication_rule",
-    "data_part",
-    "datatype_rule",
-    "enum_rules",
-    "interface_rule",
-    "object_rules",
-    "value_rules",
-]
-
 
 def object_rules() -> Block:
     """The block of an object: its properties."""

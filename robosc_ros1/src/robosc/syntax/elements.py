@@ -15,11 +15,6 @@ from robosc.language.tokens import pattern
 from robosc.syntax.pyparsing_names import leave_whitespace, set_name, set_parse_action
 from robosc.syntax.reading import Build, Form, Reading, Stop
 
-__all__ = [
-    "built", "choice", "either", "ended", "keyword", "label", "listed", "maybe",
-    "nested", "nothing", "refused", "symbol", "terminal",
-]  # fmt: skip
-
 
 def terminal(kinds: str, expected: str, build: Build | None = None) -> ParserElement:
     """Tokens that match a pattern (see :func:`~robosc.language.tokens.pattern`).

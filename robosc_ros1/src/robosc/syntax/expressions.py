@@ -19,8 +19,6 @@ from robosc.syntax.operands import MAX_DEPTH, Step, build_expression, nested_too
 from robosc.syntax.pyparsing_names import leave_whitespace, set_name
 from robosc.syntax.reading import Form, Stop
 
-__all__ = ["ACCESS", "Expression"]
-
 ACCESS = "NAME (?: '.' WORD | '[' INTEGER ']' )*"
 
 # A name with a colon behind it is a property: the brace before it is missing.

@@ -17,8 +17,6 @@ from robosc.syntax.nodes import FileNode
 from robosc.syntax.parser import parse
 from robosc.syntax.pretty_printing import print_doc
 
-__all__ = ["format_text", "format_tree"]
-
 
 def format_text(source: Source) -> str:
     """The model in canonical layout.

@@ -57,8 +57,6 @@ from robosc.syntax.nodes import (
 from robosc.syntax.pretty_printing import Doc, Indent, Line
 from robosc.syntax.words import Words
 
-__all__ = ["Formatter", "WIDTH"]
-
 WIDTH = 100
 """Columns of a line; longer ones are broken where the layout allows it."""
 

@@ -54,9 +54,6 @@ from robosc.syntax.nodes import (
 )
 from robosc.syntax.reading import Fault, Reading
 
-__all__ = ["library_block", "robot_block"]
-
-
 # --- components ----------------------------------------------------------------------------------
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from robosc.syntax.reading import Reading
 
-__all__ = ["is_nested", "outdented"]
-
 
 def is_nested(reading: Reading, at: int, header: int) -> bool:
     """Whether a token begins its line, indented further than the line of a header."""

@@ -12,17 +12,6 @@ from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
 from robosc.syntax.reading import Build, Fault, Reading
 
-__all__ = [
-    "make_access",
-    "make_integer",
-    "make_name",
-    "make_node",
-    "make_number",
-    "make_parts",
-    "make_string",
-    "make_tuple",
-]
-
 MAX_INTEGER = 2**64 - 1
 """The largest whole number of any ROS type (uint64)."""
 

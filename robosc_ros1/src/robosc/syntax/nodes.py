@@ -12,19 +12,6 @@ from typing import Literal, TypeAlias
 from robosc.language.events import Folder
 from robosc.source import Span
 
-__all__ = [
-    "Access", "ActionNode", "AfterNode", "AggregateNode", "ArgumentNode", "ArrayNode",
-    "ArrayTypeNode", "AssignmentNode", "BasicTypeNode", "BehaviourNode", "BinaryNode", "CallNode",
-    "CommunicationNode", "ComponentNode", "ConditionNode", "ConstantNode", "DataFieldNode",
-    "DataNode", "DataObjectNode", "DeclarationNode", "DurationNode", "ElementNode", "EnumNode",
-    "EnumRuleNode", "ExprNode", "FileNode", "ForNode", "ImportNode", "InNode", "InterfaceNode",
-    "LiteralNode", "MemberNode", "MessageNode", "Name", "NamedTypeNode", "ObjectNode",
-    "ParameterNode", "PreferNode", "PropertyNode", "ProvideNode", "RangeNode", "RequirementNode",
-    "ResultTransitionNode", "RosTypeNode", "ServiceNode", "SliceNode", "StatementNode",
-    "StateNode", "StopNode", "StringNode", "TauNode", "TypeNode", "UnaryNode", "ValueNode",
-    "VariableNode",
-]  # fmt: skip
-
 
 @dataclass(frozen=True, slots=True)
 class _Node:

@@ -26,8 +26,6 @@ from robosc.syntax.nodes import (
 )
 from robosc.syntax.reading import Fault, Reading
 
-__all__ = ["MAX_DEPTH", "Step", "build_expression", "make_leaf", "nested_too_deep"]
-
 MAX_DEPTH = 200
 """The greatest height of an expression's tree, so that later stages may recurse.
 

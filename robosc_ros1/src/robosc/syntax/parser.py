@@ -15,8 +15,6 @@ from robosc.syntax.nodes import FileNode, Name
 from robosc.syntax.reading import Reading
 from robosc.syntax.synchronise import late_brace
 
-__all__ = ["parse", "read_bytes", "read_source", "source_of"]
-
 _FILES = ("robot", "library")
 _LARGEST = 2**26
 """The greatest size of a model file in bytes; a device such as /dev/zero has no end."""

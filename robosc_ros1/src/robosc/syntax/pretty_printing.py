@@ -10,8 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-__all__ = ["Doc", "Group", "Indent", "Line", "Remark", "print_doc"]
-
 
 @dataclass(frozen=True, slots=True)
 class Line:

@@ -11,8 +11,6 @@ from typing import Any, TypeVar
 import pyparsing
 from pyparsing import ParserElement
 
-__all__ = ["leave_whitespace", "parse_string", "set_name", "set_parse_action"]
-
 _Element = TypeVar("_Element", bound=ParserElement)
 _PREVIOUS = not hasattr(ParserElement, "set_name")
 

@@ -22,8 +22,6 @@ from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
 from robosc.source import Span
 from robosc.syntax.pyparsing_names import parse_string
 
-__all__ = ["Build", "Fault", "Form", "Reading", "Stop"]
-
 _STATEMENTS = frozenset({"requirement", "provide", "on", "transition"})
 _DECLARING = frozenset(
     {"component", "datatype", "interface", "message", "service", "action", "variable", "state"}

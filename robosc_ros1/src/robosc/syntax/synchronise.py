@@ -15,8 +15,6 @@ from functools import cached_property, lru_cache
 from robosc.language.tokens import LOOKS, is_word, pattern
 from robosc.syntax.reading import Reading
 
-__all__ = ["Synchroniser", "late_brace", "nearest_keyword"]
-
 _NO_START = pattern("':' | '.' | '..' | ',' | INFIX | FOREIGN | ')' | ']' | ':=' | and | or")
 _FAR = 50
 """How many tokens behind its place a late opening brace is searched for."""

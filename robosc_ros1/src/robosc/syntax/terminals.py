@@ -49,11 +49,6 @@ from robosc.syntax.operands import make_leaf
 from robosc.syntax.pyparsing_names import set_parse_action
 from robosc.syntax.reading import Reading, Stop
 
-__all__ = [
-    "MAX_NESTING", "as_communication", "braced_communications", "communication", "communications",
-    "duration", "make_group", "maybe_except", "name", "range_", "ros_type", "string", "type_",
-]  # fmt: skip
-
 MAX_NESTING = 20
 """Levels to which arrays of arrays, and provided objects in objects, may be nested."""
 

@@ -10,8 +10,6 @@ from robosc.language.tokens import Comment, Tokens
 from robosc.source import Source
 from robosc.syntax.pretty_printing import Doc, Group, Line, Remark
 
-__all__ = ["Words"]
-
 
 @dataclass(frozen=True, slots=True)
 class _Gap:

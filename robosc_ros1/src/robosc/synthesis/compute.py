@@ -28,8 +28,6 @@ from robosc.synthesis.guards import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
 from robosc.synthesis.vectorised import support
 
-__all__ = ["DEFAULT_MAX_STATES", "synthesize"]
-
 DEFAULT_MAX_STATES = 2**28
 _MOST_PAIRS = 2**24
 """Pairs of incoming and stored values that the dense engine holds; each takes some 40 bytes."""

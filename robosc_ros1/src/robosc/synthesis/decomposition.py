@@ -17,13 +17,11 @@ from typing import TypeAlias
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.disjoint_sets import DisjointSets
 from robosc.ir.finite.view import sent_wholes
-from robosc.model.entities import EventKind, Kind
+from robosc.language.events import EventKind, Kind
 from robosc.supervisor import Explanation, Step, Supervisor
 from robosc.synthesis.result import nothing_allowed
 from robosc.synthesis.system import inputs
 from robosc.synthesis.vectorised import event_support, support
-
-__all__ = ["combined", "independent_parts"]
 
 _SMALL = 2**12
 """Product size up to which a part may be joined with others."""

@@ -15,13 +15,6 @@ from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
 from robosc.synthesis.system import make_step
 
-__all__ = [
-    "event_document",
-    "explore_json",
-    "step_document",
-    "synthesize_document",
-]
-
 _LINES_AT_ONCE = 10_000
 
 

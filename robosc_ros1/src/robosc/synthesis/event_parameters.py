@@ -16,14 +16,6 @@ from robosc.ir.partial_evaluation import PartValues, holds
 from robosc.ir.step import is_consistent, missing_together
 from robosc.model.expr import Expr
 
-__all__ = [
-    "MOST_COMBINATIONS",
-    "choices",
-    "for_some",
-    "private_parameters",
-    "weight",
-]
-
 MOST_COMBINATIONS = 2**20
 """Combinations of parameter values above which they are not enumerated."""
 _FEW = 2**8

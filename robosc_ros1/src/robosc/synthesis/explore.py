@@ -12,8 +12,6 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import amount
 from robosc.synthesis.stepper import Stepper
 
-__all__ = ["Graph", "Transition", "explore", "reaching"]
-
 
 @dataclass(frozen=True, slots=True)
 class Transition:

@@ -8,16 +8,10 @@ from textwrap import shorten
 
 from robosc.errors import listing
 from robosc.ir.automaton import Event, EventParameter
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.model.traversal import path_text
 from robosc.model.types import Value
 from robosc.supervisor import Step
-
-__all__ = [
-    "amount", "contributors", "event_text", "part_text", "quoted", "step_text",
-    "trace_text",
-]  # fmt: skip
-
 
 _LONG = 120
 """Characters of a requirement that a message quotes."""

@@ -30,8 +30,6 @@ from robosc.synthesis.precondition import next_precondition, precondition
 from robosc.synthesis.sum_of_products import TooLarge
 from robosc.synthesis.vectorised import event_support, step_support, support
 
-__all__ = ["CareSet", "GuardInputs", "make_guard"]
-
 _SMALL = 2**6
 """Combinations up to which a cover is computed without trying anything else before."""
 _LARGE = 2**9

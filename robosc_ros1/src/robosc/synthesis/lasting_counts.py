@@ -23,8 +23,6 @@ from robosc.synthesis.explore import reaching
 from robosc.synthesis.minimise import condition_on
 from robosc.synthesis.vectorised import event_support, support
 
-__all__ = ["lasting_counts"]
-
 _MOST_STEPS = 2**10
 """Components with a larger product of states and parameter values are not explored."""
 

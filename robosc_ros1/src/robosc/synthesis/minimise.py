@@ -33,8 +33,6 @@ from robosc.model.traversal import walk
 from robosc.model.types import BooleanType, IntegerType
 from robosc.synthesis.sum_of_products import Diagrams, Product, TooLarge, full_mask
 
-__all__ = ["condition_of", "condition_on"]
-
 _BOOLEAN = BooleanType()
 _Reference: TypeAlias = VariableRef | TestRef
 

@@ -17,8 +17,6 @@ from robosc.model.traversal import rewritten
 from robosc.synthesis.system import stays_in_range, taken_where
 from robosc.synthesis.vectorised import support
 
-__all__ = ["after", "next_precondition", "precondition"]
-
 _MOST_CHOICES = 8
 
 

@@ -13,8 +13,6 @@ from robosc.synthesis.explain.reasons import explain_empty, explain_guards
 from robosc.synthesis.explain.warnings import warnings
 from robosc.synthesis.system import System
 
-__all__ = ["Sizes", "make_supervisor", "nothing_allowed"]
-
 
 @dataclass(frozen=True, slots=True)
 class Sizes:

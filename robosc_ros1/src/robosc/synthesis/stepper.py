@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.ir.finite.classes import Classes
-from robosc.ir.formulas import Leaf, Undefined, to_python
+from robosc.ir.formulas import to_python
 from robosc.ir.step import Outcome, Values, Verdict, is_consistent, missing_together, valuations
 from robosc.language.functions import HELPERS
 from robosc.model.evaluation import converted
@@ -22,6 +22,7 @@ from robosc.model.expr import (
     TRUE,
     ElementRef,
     Expr,
+    Leaf,
     ParameterRef,
     PhaseRef,
     StateRef,
@@ -31,10 +32,9 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import walk
 from robosc.model.types import EnumType
+from robosc.runtime.values import Undefined
 from robosc.supervisor import Guard
 from robosc.synthesis.event_parameters import weight
-
-__all__ = ["StepFunction", "Stepper", "Test", "CompiledEvent"]
 
 _MOST_KEPT = 2**16
 """Combinations of parameter values that are stored; more are enumerated anew each time."""

@@ -17,8 +17,6 @@ import numpy as np
 from robosc.errors import StateSpaceError
 from robosc.synthesis.vectorised import Indexes
 
-__all__ = ["END", "NOTHING", "Diagrams", "Product", "TooLarge", "full_mask"]
-
 NOTHING = 0
 """The empty set, at every depth."""
 END = 1

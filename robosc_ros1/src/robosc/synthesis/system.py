@@ -17,27 +17,11 @@ from robosc.errors import StateSpaceError
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, PhaseStep, Plant, PlantState
 from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.ir.step import Values
-from robosc.model.entities import EventKind, Kind
+from robosc.language.events import EventKind, Kind
 from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, PhaseRef, StateRef
 from robosc.model.types import BooleanType
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.stepper import Stepper
-
-__all__ = [
-    "Runs",
-    "System",
-    "allowed",
-    "enabled",
-    "in_phase",
-    "inputs",
-    "location_name",
-    "make_step",
-    "possible",
-    "stays_in_range",
-    "steps_of",
-    "taken_where",
-    "tau_values",
-]
 
 
 @dataclass(frozen=True, slots=True)

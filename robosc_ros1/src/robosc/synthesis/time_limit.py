@@ -13,8 +13,6 @@ from types import FrameType
 from robosc.errors import StateSpaceError
 from robosc.progress import Progress
 
-__all__ = ["processor_time"]
-
 _AGAIN = 0.5
 """Seconds after which the timer fires again: the first error may have been swallowed."""
 

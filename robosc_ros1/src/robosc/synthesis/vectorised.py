@@ -38,11 +38,6 @@ from robosc.model.expr import (
 from robosc.model.traversal import fold, walk_all
 from robosc.model.types import EnumType, StringType, Type
 
-__all__ = [
-    "Bools", "IndexArrays", "Indexes", "evaluate_vectorised", "event_support", "step_support",
-    "support",
-]  # fmt: skip
-
 Bools: TypeAlias = NDArray[np.bool_]
 Indexes: TypeAlias = NDArray[np.intp]
 IndexArrays: TypeAlias = Mapping[int, Indexes]

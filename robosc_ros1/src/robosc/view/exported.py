@@ -17,8 +17,6 @@ from robosc.view.hub import compact, utf8
 from robosc.view.recorded import Recording
 from robosc.view.server import PAGE
 
-__all__ = ["html_of"]
-
 Json = Any
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"

@@ -12,8 +12,6 @@ import threading
 from collections import deque
 from collections.abc import Iterable
 
-__all__ = ["HubFollower", "Hub", "compact", "utf8"]
-
 _KEPT = 5000
 _LONGEST = 1_000_000
 """Characters of all events that are kept: an event can carry a whole map."""

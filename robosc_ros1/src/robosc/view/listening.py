@@ -15,8 +15,6 @@ from typing import Protocol
 from robosc.runtime.telemetry import dump
 from robosc.view.hub import Hub
 
-__all__ = ["CHECK", "Heard", "Listener"]
-
 _SILENT = 3.0
 """Seconds without a state, which comes once per second at least, after which the node is gone."""
 CHECK = 0.5

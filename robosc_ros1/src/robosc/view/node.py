@@ -17,8 +17,6 @@ from robosc.view.ros1 import Ros1
 from robosc.view.ros2 import Ros2
 from robosc.view.server import PageServer, Where
 
-__all__ = ["view_node", "which_ros"]
-
 _LISTENERS: Mapping[str, Callable[[str, Hub], Listener]] = {"1": Ros1, "2": Ros2}
 
 

@@ -25,8 +25,6 @@ from robosc.view.hub import Hub
 from robosc.view.server import Answers, Unable
 from robosc.view.tally import Tally
 
-__all__ = ["Played"]
-
 _TICK = 0.05
 _LONGEST_WALK = 1000
 

@@ -28,8 +28,6 @@ from robosc.view.series import Collector
 from robosc.view.server import Answers, Unable
 from robosc.view.tally import Tally
 
-__all__ = ["Recording"]
-
 _STRIDE = 256
 """Events between two moments that are kept; from one of them all others are found."""
 _SHOWN = 200

@@ -14,8 +14,6 @@ from robosc.errors import UsageError
 from robosc.view.hub import Hub
 from robosc.view.listening import CHECK, Heard
 
-__all__ = ["Ros1"]
-
 
 class Ros1:
     """Listens to one node, for as long as there is a master, and with the next one again.

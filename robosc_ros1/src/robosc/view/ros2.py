@@ -11,8 +11,6 @@ from robosc.errors import UsageError
 from robosc.view.hub import Hub
 from robosc.view.listening import CHECK, Heard
 
-__all__ = ["Ros2"]
-
 
 class Ros2:
     """Listens to one node; discovery finds it, and finds it again.

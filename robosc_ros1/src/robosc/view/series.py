@@ -8,8 +8,6 @@ from typing import Any
 from robosc.runtime.model import Controller
 from robosc.simulate.event_log import LogEntry
 
-__all__ = ["Collector"]
-
 Json = Any
 
 

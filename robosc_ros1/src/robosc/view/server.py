@@ -22,8 +22,6 @@ from urllib.parse import urlsplit
 from robosc.errors import UsageError
 from robosc.view.hub import Hub, compact, utf8
 
-__all__ = ["DEFAULT_PORT", "PAGE", "Answers", "PageServer", "Unable", "Where"]
-
 DEFAULT_PORT = 8642
 
 PAGE = Path(__file__).with_name("page")

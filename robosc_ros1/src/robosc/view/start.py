@@ -14,8 +14,6 @@ from robosc.view.played import Played
 from robosc.view.recorded import Recording
 from robosc.view.server import PageServer, Where
 
-__all__ = ["export_log", "view_log", "view_model"]
-
 
 def view_model(
     supervisor: Supervisor, where: Where, *, execute: bool, given: Sequence[str] = ()

@@ -7,8 +7,6 @@ from collections import Counter
 from robosc.language.events import EventKind
 from robosc.simulate.machine import COMMANDS
 
-__all__ = ["Tally"]
-
 
 class Tally:
     """Counts the events of one run: ``counts`` those that were applied, by name and kind."""

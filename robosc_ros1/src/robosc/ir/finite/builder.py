@@ -37,15 +37,17 @@ from robosc.ir.finite.view import (
     sent_wholes,
     update_key,
 )
-from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation, to_dsl
+from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl
 from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
 from robosc.model.entities import Component, ResultTransition, Robot
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
     Convert,
     Expr,
     Holds,
+    Leaf,
     Literal,
     ParameterRef,
     TestRef,
@@ -62,8 +64,6 @@ from robosc.model.types import (
     ObjectType,
     domain,
 )
-
-__all__ = ["ViewBuilder", "finite_view"]
 
 
 def finite_view(robot: Robot) -> FiniteView:

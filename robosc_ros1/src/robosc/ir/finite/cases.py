@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import prod
 
-from robosc.ir.formulas import conjunction, disjunction, evaluate, negation
+from robosc.ir.formulas import conjunction, disjunction, negation
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import (
     FALSE,
     TRUE,
@@ -30,8 +31,6 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import fold, may_be_undefined, parameters_of, walk, with_operands
 from robosc.model.types import ArrayType, BooleanType, Value, domain
-
-__all__ = ["by_state", "by_value", "has_value", "reads_arrays", "reads_states"]
 
 
 def reads_states(expr: Expr) -> bool:

@@ -15,8 +15,6 @@ from robosc.language.operators import BINARY
 from robosc.model.expr import Binary, Expr, Literal
 from robosc.model.types import BooleanType, DoubleType, IntegerType, StringType, Type, Value
 
-__all__ = ["Classes", "Comparison", "ClassCondition", "intervals"]
-
 Comparison: TypeAlias = tuple[str, Value]
 """An operator and its right operand, a constant."""
 

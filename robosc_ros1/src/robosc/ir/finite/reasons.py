@@ -21,8 +21,6 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import walk
 
-__all__ = ["MAY_BE_MISSING", "SEVERAL_CHANGES", "WIDENED", "why_free"]
-
 MAY_BE_MISSING = "it is assigned a part of a variable that may be missing"
 SEVERAL_CHANGES = "one event changes several things that it reads"
 WIDENED = "an integer that may be too large for a double is assigned to one"

@@ -16,9 +16,10 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from robosc.ir.finite.cases import by_state, by_value, reads_arrays, reads_states
-from robosc.ir.formulas import Leaf, conjunction, disjunction, evaluate, negation
+from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.language.operators import MIRRORED
 from robosc.model.by_identity import ByIdentity
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import (
     Binary,
     ChoiceRef,
@@ -26,6 +27,7 @@ from robosc.model.expr import (
     ElementRef,
     Expr,
     Holds,
+    Leaf,
     Literal,
     Operation,
     ParameterRef,
@@ -60,12 +62,6 @@ from robosc.model.types import (
     domain,
     is_number,
 )
-
-__all__ = [
-    "Term", "Terms", "compared_in_rules", "compared_with_constant", "element_asked_for",
-    "is_constant", "is_presence", "is_there", "kept_where_undefined", "order", "reads_data",
-    "reads_parameters", "replaces_undefined", "sides_of", "type_of_part", "value_of",
-]  # fmt: skip
 
 Term: TypeAlias = VariableRef | ValueRef | TestRef
 

@@ -14,10 +14,10 @@ from typing import TypeAlias
 
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import Term, Terms, kept_where_undefined, reads_parameters, value_of
-from robosc.ir.formulas import Leaf, negation
+from robosc.ir.formulas import negation
+from robosc.language.events import EventKind
 from robosc.model.entities import (
     Assignment,
-    EventKind,
     Provide,
     Requirement,
     ResultTransition,
@@ -31,6 +31,7 @@ from robosc.model.expr import (
     ChoiceRef,
     Expr,
     Holds,
+    Leaf,
     Literal,
     Operation,
     ParameterRef,
@@ -40,11 +41,6 @@ from robosc.model.expr import (
 )
 from robosc.model.traversal import may_be_undefined, walk
 from robosc.model.types import ArrayType, ObjectType, Value
-
-__all__ = [
-    "FiniteView", "Scope", "ScopedTerm", "StateTerm", "UpdateKey", "may_be_missing", "reference_to",
-    "sent_wholes", "update_key",
-]  # fmt: skip
 
 Scope: TypeAlias = tuple[EventKind, str] | None
 """The event whose value ``value`` is: its kind and its communication's key."""

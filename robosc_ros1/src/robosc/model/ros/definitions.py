@@ -17,8 +17,6 @@ from robosc.model.ros import genmsg_text, python_bindings, rosidl
 from robosc.model.ros.interfaces import Definition, FieldType, Folder, Interface, Missing
 from robosc.model.ros.packages import Packages, is_ros2_package, is_share
 
-__all__ = ["BASIC", "MessageDefinitions", "install_advice"]
-
 
 def _std(name: str, base: str | None) -> Interface:
     fields = () if base is None else (("data", base),)

@@ -14,8 +14,6 @@ from robosc.model.types import (
     Type,
 )
 
-__all__ = ["misfit", "too_wide"]
-
 
 def misfit(type_: Type, field: FieldType, sending: bool) -> tuple[str, str] | None:
     """Code and text of the error that a type does not fit a field; None if it fits."""

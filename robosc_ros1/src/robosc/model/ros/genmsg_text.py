@@ -12,8 +12,6 @@ from collections.abc import Iterator
 from robosc.model.ros.interfaces import INTEGERS, PARTS, Definition, Folder
 from robosc.model.types import Value
 
-__all__ = ["parts"]
-
 _BUILT_IN = frozenset({*INTEGERS, "bool", "float32", "float64", "string", "time", "duration"})
 _CONSTANTS = _BUILT_IN - {"time", "duration"}
 _NAME = re.compile(r"[A-Za-z]\w*")

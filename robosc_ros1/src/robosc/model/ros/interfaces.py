@@ -8,11 +8,6 @@ from typing import Literal, TypeAlias
 
 from robosc.model.types import Value
 
-__all__ = [
-    "Definition", "Field", "FieldType", "Folder", "INTEGERS", "Interface", "KINDS", "Missing",
-    "PARTS",
-]  # fmt: skip
-
 Folder: TypeAlias = Literal["msg", "srv", "action"]
 """The folder of a package's messages, services or actions; also part of type names in ROS 2."""
 

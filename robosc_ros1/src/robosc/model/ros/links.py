@@ -33,8 +33,6 @@ from robosc.syntax.nodes import (
     TypeNode,
 )
 
-__all__ = ["Binder", "Payload", "is_legal"]
-
 
 @dataclass(frozen=True)
 class Payload:

@@ -10,8 +10,6 @@ from robosc.model.ros.interfaces import KINDS, Interface, Missing
 from robosc.source import Span
 from robosc.syntax.nodes import InterfaceNode, RosTypeNode
 
-__all__ = ["MissingDefinitions"]
-
 
 class MissingDefinitions:
     """Reports the missing definitions of one file."""

@@ -25,8 +25,6 @@ from xml.etree.ElementTree import ParseError
 
 from robosc.model.ros.interfaces import KINDS
 
-__all__ = ["Packages", "Place", "is_ros2_package", "is_share"]
-
 _MANIFEST = "package.xml"
 
 

@@ -13,8 +13,6 @@ from pathlib import Path
 
 from robosc.model.ros.interfaces import PARTS, Definition, Folder
 
-__all__ = ["names", "read"]
-
 
 def read(bindings: Path, package: str, type_: str, folder: Folder) -> tuple[Definition, ...] | None:
     """The parts of a message, service or action; None if it is not there or not readable."""

@@ -19,8 +19,6 @@ from pathlib import Path
 from robosc.model.ros.interfaces import PARTS, Definition, Folder
 from robosc.model.types import Value
 
-__all__ = ["read"]
-
 
 def read(package: Path, name: str, type_: str, folder: Folder) -> tuple[Definition, ...] | None:
     """The parts of ``msg/type_.msg`` or the like in the package ``name``; None if it is not there.

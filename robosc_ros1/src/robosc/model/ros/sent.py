@@ -13,8 +13,6 @@ from robosc.model.ros.types import FOLDERS
 from robosc.model.types import IntegerType
 from robosc.syntax.nodes import CommunicationNode, MessageNode
 
-__all__ = ["SentData"]
-
 
 class SentData:
     """Checks the provided data of one file."""

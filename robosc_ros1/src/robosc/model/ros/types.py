@@ -30,8 +30,6 @@ from robosc.model.types import (
 )
 from robosc.syntax.nodes import ActionNode, CommunicationNode, MessageNode, ServiceNode
 
-__all__ = ["DURATIONS", "FOLDERS", "TIMES", "RosTypes", "is_ros_type"]
-
 FOLDERS: Mapping[type[CommunicationNode], Folder] = {
     MessageNode: "msg",
     ServiceNode: "srv",

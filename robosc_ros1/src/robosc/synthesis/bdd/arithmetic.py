@@ -14,8 +14,6 @@ from robosc.model.expr import Binary, Expr, Leaf, Literal, TestRef, Unary, Value
 from robosc.model.types import IntegerType
 from robosc.synthesis.bdd.manager import Bdd, Manager
 
-__all__ = ["Number", "compared", "is_linear", "number_of", "of_index"]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Number:

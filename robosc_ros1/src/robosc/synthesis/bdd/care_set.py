@@ -23,8 +23,6 @@ from robosc.synthesis.dropping import drop
 from robosc.synthesis.minimise import condition_of, condition_on
 from robosc.synthesis.sum_of_products import END, NOTHING, Diagrams, TooLarge
 
-__all__ = ["BddCareSet", "wide_condition"]
-
 _Result = TypeVar("_Result")
 
 _FEW = 2**10

@@ -15,8 +15,6 @@ from typing import TypeAlias
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation
 
-__all__ = ["Iterates", "chained", "related_events"]
-
 Iterates: TypeAlias = list[tuple[int, Bdd]]
 """The sets that a fixpoint passes through, each with the number of the event that added to it."""
 

@@ -17,13 +17,11 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from robosc.ir.automaton import PlantState
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.system import Runs, inputs
-
-__all__ = ["SymbolicController"]
 
 _Steps: TypeAlias = tuple[tuple[Disjunct, ...], ...]
 

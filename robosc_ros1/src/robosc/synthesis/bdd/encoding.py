@@ -15,17 +15,16 @@ from functools import cached_property, partial
 from robosc.ir.automaton import Plant, PlantState
 from robosc.ir.step import missing_together
 from robosc.model.by_identity import ByIdentity
-from robosc.model.evaluation import Undefined, evaluate
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import Binary, Expr, Leaf, Operation, Unary, ValueRef
 from robosc.model.traversal import fold, walk
 from robosc.model.types import Value
+from robosc.runtime.values import Undefined
 from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import order_items
 from robosc.synthesis.bdd.partition import Partition, combined, key_of
 from robosc.synthesis.bdd.sources import LeafSource, touched_together
-
-__all__ = ["Encoding"]
 
 
 @dataclass(frozen=True, slots=True)

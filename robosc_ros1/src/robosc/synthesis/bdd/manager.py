@@ -20,8 +20,6 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 from robosc.errors import StateSpaceError
 from robosc.synthesis.bdd.memory import DEFAULT_MEMORY, budget, has_room
 
-__all__ = ["Manager", "Bdd", "available", "install_hint", "remedy", "usable"]
-
 _BYTES_PER_NODE = 36  # measured at the peak, with the unique table
 _BYTES_PER_CACHE_ENTRY = 24
 _CACHE_ENTRIES = 2**21

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from robosc.errors import StateSpaceError
 
-__all__ = ["DEFAULT_MEMORY", "budget", "has_room"]
-
 DEFAULT_MEMORY = 2 * 2**30
 """Bytes for the diagrams of one synthesis if that much is free."""
 

@@ -13,8 +13,6 @@ from itertools import pairwise
 
 import networkx as nx
 
-__all__ = ["order_items"]
-
 _ROUNDS = 60
 _PATIENCE = 5
 _LARGEST_CLIQUE = 12

@@ -13,8 +13,6 @@ from robosc.model.expr import Operation
 from robosc.model.types import Value
 from robosc.synthesis.bdd.manager import Bdd, Manager
 
-__all__ = ["Partition", "combined", "key_of"]
-
 _MOST_PAIRS = 2**22
 
 Partition: TypeAlias = list[tuple[Value | None, Bdd]]

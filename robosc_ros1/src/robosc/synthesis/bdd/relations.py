@@ -23,8 +23,6 @@ from robosc.synthesis.bdd.sources import LeafSource
 from robosc.synthesis.event_parameters import private_parameters
 from robosc.synthesis.vectorised import event_support
 
-__all__ = ["MOST_DISJUNCTS", "Disjunct", "EventRelation", "Relations"]
-
 MOST_DISJUNCTS = 3
 """Disjuncts of one event that assign constants; if there were more, a relation is used.
 

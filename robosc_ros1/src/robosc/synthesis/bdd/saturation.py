@@ -15,8 +15,6 @@ from typing import Any, TypeAlias
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.relations import Disjunct
 
-__all__ = ["saturated"]
-
 _Part: TypeAlias = tuple[Bdd, Bdd, int]
 """A part of the set, the part of the bound for it, and the first relation that concerns it."""
 

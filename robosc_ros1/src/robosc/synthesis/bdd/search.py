@@ -15,12 +15,11 @@ from functools import cached_property
 
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
+from robosc.synthesis.bdd.chaining import Iterates
 from robosc.synthesis.bdd.controller import SymbolicController
 from robosc.synthesis.bdd.manager import Bdd
-from robosc.synthesis.bdd.symbolic_engine import Iterates, SymbolicSolution
+from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.system import Runs
-
-__all__ = ["SymbolicSystem"]
 
 _MOST_NODES = 50_000
 """Nodes of all layers together above which the search is no longer breadth first."""

@@ -8,8 +8,6 @@ from typing import TypeAlias
 from robosc.ir.automaton import Plant, values_read
 from robosc.synthesis.vectorised import event_support, step_support, support
 
-__all__ = ["LeafSource", "touched_together"]
-
 LeafSource: TypeAlias = int | tuple[int, int]
 """What a leaf reads: a state variable, or (number of the event, number of its parameter)."""
 

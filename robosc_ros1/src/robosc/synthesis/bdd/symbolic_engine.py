@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from robosc.ir.automaton import Plant
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.progress import Progress
 from robosc.synthesis.bdd.chaining import Iterates, chained, related_events
 from robosc.synthesis.bdd.encoding import Encoding
@@ -22,8 +22,6 @@ from robosc.synthesis.bdd.relations import MOST_DISJUNCTS, Disjunct, EventRelati
 from robosc.synthesis.bdd.saturation import saturated
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import weight
-
-__all__ = ["Iterates", "SymbolicEngine", "SymbolicSolution"]
 
 _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
 """Allowed and refused states, and the state variables that distinguish them."""

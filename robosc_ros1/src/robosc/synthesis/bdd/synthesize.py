@@ -21,8 +21,6 @@ from robosc.synthesis.guards import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
 from robosc.synthesis.sum_of_products import TooLarge
 
-__all__ = ["synthesize_bdd"]
-
 
 def synthesize_bdd(
     plant: Plant, progress: Progress | None = None, memory: int = DEFAULT_MEMORY

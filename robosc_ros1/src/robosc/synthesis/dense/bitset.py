@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from robosc.synthesis.vectorised import Bools, Indexes
 
-__all__ = ["BITS", "WORD", "Bitset", "add", "count", "members", "pack", "places", "unpack"]
-
 BITS = 64
 WORD = np.dtype("<u8")
 Bitset: TypeAlias = NDArray[np.uint64]

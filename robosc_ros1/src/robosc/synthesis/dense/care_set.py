@@ -18,8 +18,6 @@ from robosc.synthesis.minimise import condition_of
 from robosc.synthesis.sum_of_products import Diagrams, TooLarge
 from robosc.synthesis.vectorised import Bools, Indexes, evaluate_vectorised, support
 
-__all__ = ["DenseCareSet"]
-
 _MOST_ROWS = 2**20
 
 

@@ -34,9 +34,6 @@ from robosc.synthesis.dense.merging import Condition, EventRules
 from robosc.synthesis.dense.operations import Operation, sweep_order
 from robosc.synthesis.dense.transitions import Compiler
 
-__all__ = ["DenseEngine", "DenseSolution", "EventOperations"]
-
-
 _NOTHING_REFUSED: Mapping[int, Bitset] = {}
 
 

@@ -12,8 +12,6 @@ import numpy as np
 from robosc.synthesis.dense.merging import Writes
 from robosc.synthesis.vectorised import Indexes
 
-__all__ = ["Dim"]
-
 
 @dataclass(frozen=True, eq=False)
 class Dim:

@@ -12,11 +12,6 @@ import numpy as np
 from robosc.synthesis.dense.bitset import Bitset, count
 from robosc.synthesis.dense.operations import Operation, SourceSlice
 
-__all__ = [
-    "Stages", "applying", "backward", "clear", "forward", "image", "measure", "preimage",
-    "uncontrolled",
-]  # fmt: skip
-
 Stages: TypeAlias = Sequence[Sequence[Operation]]
 """The operations of an event in stages that follow one another, in most cases a single one."""
 

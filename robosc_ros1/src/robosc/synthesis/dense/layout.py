@@ -33,8 +33,6 @@ from robosc.synthesis.dense.operations import (
 )
 from robosc.synthesis.vectorised import Bools, Indexes
 
-__all__ = ["Layout"]
-
 _LARGEST_GRID = 2**22
 
 

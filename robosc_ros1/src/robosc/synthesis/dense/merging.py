@@ -10,17 +10,6 @@ from typing import TypeAlias
 from robosc.ir.automaton import Event
 from robosc.synthesis.vectorised import Bools, IndexArrays
 
-__all__ = [
-    "ALWAYS",
-    "Condition",
-    "EventRules",
-    "Factor",
-    "Merger",
-    "TransitionRule",
-    "Writes",
-    "as_writes",
-]
-
 Writes: TypeAlias = tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
 """Rectangles (old values, new values): each old value of one leads to each new value of it."""
 

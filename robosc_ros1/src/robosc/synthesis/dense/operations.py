@@ -17,10 +17,6 @@ import numpy as np
 
 from robosc.synthesis.dense.bitset import WORD, Bitset
 
-__all__ = [
-    "MaskView", "Operation", "Shape", "ShiftMask", "SourceSlice", "operations", "sweep_order",
-]  # fmt: skip
-
 _LARGEST_STEP = 2**16
 """Words per operation with intermediate results: these should fit into the processor's cache."""
 _MOST_DIMENSIONS = 24

@@ -21,8 +21,6 @@ from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.merging import Condition, EventRules, TransitionRule
 from robosc.synthesis.dense.operations import sweep_order
 
-__all__ = ["projected_layout"]
-
 _LARGEST_LOOK = 2**14
 """Combinations above which a group is not projected."""
 _LARGEST_DIM = 256

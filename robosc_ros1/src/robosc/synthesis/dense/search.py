@@ -22,8 +22,6 @@ from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.merging import Condition, TransitionRule, Writes
 from robosc.synthesis.vectorised import Bools, Indexes
 
-__all__ = ["DenseSystem"]
-
 _LARGEST_REPEAT = 2**22
 """Layout size up to which the states of the plant, which are not stored, are computed again."""
 

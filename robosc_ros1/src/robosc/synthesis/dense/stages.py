@@ -12,8 +12,6 @@ from math import prod
 from robosc.ir.automaton import Event, LocalAutomaton, Plant, values_read
 from robosc.synthesis.vectorised import support
 
-__all__ = ["stages_of"]
-
 _MOST_CHOICES = 64
 """Combinations of edges up to which automata are in one stage."""
 

@@ -42,8 +42,6 @@ from robosc.synthesis.dense.stages import stages_of
 from robosc.synthesis.event_parameters import choices, weight
 from robosc.synthesis.vectorised import Bools, IndexArrays, evaluate_vectorised, support
 
-__all__ = ["Compiler"]
-
 _WIDE = 2**16
 """Combinations of values above which an expression is not evaluated as a whole."""
 

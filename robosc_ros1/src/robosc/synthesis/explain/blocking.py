@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 from robosc.errors import listing
 from robosc.ir.automaton import Edge, Event, Plant, PlantState, VariableKind
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.source import Span
 from robosc.supervisor import Step
 from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.stepper import Stepper
-
-__all__ = ["Cause", "why_blocked"]
 
 _MOST_STATES = 20_000
 """States above which the search for a marked one is given up."""

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from robosc.ir.automaton import Plant
-from robosc.model.entities import EventKind
-
-__all__ = ["longest_locally"]
+from robosc.language.events import EventKind
 
 
 def longest_locally(plant: Plant) -> int | None:

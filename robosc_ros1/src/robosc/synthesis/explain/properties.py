@@ -27,8 +27,8 @@ from itertools import pairwise
 
 from robosc.errors import Diagnostic, Severity, listing
 from robosc.ir.automaton import PlantState
+from robosc.language.events import EventKind
 from robosc.model.diagnostics import first_of
-from robosc.model.entities import EventKind
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.explain.local_bound import longest_locally
@@ -36,8 +36,6 @@ from robosc.synthesis.explain.run_to_completion import ExplicitController, tau_t
 from robosc.synthesis.formatting import amount, step_text, trace_text
 from robosc.synthesis.stepper import CompiledEvent
 from robosc.synthesis.system import Runs, System, make_step
-
-__all__ = ["Properties", "examine"]
 
 _FEW_STATES = 10_000
 """States up to which explicit search is as fast as the symbolic one."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from robosc.ir.automaton import Edge, LocalAutomaton, Plant, PlantState
-from robosc.ir.formulas import Undefined, evaluate, to_dsl
+from robosc.ir.formulas import to_dsl
 from robosc.ir.step import lookup, taken_edge
+from robosc.model.evaluation import evaluate
 from robosc.model.expr import Binary, Expr, Literal, VariableRef
 from robosc.model.types import BooleanType, Value
+from robosc.runtime.values import Undefined
 from robosc.supervisor import Step
 from robosc.synthesis.explain.blocking import Cause
-
-__all__ = ["why_out_of_range"]
 
 
 def why_out_of_range(plant: Plant, step: Step, state: PlantState) -> Cause:

@@ -17,7 +17,8 @@ from robosc.errors import Diagnostic, Note, Severity, listing
 from robosc.ir.automaton import Event, Plant, PlantState
 from robosc.ir.formulas import conjunction, negation
 from robosc.ir.step import Outcome, Verdict
-from robosc.model.entities import EventKind, Requirement
+from robosc.language.events import EventKind
+from robosc.model.entities import Requirement
 from robosc.model.expr import FALSE, StateRef, VariableRef
 from robosc.model.traversal import walk
 from robosc.progress import Progress
@@ -28,8 +29,6 @@ from robosc.synthesis.explain.starts import assumed, lost_start, nearest
 from robosc.synthesis.formatting import event_text, quoted, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper, Test
 from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
-
-__all__ = ["explain_empty", "explain_guards"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from robosc.ir.automaton import Plant, PlantState
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.supervisor import Guard
 from robosc.synthesis.explore import reaching
 from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import Runs, inputs
-
-__all__ = ["Completion", "Input", "ExplicitController", "tau_targets"]
 
 _Path: TypeAlias = tuple[PlantState, ...]
 Input: TypeAlias = tuple[CompiledEvent, ...]

@@ -16,7 +16,8 @@ from typing import TypeAlias
 from robosc.errors import Diagnostic, Severity, StateSpaceError
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, values_read
 from robosc.ir.formulas import conjunction, disjunction, negation
-from robosc.model.entities import EventKind, Requirement
+from robosc.language.events import EventKind
+from robosc.model.entities import Requirement
 from robosc.model.expr import Expr, PhaseRef, StateRef, TestRef, VariableRef
 from robosc.model.traversal import walk_all
 from robosc.supervisor import Guard
@@ -26,8 +27,6 @@ from robosc.synthesis.precondition import after
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, enabled, steps_of, taken_where
 from robosc.synthesis.vectorised import support
-
-__all__ = ["self_cancelling"]
 
 _MOST_CHOICES = 64
 """Combinations of transitions of several components above which an event is not looked at."""

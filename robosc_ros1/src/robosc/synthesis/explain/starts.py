@@ -13,8 +13,6 @@ from robosc.model.expr import Expr
 from robosc.synthesis.minimise import condition_on
 from robosc.synthesis.system import System
 
-__all__ = ["assumed", "lost_start", "nearest"]
-
 
 def assumed(plant: Plant, start: PlantState) -> str:
     """Return which parameters differ from their defaults in an initial state, as a clause."""

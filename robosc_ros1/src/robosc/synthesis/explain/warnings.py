@@ -14,7 +14,8 @@ from robosc.errors import Diagnostic, Note, Severity, listing
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.finite.view import sent_wholes
 from robosc.ir.formulas import conjunction, negation, to_dsl
-from robosc.model.entities import Communication, EventKind, Kind, Provide, Requirement
+from robosc.language.events import EventKind, Kind
+from robosc.model.entities import Communication, Provide, Requirement
 from robosc.model.expr import TRUE, Expr, StateRef
 from robosc.model.types import NoneType, ObjectType
 from robosc.source import Span
@@ -25,8 +26,6 @@ from robosc.synthesis.explain.self_cancelling import self_cancelling
 from robosc.synthesis.formatting import quoted, trace_text
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, enabled, in_phase, possible, steps_of
-
-__all__ = ["warnings"]
 
 
 def warnings(system: System, guards: Sequence[Guard]) -> tuple[Diagnostic, ...]:

@@ -18,8 +18,6 @@ from robosc.synthesis.verify.findings import Check, Findings, event_phrase
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
 from robosc.synthesis.verify.steps import Coding, EventSteps, Successors, condition, grouped
 
-__all__ = ["ExplicitVerifier"]
-
 _MOST_STEPS: Final = 1 << 24  # each takes 16 bytes
 
 _Work: TypeAlias = tuple[int, Successors, bool, bool]

@@ -10,8 +10,6 @@ from robosc.ir.automaton import Event
 from robosc.supervisor import Step
 from robosc.synthesis.formatting import event_text
 
-__all__ = ["Check", "Findings", "VerifyReport", "event_phrase", "verify_document"]
-
 
 @dataclass(frozen=True, slots=True)
 class Check:

@@ -11,8 +11,6 @@ from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["Backward", "CodedGraph", "Reached"]
-
 
 @dataclass
 class CodedGraph:

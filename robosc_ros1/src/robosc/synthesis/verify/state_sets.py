@@ -25,8 +25,6 @@ from robosc.synthesis.vectorised import support
 from robosc.synthesis.verify.findings import event_phrase
 from robosc.synthesis.verify.steps import read_by
 
-__all__ = ["Relation", "StateSets"]
-
 _MOST_ROWS: Final = 1 << 18  # some seconds each
 _FEW_ROWS: Final = 1 << 10  # above, operands are combined by value: sums have few values
 

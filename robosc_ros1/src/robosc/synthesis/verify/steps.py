@@ -19,10 +19,6 @@ from robosc.ir.step import Verdict, holds, outcome, valuations
 from robosc.model.expr import Binary, Expr, Unary
 from robosc.synthesis.vectorised import support
 
-__all__ = [
-    "Coding", "Condition", "EventSteps", "Successors", "condition", "grouped", "read_by",
-]  # fmt: skip
-
 T = TypeVar("T")
 
 Condition: TypeAlias = Callable[[PlantState], bool]

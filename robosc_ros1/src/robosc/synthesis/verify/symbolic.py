@@ -17,8 +17,6 @@ from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.verify.findings import Check, Findings, event_phrase
 from robosc.synthesis.verify.state_sets import Relation, StateSets
 
-__all__ = ["search_by_sets"]
-
 
 def search_by_sets(supervisor: Supervisor) -> Findings:
     """Return what the search finds, without traces.

@@ -38,8 +38,6 @@ from robosc.synthesis.bdd.manager import usable
 from robosc.synthesis.verify.explicit import ExplicitVerifier
 from robosc.synthesis.verify.findings import Check, VerifyReport, event_phrase
 
-__all__ = ["DEFAULT_LIMIT", "verify"]
-
 DEFAULT_LIMIT: Final = 1 << 20  # states; about a minute and 700 MB
 _MANY_STEPS: Final = 1 << 22  # above, symbolic search is faster, as measured
 
