@@ -46,7 +46,10 @@ def shared_files() -> "list[tuple[str, list[str]]]":
     if BUILT_BY_ROS and Path(EXTRAS).is_dir():
         # What ./dev setup has fetched, because no archive has a package of it.
         extras = ROOT / EXTRAS
-        share([*extras.glob("oxidd*/**/*"), *extras.glob("typing_extensions.py")], EXTRAS, "extras")
+        fetched = [
+            file for file in extras.rglob("*") if "faudes" not in str(file.relative_to(extras))
+        ]
+        share(fetched, EXTRAS, "extras")
     if FOR_ROS_2:
         folders["share/robosc"] = ["package.xml"]
         folders["share/ament_index/resource_index/packages"] = ["robosc_ros1/resource/robosc"]
@@ -86,6 +89,7 @@ setup(
         "rospkg>=1.4",
     ],
     extras_require={
+        "bags": ["rosbags>=0.11"],
         "lsp": ["pygls>=2,<3"],
     },
     packages=find_packages(str(ROOT / SOURCES)),

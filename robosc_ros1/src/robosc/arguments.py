@@ -66,10 +66,17 @@ def check(parser: argparse.ArgumentParser) -> None:
 
 def new(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", metavar="NAME", help="the name of the robot, as in Rover")
-    parser.add_argument(
+    origin = parser.add_mutually_exclusive_group()
+    origin.add_argument(
         "--from-ros",
         action="store_true",
         help="from the nodes that run now, with how often their messages come",
+    )
+    origin.add_argument(
+        "--from-bag",
+        metavar="FILE",
+        type=Path,
+        help="from what was recorded: .bag, .mcap, .db3, or the folder of a bag of ROS 2",
     )
 
 

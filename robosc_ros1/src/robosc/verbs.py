@@ -41,9 +41,6 @@ if TYPE_CHECKING:
 
 Arguments = argparse.Namespace
 
-_LISTENING = 3.0
-"""Seconds in which ``new --from-ros`` measures how often messages come."""
-
 
 @dataclass(frozen=True)
 class Verb:
@@ -105,8 +102,8 @@ def _check_once(args: Arguments) -> int:
 
 
 def _new(args: Arguments) -> int:
-    from robosc.new.skeleton import from_survey, small
-    from robosc.new.survey import Survey, survey
+    from robosc.new.skeleton import small
+    from robosc.new.start import recorded, running
 
     name = args.name
     if not is_identifier(name):
@@ -115,20 +112,12 @@ def _new(args: Arguments) -> int:
     if file.exists():
         raise UsageError(f"{file} is there already: take another name, or remove it")
     if args.from_ros:
-        from robosc.new import from_ros1, from_ros2
-        from robosc.view.node import which_ros
-
-        listen = {"1": from_ros1.listen, "2": from_ros2.listen}[which_ros(os.environ)]
-        graph, periods = listen(_LISTENING)
-        found = survey(graph)
-        if found == Survey((), (), (), ()):
-            raise UsageError("no node of a robot is running: start the robot first")
-        text = from_survey(name, found, periods)
-        print(f"{counted(len(found.outgoing), 'topic')} from the robot,"
-              f" {len(found.incoming)} to it, {counted(len(found.services), 'service')},"
-              f" {counted(len(found.actions), 'action')}")  # fmt: skip
+        text = running(name, os.environ)
+    elif args.from_bag:
+        text = recorded(name, args.from_bag, args.progress)
     else:
         text = small(name)
+    args.progress.clear()
     write_text(file, text)
     format_file(file)
     print(f"{file}: written; next:\n    robosc check {file}")
@@ -367,7 +356,7 @@ VERBS = (
          "line_follower.rscd --output ~/catkin_ws/src", arguments.generate, _generate),
     Verb("synthesize", "compute the supervisor: guards, sizes, explanations",
          "line_follower.rscd --json", arguments.synthesize, _synthesize),
-    Verb("new", "write a model to begin with: a small one, or one made from what runs in ROS",
+    Verb("new", "write a model to begin with: a small one, or one of what runs or was recorded",
          "Rover --from-ros", arguments.new, _new),
     Verb("explain", "tell what the code of a diagnostic means, with an example and the remedy",
          "never-allowed", arguments.explain, _explain),

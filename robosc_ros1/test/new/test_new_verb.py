@@ -14,7 +14,7 @@ from robosc.language.keywords import KEYWORDS
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.new.skeleton import from_survey
-from robosc.new.survey import RosGraph, periods_of, survey
+from robosc.new.survey import RosGraph, Spacing, pauses_of, survey
 from robosc.source import Source
 
 Robosc = Callable[..., Completed]
@@ -98,9 +98,17 @@ def test_a_controller_is_no_part_of_the_robot() -> None:
     ]
 
 
+def test_a_pause_that_stands_out_is_a_question() -> None:
+    pauses = pauses_of({"/scan": [0.0, 0.1, 0.2, 0.3, 0.9]})
+    text = from_survey("Rover", survey(GRAPH), pauses, "what runs")
+    assert "at the longest after 0.6 s: is a shorter timeout right, or none?\n" in text
+    assert "timeout: 1.8 s" in text
+
+
 def test_the_timeout_is_three_times_the_longest_pause() -> None:
-    periods = periods_of({"/scan": [0.0, 0.1, 0.35, 0.4], "/speed": [1.0, 2.0]})
-    text = from_survey("Rover", survey(GRAPH), periods)
+    pauses = pauses_of({"/scan": [0.0, 0.1, 0.35, 0.4], "/speed": [1.0, 2.0]})
+    text = from_survey("Rover", survey(GRAPH), pauses, "what runs")
+    assert "// usually every 0.1 s, at the longest after 0.25 s\n" in text
     assert 'identifier: "/scan", timeout: 0.8 s, type: sensor_msgs/LaserScan' in text
     assert 'identifier: "/speed", type: std_msgs/Float32' in text
     assert "requirement cmd_vel needs permitted and scan.fresh\n" in text
@@ -118,7 +126,7 @@ def test_whatever_the_names_in_the_graph(ends: dict[str, tuple[str, str]]) -> No
     types = dict.fromkeys(ends, "std_msgs/Bool")
     types.update(dict.fromkeys(at["s"], "std_srvs/Empty"), **dict.fromkeys(at["a"], "none"))
     found = survey(RosGraph(at["p"], at["q"], at["s"], {}, types))
-    text = from_survey("Rover", found, dict.fromkeys(at["p"], 0.1))
+    text = from_survey("Rover", found, dict.fromkeys(at["p"], Spacing(0.1, 0.2)), "what\nruns")
     _, diagnostics = load(
         Source("rover.rscd", text), definitions=MessageDefinitions.for_model(Path("rover.rscd"), {})
     )

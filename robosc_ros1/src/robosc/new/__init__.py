@@ -1,1 +1,1 @@
-"""A model to begin with: a small one with comments, or one made from what runs in a ROS graph."""
+"""A model to begin with: a small one with comments, or one of what runs or was recorded."""

@@ -8,11 +8,11 @@ from collections import defaultdict
 from functools import partial
 
 from robosc.errors import UsageError
-from robosc.new.survey import RosGraph, periods_of
+from robosc.new.survey import RosGraph, Spacing, pauses_of
 
 
-def listen(seconds: float) -> tuple[RosGraph, dict[str, float]]:
-    """Return the graph, and the longest pause of each topic that was heard several times.
+def listen(seconds: float) -> tuple[RosGraph, dict[str, Spacing]]:
+    """Return the graph, and the pauses of each topic that was heard several times.
 
     Raises:
         UsageError: there is no master.
@@ -40,4 +40,4 @@ def listen(seconds: float) -> tuple[RosGraph, dict[str, float]]:
         rospy.Subscriber(topic, rospy.AnyMsg, partial(arrived, topic))
     time.sleep(seconds)
     rospy.signal_shutdown("everything was heard")
-    return RosGraph(published, subscribed, offered, {}, types), periods_of(arrivals)
+    return RosGraph(published, subscribed, offered, {}, types), pauses_of(arrivals)

@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any
 
 from robosc.errors import UsageError
-from robosc.new.survey import RosGraph, periods_of
+from robosc.new.survey import RosGraph, Spacing, pauses_of
 
 _DISCOVERY = 2.0
 """Seconds in which no further node appears: then those of the graph are known."""
@@ -18,8 +18,8 @@ _LONGEST_DISCOVERY = 15.0
 """Seconds: so long may the first one take, or all where they come one after the other."""
 
 
-def listen(seconds: float) -> tuple[RosGraph, dict[str, float]]:
-    """Return the graph, and the longest pause of each topic that was heard several times.
+def listen(seconds: float) -> tuple[RosGraph, dict[str, Spacing]]:
+    """Return the graph, and the pauses of each topic that was heard several times.
 
     Raises:
         UsageError: ROS 2 does not start.
@@ -48,7 +48,7 @@ def listen(seconds: float) -> tuple[RosGraph, dict[str, float]]:
     executor.shutdown()
     node.destroy_node()
     context.try_shutdown()
-    return graph, periods_of(arrivals)
+    return graph, pauses_of(arrivals)
 
 
 def _discover(node: Any, executor: Any) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from robosc.language.keywords import RESERVED, escape
-from robosc.new.survey import Offer, Survey
+from robosc.new.survey import UNKNOWN_NODE, Offer, Spacing, Survey
 
 _SMALL = """\
 // A robot that drives while nothing is near. Replace its parts by those of your robot, and try:
@@ -44,7 +44,7 @@ robot NAME {
 """
 
 _HEAD = """\
-// Made from what runs: all that a controller could read and command. Go through it and decide
+// Made from {origin}: all that a controller could read and command. Go through it and decide
 // what it needs; the comments say where.
 robot {name} {{
 """
@@ -63,6 +63,14 @@ _SERVICE = """\
                 on error from {name} goto idle    // nothing answers, or it fails
 """
 
+_UNSTEADY = 5
+"""A topic whose longest pause is so many times the usual one: its timeout may be too long."""
+
+_ABSENT = """
+    // Left out, since the definitions of these types are not on this machine: install their
+    // packages, or source the workspace that has them, and make the model again.
+"""
+
 _CANCELLED = "                on cancel from {name} goto idle\n"
 
 
@@ -71,26 +79,33 @@ def small(name: str) -> str:
     return _SMALL.replace("NAME", name)
 
 
-def from_survey(name: str, found: Survey, periods: Mapping[str, float]) -> str:
+def from_survey(
+    name: str,
+    found: Survey,
+    pauses: Mapping[str, Spacing],
+    origin: str,
+    absent: Sequence[Offer] = (),
+) -> str:
     """The text of a model with all that was found.
 
-    ``periods`` are the longest seconds between two messages of each topic that was heard.
+    ``pauses`` are those of each topic that was heard; ``origin`` says where all comes from;
+    ``absent`` has types that are not defined on this machine, and is only named in a comment.
     """
     names = _Names(name)
     outgoing = [(offer, names.communication(offer.name)) for offer in found.outgoing]
     incoming = [(offer, names.communication(offer.name)) for offer in found.incoming]
-    lines = [_HEAD.format(name=escape(name))]
+    lines = [_HEAD.format(name=escape(name), origin=_printable(origin))]
     if incoming or found.services or found.actions:
         lines.append(_PERMITTED)
     nodes = dict.fromkeys(offer.node for offer, _ in (*outgoing, *incoming))
     for node in nodes:
-        lines.append(f"\n    component {names.component(node)} {{    // node {node}\n")
+        lines.append(f"\n    component {names.component(node)} {{    // {_whose(node)}\n")
         for offer, short in outgoing:
             if offer.node == node:
-                lines += _outgoing(offer, short, periods.get(offer.name))
+                lines += _outgoing(offer, short, pauses.get(offer.name))
         for offer, short in incoming:
             if offer.node == node:
-                lines.append(f"        incoming {_message(offer, short)}\n")
+                lines += _incoming(offer, short)
         lines.append("    }\n")
     commands = [short for _, short in incoming]
     for kind, offers in (("service", found.services), ("action", found.actions)):
@@ -98,8 +113,13 @@ def from_survey(name: str, found: Survey, periods: Mapping[str, float]) -> str:
             short = names.communication(offer.name)
             commands.append(short)
             lines += _called(kind, offer, short, names.component(short))
-    fresh = [f"{short}.fresh" for offer, short in outgoing if offer.name in periods]
+    fresh = [f"{short}.fresh" for offer, short in outgoing if offer.name in pauses]
     lines += _requirements(commands, fresh)
+    if absent:
+        lines.append(_ABSENT)
+        lines += (
+            f"    //   {_printable(offer.name)}: {_printable(offer.type)}\n" for offer in absent
+        )
     return "".join(lines) + "}\n"
 
 
@@ -107,26 +127,42 @@ def _message(offer: Offer, short: str, timeout: str = "") -> str:
     return f'message {short} with identifier: "{offer.name}",{timeout} type: {offer.type}'
 
 
-def _outgoing(offer: Offer, short: str, period: float | None) -> Iterator[str]:
+def _whose(node: str) -> str:
+    if node.startswith(UNKNOWN_NODE):
+        return f"its node is not known; the topics below /{node.removeprefix(UNKNOWN_NODE)}"
+    return f"node {node}"
+
+
+def _outgoing(offer: Offer, short: str, pauses: Spacing | None) -> Iterator[str]:
     if offer.others:
         others = ", ".join(offer.others)
         yield f"        // {others} receives it; if the controller is to send it: incoming\n"
-    if period is None:
-        yield "        // nothing was heard of it: does it come rarely? else give it a timeout\n"
+    if pauses is None:
+        yield "        // came less than three times: does it come rarely? else give it a timeout\n"
         yield f"        outgoing {_message(offer, short)}\n"
     else:
-        timeout = f" timeout: {_timeout(period)},"
+        unsteady = pauses.longest > _UNSTEADY * pauses.usual
+        question = ": is a shorter timeout right, or none?" if unsteady else ""
+        usual, longest = f"{pauses.usual:.3g}", f"{pauses.longest:.3g}"
+        yield f"        // usually every {usual} s, at the longest after {longest} s{question}\n"
+        timeout = f" timeout: {_timeout(pauses.longest)},"
         yield f"        outgoing {_message(offer, short, timeout)}\n"
 
 
-def _timeout(period: float) -> str:
+def _incoming(offer: Offer, short: str) -> Iterator[str]:
+    if offer.node.startswith(UNKNOWN_NODE):
+        yield "        // a command by its type or name? if it is data of the robot: outgoing\n"
+    yield f"        incoming {_message(offer, short)}\n"
+
+
+def _timeout(longest: float) -> str:
     """Three times the longest pause that was measured, rounded up, as a duration."""
-    tenths = math.ceil(max(3 * period, 0.1) * 10)
+    tenths = math.ceil(round(max(3 * longest, 0.1) * 10, 6))
     return f"{tenths // 10} s" if tenths % 10 == 0 else f"{tenths / 10:.1f} s"
 
 
 def _called(kind: str, offer: Offer, short: str, component: str) -> Iterator[str]:
-    yield f"\n    component {component} {{    // node {offer.node}\n"
+    yield f"\n    component {component} {{    // {_whose(offer.node)}\n"
     yield f'        {kind} {short} with identifier: "{offer.name}", type: {offer.type}\n\n'
     yield "        behaviour {\n" + _SERVICE.format(name=short)
     if kind == "action":
@@ -139,6 +175,11 @@ def _requirements(commands: Iterable[str], fresh: Iterable[str]) -> Iterator[str
     for command in commands:
         yield f"\n    // when may it be sent? and with which data: provide {command} with {{ … }}\n"
         yield f"    requirement {command} needs {guard}\n"
+
+
+def _printable(text: str) -> str:
+    """Text that can stand in a comment of one line, whatever is in it."""
+    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 class _Names:

@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from statistics import median
 
 Nodes = Mapping[str, Collection[str]]
 """The nodes at each topic, service or action."""
 
-_INFRASTRUCTURE = frozenset(
-    {"/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static", "/parameter_events", "/diagnostics"}
-)
+UNKNOWN_NODE = "?"
+"""Begins what stands for a node that was not recorded; names of nodes begin with a slash."""
+
+_INFRASTRUCTURE = frozenset({
+    "/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static", "/parameter_events", "/diagnostics",
+    "/events/write_split",
+})  # fmt: skip
 _OF_EVERY_NODE = frozenset({
     "roscpp", "rosgraph_msgs", "rcl_interfaces", "lifecycle_msgs", "type_description_interfaces",
     "dynamic_reconfigure",
@@ -45,6 +50,14 @@ class Offer:
     type: str
     node: str
     others: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Spacing:
+    """Seconds between two messages of a topic: what is usual, and the longest."""
+
+    usual: float
+    longest: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,13 +95,14 @@ def survey(graph: RosGraph) -> Survey:
     )
 
 
-def periods_of(arrivals: Mapping[str, Sequence[float]]) -> dict[str, float]:
-    """Return the longest pause between messages of each topic with three or more, in seconds."""
-    return {
-        topic: max(later - earlier for earlier, later in pairwise(times))
+def pauses_of(arrivals: Mapping[str, Sequence[float]]) -> dict[str, Spacing]:
+    """Return the pauses between messages of each topic with three or more."""
+    pauses = {
+        topic: [later - earlier for earlier, later in pairwise(times)]
         for topic, times in arrivals.items()
         if len(times) > 2
     }
+    return {topic: Spacing(median(between), max(between)) for topic, between in pauses.items()}
 
 
 def _offers(

@@ -1,0 +1,151 @@
+"""What was recorded: bags of ROS 1 (``.bag``) and of ROS 2 (``.mcap``, ``.db3``, their folders)."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Collection, Mapping, Set
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+from robosc.errors import UsageError
+from robosc.new.survey import UNKNOWN_NODE, RosGraph, Spacing, pauses_of
+from robosc.progress import Progress
+
+_MEASURED = 60
+"""Seconds from the beginning in which pauses are measured: bags may have many gigabytes."""
+_NANOSECONDS = 1_000_000_000
+
+_COMMAND_TYPES = re.compile(r"geometry_msgs/Twist(Stamped)?|ackermann_msgs/\w+|\w+/JointTrajectory")
+_COMMAND_NAMES = re.compile(r".*(/|_)(cmd|command|setpoint)s?(/|_|$).*")
+_ROS_1_ACTION = re.compile(r"(?P<action>.+)/(goal|result|feedback) (?P<type>\S+)Action[A-Z][a-z]+")
+_ROS_2_ACTION = re.compile(r"(?P<action>.+)/_action/feedback (?P<type>\S+)_FeedbackMessage")
+_ROS_2_SERVICE = re.compile(r"(?P<service>.+)/_service_event (?P<type>\S+)_Event")
+
+Nodes = Mapping[str, "list[str]"]
+
+
+def read(path: Path, progress: Progress) -> tuple[RosGraph, dict[str, Spacing]]:
+    """Return the graph as far as it was recorded, and the pauses of each topic.
+
+    A bag does not tell who receives a topic, and that of ROS 2 not who sends it. What is a command
+    is guessed from types and names.
+
+    Raises:
+        UsageError: it cannot be read, or rosbags is not installed.
+    """
+    try:
+        with _reader(path) as reader:
+            topics = [_topic(connection) for connection in reader.connections]
+            pauses = pauses_of(_arrivals(reader, progress))
+    except UsageError:
+        raise
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror or error}") from error
+    except ModuleNotFoundError as error:
+        raise UsageError(
+            f"reading bags needs the Python library {error.name!r}: ./dev setup fetches it, or"
+            " pip install rosbags"
+        ) from error
+    except Exception as error:  # what a library raises for a damaged file is not documented
+        raise UsageError(
+            f"cannot read {path} as a bag: {str(error).rstrip('.')}; a recording that was not ended"
+            " is repaired by 'rosbag reindex' or 'ros2 bag reindex'"
+        ) from error
+    return _graph(topics), pauses
+
+
+def _reader(path: Path) -> AbstractContextManager[Any]:
+    from rosbags import rosbag1, rosbag2
+
+    if not path.exists():
+        raise UsageError(f"cannot read {path}: there is no such file")
+    if path.is_dir() and not (path / "metadata.yaml").exists():
+        raise UsageError(f"{path} is no bag of ROS 2: it has no metadata.yaml")
+    if path.is_file() and path.suffix not in {".bag", ".mcap", ".db3"}:
+        raise UsageError(f"{path} is no bag: .bag, .mcap, .db3, or the folder of a bag of ROS 2")
+    reader = rosbag1.Reader if path.suffix == ".bag" and path.is_file() else rosbag2.Reader
+    return reader(path)  # type: ignore[no-any-return]  # rosbags is not there when types are checked
+
+
+def _arrivals(reader: Any, progress: Progress) -> dict[str, list[float]]:
+    """The seconds at which messages of each topic came, without those of latched topics."""
+    arrivals = defaultdict[str, "list[float]"](list)
+    if not reader.message_count:
+        return arrivals
+    start = reader.start_time
+    often = [connection for connection in reader.connections if not _is_latched(connection)]
+    stop = start + _MEASURED * _NANOSECONDS
+    for connection, time, _ in reader.messages(often, stop=stop) if often else ():
+        seconds = (time - start) / _NANOSECONDS
+        arrivals[connection.topic].append(seconds)
+        progress("reading seconds", int(seconds), _MEASURED)
+    return {topic: sorted(times) for topic, times in arrivals.items()}
+
+
+def _is_latched(connection: Any) -> bool:
+    profiles = getattr(connection.ext, "offered_qos_profiles", ())
+    durable = [profile.durability.name == "TRANSIENT_LOCAL" for profile in profiles]
+    return bool(getattr(connection.ext, "latching", False)) or any(durable)
+
+
+def _topic(connection: Any) -> tuple[str, str, str]:
+    """Name, type as ``package/Type``, and the node that sent it: empty if that is not known."""
+    package, _, rest = connection.msgtype.partition("/")
+    type_ = f"{package}/{rest.rpartition('/')[2]}"
+    return connection.topic, type_, getattr(connection.ext, "callerid", None) or ""
+
+
+def _graph(topics: Collection[tuple[str, str, str]]) -> RosGraph:
+    names = {name for name, _, _ in topics}
+    senders = defaultdict[str, "list[str]"](list)
+    types: dict[str, str] = {}
+    services: dict[str, list[str]] = {}
+    for name, type_, node in topics:
+        types[name] = type_
+        if service := _ROS_2_SERVICE.fullmatch(f"{name} {type_}"):
+            services[service["service"]] = [_unknown(service["service"])]
+            types[service["service"]] = service["type"]
+        elif "/_action/" not in name or _ROS_2_ACTION.fullmatch(f"{name} {type_}"):
+            senders[name].append(node or _reporting(name, names) or _unknown(name))
+    actions: dict[str, list[str]] = {}
+    for name in list(senders):
+        line = f"{name} {types[name]}"
+        if found := _ROS_1_ACTION.fullmatch(line) or _ROS_2_ACTION.fullmatch(line):
+            action = found["action"]
+            server = senders.get(f"{action}/result") or senders.get(f"{action}/feedback")
+            actions[action] = server or [_unknown(action)]
+            types[action] = found["type"]
+            if "/_action/" in name:
+                del senders[name]
+    commands = {
+        name: [_unknown(name)]
+        for name in senders
+        if _COMMAND_TYPES.fullmatch(types[name]) or _COMMAND_NAMES.fullmatch(name)
+    }
+    commands |= {n: [_unknown(n)] for n in senders if _by_controller(senders, n)}
+    publishers = {name: at for name, at in senders.items() if name not in commands}
+    return RosGraph(publishers, commands, services, actions, types)
+
+
+def _by_controller(senders: Nodes, topic: str) -> bool:
+    """Whether only generated controllers send a topic that is none of their own reports."""
+    nodes = senders[topic]
+    return all(
+        f"{node}/model" in senders
+        and f"{node}/state" in senders
+        and not topic.startswith(f"{node}/")
+        for node in nodes
+    )
+
+
+def _reporting(topic: str, names: Set[str]) -> str:
+    """The generated controller whose report a topic seems to be, from its name alone."""
+    node, _, _ = topic.rpartition("/")
+    return node if names >= {f"{node}/{report}" for report in ("model", "state", "events")} else ""
+
+
+def _unknown(name: str) -> str:
+    """A component for a topic whose node is not known: that of its outermost namespace."""
+    return UNKNOWN_NODE + name.strip("/").split("/")[0]

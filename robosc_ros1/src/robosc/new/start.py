@@ -1,0 +1,73 @@
+"""From what runs or was recorded to the text of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from robosc.errors import UsageError, counted
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.interfaces import Folder, Missing
+from robosc.new import from_bag, from_ros1, from_ros2
+from robosc.new.skeleton import from_survey
+from robosc.new.survey import Offer, RosGraph, Spacing, Survey, survey
+from robosc.progress import Progress
+from robosc.view.node import which_ros
+
+_LISTENING = 3.0
+"""Seconds in which it is measured how often messages come."""
+
+
+def running(name: str, environment: Mapping[str, str]) -> str:
+    """Return a model of the nodes that run; what it has is counted on standard output.
+
+    Raises:
+        UsageError: no robot is running, or no ROS.
+    """
+    listen = {"1": from_ros1.listen, "2": from_ros2.listen}[which_ros(environment)]
+    graph, pauses = listen(_LISTENING)
+    nothing = "no node of a robot is running: start the robot first"
+    return _model(name, graph, pauses, "what runs", nothing)
+
+
+def recorded(name: str, bag: Path, progress: Progress) -> str:
+    """Return a model of what was recorded; what it has is counted on standard output.
+
+    Raises:
+        UsageError: the bag cannot be read, or has nothing of a robot.
+    """
+    graph, pauses = from_bag.read(bag, progress)
+    return _model(name, graph, pauses, f"the recording {bag}", f"{bag} has no topic of a robot")
+
+
+def _model(
+    name: str, graph: RosGraph, pauses: Mapping[str, Spacing], origin: str, nothing: str
+) -> str:
+    found = survey(graph)
+    if found == Survey((), (), (), ()):
+        raise UsageError(nothing)
+    print(
+        f"{counted(len(found.outgoing), 'topic')} from the robot, {len(found.incoming)} to it,"
+        f" {counted(len(found.services), 'service')}, {counted(len(found.actions), 'action')}"
+    )
+    here, absent = _defined(found, MessageDefinitions.for_model(Path(f"{name}.rscd")))
+    return from_survey(name, here, pauses, origin, absent)
+
+
+def _defined(found: Survey, definitions: MessageDefinitions) -> tuple[Survey, list[Offer]]:
+    """What a model can name, and what has a type without a definition on this machine."""
+    absent: list[Offer] = []
+
+    def known(offers: Iterable[Offer], folder: Folder) -> tuple[Offer, ...]:
+        there: list[Offer] = []
+        for offer in offers:
+            package, _, type_ = offer.type.partition("/")
+            missing = isinstance(definitions.interface(package, type_, folder), Missing)
+            (absent if missing else there).append(offer)
+        return tuple(there)
+
+    here = Survey(
+        known(found.outgoing, "msg"), known(found.incoming, "msg"),
+        known(found.services, "srv"), known(found.actions, "action"),
+    )  # fmt: skip
+    return here, absent
