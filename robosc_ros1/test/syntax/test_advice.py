@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from robosc.language.attributes import ATTRIBUTES
 from robosc.model.resolve import load
 from robosc.source import Source
 
@@ -82,8 +83,12 @@ def hint_of(line: str) -> str | None:
     return diagnostics[0].hint
 
 
-MESSAGE = "in this order: with identifier: …, timeout: …, type: …"
-SERVICE = "in this order: with identifier: …, timeout: …, request: …, response: …"
+def in_order(communication: str) -> str:
+    labels = ", ".join(f"{a.name}: …" for a in ATTRIBUTES if communication in a.communications)
+    return f"in this order: with {labels}"
+
+
+MESSAGE, SERVICE = in_order("outgoing"), in_order("service")
 COMMAND = "the controller sends it: only what it receives or requests has a timeout"
 
 
@@ -98,7 +103,7 @@ COMMAND = "the controller sends it: only what it receives or requests has a time
         ("outgoing message m with identifier: '/a', identifier: '/m', type: double", MESSAGE),
         ("outgoing message m with request: double", MESSAGE),
         ("incoming message m with type: none, identifier: '/m'",
-         "in this order: with identifier: …, type: …"),
+         in_order("incoming")),
         ("service m with response: none, request: none", SERVICE),
         ("service m with request: none, response: none, timeout: 3 s", SERVICE),
         ("service m with request: none, response: none, feedback: none", SERVICE),
