@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
+from runtime.test_order_of_commands import PreferringController
 
 from robosc.runtime.engine import Engine
 from robosc.runtime.eventlog import EventLog
@@ -95,6 +96,17 @@ def test_the_state_tells_why_commands_are_not_enabled() -> None:
         document, "request", "reach"
     )
     assert document["communications"] == {"light": "busy", "reach": "busy"}
+
+
+def test_the_state_tells_which_preferred_command_is_sent_instead() -> None:
+    """Only where both are enabled; a call that is under way holds back nothing."""
+    engine = Engine(PreferringController(), PlayedPort())
+    engine.begin()
+    for value, waiting in ((0, []), (50, ["go"]), (0, [])):
+        engine.post(SENSOR, "response", value)
+        engine.cycle()
+        waits = {c["event"]["name"]: c["waits_for"] for c in state_of(engine)["commands"]}
+        assert waits == {"go": [], "halt": waiting}
 
 
 def test_the_whole_condition_of_synchronisation_decides() -> None:

@@ -14,6 +14,7 @@ from robosc.runtime.matching import CommandPattern
 from robosc.runtime.model import Command, Requirement
 from robosc.runtime.settings import Settings
 from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.telemetry import state_document
 
 GO_ONLY = (CommandPattern(GO),)
 DRIVE = (CommandPattern(HALT, lambda message: message == 0), CommandPattern(GO))
@@ -133,6 +134,8 @@ def test_a_preference_neither_blocks_nor_lets_pass(requirements: tuple[int, ...]
     bench = Bench(Preferring())
     bench.sense(50)
     assert bench.offer(0, DRIVE) == ([] if requirements else [(HALT, 0)])
+    state = state_document(bench.guard.snapshot(), [])
+    assert all(command["waits_for"] == [] for command in state["commands"])
 
 
 def test_a_message_that_means_nothing_is_blocked() -> None:

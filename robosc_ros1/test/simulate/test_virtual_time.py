@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from emit.generated_code import supervisor_of
 from simulate.players import play, sent, session
 from simulate.test_replay import lines_of, run_of, write
 
+from robosc.simulate.documents import command_document
+from robosc.simulate.render import Style, session_text
 from robosc.simulate.replay import replay
 
 WATCH = """robot Watch {
@@ -41,6 +44,20 @@ def test_silence_ends_what_needs_a_fresh_message() -> None:
     assert ("timeout", "free", 0.5) in [(h.kind, h.name, h.time) for h in done.happenings]
     play(player, "expect free.silent", "expect Front.blind", "expect disabled drive")
     assert set(sent(play(player, "wait 1"))) == {"halt"}
+
+
+@pytest.mark.parametrize("execute", [False, True])
+def test_what_waits_for_a_preferred_command_is_told(execute: bool) -> None:
+    player = session(supervisor_of(WATCH), execute=execute)
+    assert "now: enabled\n" in play(player, "why halt").text
+    play(player, "free true")
+    commands = {c.event.name: c for c in player.machine.commands()}
+    assert (commands["halt"].waits_for, commands["drive"].waits_for) == (("drive",), ())
+    assert command_document(commands["halt"])["waits_for"] == ["drive"]
+    text = play(player, "why halt").text
+    assert "now: enabled, but drive is preferred and sent" in text
+    shown = "\n".join([session_text(player, Style(False))])
+    assert ("halt.request  waits for drive" in shown) is execute
 
 
 def test_each_message_starts_the_time_anew() -> None:

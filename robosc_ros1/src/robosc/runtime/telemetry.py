@@ -196,17 +196,20 @@ def state_document(
         for c in controller.COMMUNICATIONS
         if c.phase is not None
     }
-    commands = []
-    for command in controller.COMMANDS:
-        reasons = blocked_by(controller, command)
-        commands.append(
-            {
-                "event": {"kind": command.kind, "name": names[command.key], "value": None},
-                "enabled": not reasons,
-                "blocked_by": reasons,
-                "count": snapshot["counts"][command.key, command.kind],
-            }
-        )
+    commands: List[Dict[str, Any]] = [
+        {
+            "event": {"kind": command.kind, "name": names[command.key], "value": None},
+            "enabled": not reasons,
+            "blocked_by": reasons,
+            "waits_for": [],
+            "count": snapshot["counts"][command.key, command.kind],
+        }
+        for command, reasons in ((c, blocked_by(controller, c)) for c in controller.COMMANDS)
+    ]
+    if "blocked" not in snapshot["counters"]:  # supervisors, which count that, do not choose
+        for row, shown in zip(controller.COMMANDS, commands):
+            preferred = [commands[n] for n in row.yields_to] if shown["enabled"] else []
+            shown["waits_for"] = [c["event"]["name"] for c in preferred if c["enabled"]]
     variables = controller.variables()
     variables, shortened = (jsonable(variables), []) if whole else _short_values(variables)
     document = {

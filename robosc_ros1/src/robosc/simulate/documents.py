@@ -106,6 +106,7 @@ def command_document(command: CommandState) -> Document:
         "event": event_document(command.event),
         "enabled": command.enabled,
         "blocked_by": [reason.document() for reason in command.reasons],
+        "waits_for": list(command.waits_for),
         "data": command.data,
     }
     if command.count is not None:

@@ -42,6 +42,7 @@ from robosc.simulate.machine import (
     is_typed,
     label,
     typed_text,
+    with_preferences,
 )
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
@@ -169,7 +170,7 @@ class Execution:
 
     def commands(self) -> list[CommandState]:
         counts = self._engine.snapshot()["counts"]
-        return [
+        commands = [
             CommandState(
                 self._events[c.key, c.kind],
                 self._reasons(c),
@@ -178,6 +179,7 @@ class Execution:
             )
             for c in self._controller.COMMANDS
         ]
+        return with_preferences(commands, self.plant.robot)
 
     def _reasons(self, command: runtime.Command) -> tuple[Reason, ...]:
         found = [Reason(**r) for r in blocked_by(self._controller, command)]

@@ -6,7 +6,7 @@ import math
 import random
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any, Protocol
 
@@ -14,6 +14,7 @@ from robosc.errors import listing
 from robosc.ir.automaton import Event, Plant, value_parts
 from robosc.ir.step import valuations
 from robosc.language.events import EventKind
+from robosc.model.entities import Robot
 from robosc.model.expr import Expr
 from robosc.runtime.telemetry import reason_text
 from robosc.simulate.event_data import Given, given_text
@@ -68,16 +69,37 @@ class Reason:
 
 @dataclass(frozen=True)
 class CommandState:
-    """A controllable event now. ``data`` is what would be sent; ``count`` how often it was."""
+    """A controllable event now. ``data`` is what would be sent; ``count`` how often it was.
+
+    ``waits_for`` are the enabled commands that a controller sends instead of it, as preferred ones.
+    """
 
     event: Event
     reasons: tuple[Reason, ...]
     data: dict[str, Any] | None = None
     count: int | None = None
+    waits_for: tuple[str, ...] = ()
 
     @property
     def enabled(self) -> bool:
         return not self.reasons
+
+
+def with_preferences(commands: list[CommandState], robot: Robot) -> list[CommandState]:
+    """Return the commands, each with those that it waits for."""
+    enabled = {
+        command.event.key: command.event.name
+        for command in commands
+        if command.enabled and command.event.kind is EventKind.REQUEST
+    }
+
+    def waits_for(event: Event) -> tuple[str, ...]:
+        if event.kind is not EventKind.REQUEST or event.key not in enabled:
+            return ()
+        preferred = robot.yields_to.get(event.key, ())
+        return tuple(name for key, name in enabled.items() if key in preferred)
+
+    return [replace(command, waits_for=waits_for(command.event)) for command in commands]
 
 
 @dataclass(frozen=True)

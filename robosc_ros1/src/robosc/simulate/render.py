@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
+from robosc.errors import listing
 from robosc.language.events import ACTIVE
 from robosc.model.types import Value
 from robosc.simulate.literals import literal_text
@@ -99,7 +100,10 @@ def _command_lines(machine: Machine, style: Style) -> Iterator[str]:
         for command in enabled:
             times = "once" if command.count == 1 else f"{command.count} times"
             sent = style(DIM, f"  sent {times}") if command.count else ""
-            yield f"  {label(command.event)}{_shown_data(command.data)}{sent}"
+            told = _shown_data(command.data)
+            if command.waits_for:
+                told = style(DIM, f"  waits for {listing(command.waits_for)}")
+            yield f"  {label(command.event)}{told}{sent}"
     disabled = [c for c in commands if not c.enabled]
     if disabled:
         yield style(BOLD, "disabled commands")

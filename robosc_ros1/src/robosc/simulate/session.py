@@ -273,7 +273,9 @@ class Session:
         event = command.event
         supervisor = self.machine.supervisor
         robot = supervisor.plant.robot
-        lines = [label(event), *(f"  now: {reason}" for reason in command.reasons or ["enabled"])]
+        waits_for = listing(command.waits_for)
+        enabled = f"enabled, but {waits_for} is preferred and sent" if waits_for else "enabled"
+        lines = [label(event), *(f"  now: {reason}" for reason in command.reasons or [enabled])]
         for guard in supervisor.guards:
             if guard.event == event:
                 *parts, condition = supervisor.part_names.lines(guard.expr)

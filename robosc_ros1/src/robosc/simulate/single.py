@@ -51,6 +51,7 @@ from robosc.simulate.machine import (
     is_typed,
     label,
     typed_text,
+    with_preferences,
 )
 from robosc.simulate.reasons import reasons
 from robosc.simulate.state import SystemState, sent_data, state_of
@@ -161,7 +162,7 @@ class SingleEvents:
 
     def commands(self) -> list[CommandState]:
         state = self.state
-        return [
+        commands = [
             CommandState(
                 event,
                 reasons(self.supervisor, guard, self.plant_state),
@@ -170,6 +171,7 @@ class SingleEvents:
             for event in self.plant.events
             if (guard := self._guards.get(event.identity)) is not None
         ]
+        return with_preferences(commands, self.plant.robot)
 
     def _sent(self, event: Event, state: SystemState) -> dict[str, Any] | None:
         """What a request carries now; None for other events."""

@@ -92,6 +92,6 @@ def _leaves(state: Json) -> Iterator[tuple[list[str | int], Json]]:
         for key, value in state[name].items():
             yield [name, key], value
     for place, command in enumerate(state["commands"]):
-        for key in ("enabled", "blocked_by", "count"):
+        for key in ("enabled", "blocked_by", "waits_for", "count"):
             yield ["commands", place, key], command[key]
     yield ["stopped"], state["stopped"]

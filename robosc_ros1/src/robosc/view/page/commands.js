@@ -2,11 +2,17 @@
 // reasons that do not fit are unfolded by a click on the row's name.
 "use strict";
 
-const isWaiting = (reason) => reason.kind === "phase" || reason.kind === "synchronisation";
+const isWaiting = (reason) => ["phase", "synchronisation", "preference"].includes(reason.kind);
+
+/** The reason of an enabled command that is not sent, as one of those that disabled commands have. */
+const preferredReason = (names) =>
+  ({ kind: "preference", text: `waits for ${names.join(", ")}, which ${names.length > 1 ? "are" : "is"} preferred` });
 
 /** What a command's lamp says: enabled, waiting or forbidden. */
-const lampWord = ({ enabled, blocked_by: reasons }) =>
-  enabled ? "enabled" : reasons.length > 0 && reasons.every(isWaiting) ? "waiting" : "forbidden";
+const lampWord = ({ enabled, blocked_by: reasons, waits_for: preferred = [] }) => {
+  if (enabled) return preferred.length > 0 ? "waiting" : "enabled";
+  return reasons.length > 0 && reasons.every(isWaiting) ? "waiting" : "forbidden";
+};
 const LAMPS = { enabled: "lamp on", waiting: "lamp wait", forbidden: "lamp off" };
 
 /** Show a lamp's word: `owner` is marked with it, `named` gets it, or a longer text, as its name. */
@@ -45,12 +51,15 @@ class CommandRow {
     write(this.tally, command.count ? `${command.count}×` : "");
     if (!this.last && command.data) {
       this.sent.hidden = false;
-      write(this.sent, command.enabled ? `would send ${shorten(valueText(command.data), LONGEST)}` : "");
+      const data = shorten(valueText(command.data), LONGEST);
+      write(this.sent, lampWord(command) === "enabled" ? `would send ${data}` : "");
     }
-    const told = JSON.stringify(command.blocked_by);
+    const { blocked_by: blocking, waits_for: preferred = [] } = command;
+    const reasons = preferred.length > 0 ? [...blocking, preferredReason(preferred)] : blocking;
+    const told = JSON.stringify(reasons);
     if (told === this.told) return;
     this.told = told;
-    this.below.replaceChildren(...command.blocked_by.map(reasonLine));
+    this.below.replaceChildren(...reasons.map(reasonLine));
   }
 
   send(words) {
