@@ -1,8 +1,7 @@
 """The symbolic engine: sets of states as decision diagrams, for products too large for arrays.
 
-The fixpoints are those of the dense engine (Ramadge & Wonham 1987; Ouedraogo et al. 2011),
-restricted to states that the plant can reach; least fixpoints are computed by saturation
-(:mod:`robosc.synthesis.bdd.saturation`).
+The fixpoint is that of :mod:`robosc.synthesis.fixpoint`, over the states that the plant can reach;
+least fixpoints in it are computed by saturation (:mod:`robosc.synthesis.bdd.saturation`).
 """
 
 from __future__ import annotations
@@ -22,6 +21,7 @@ from robosc.synthesis.bdd.relations import MOST_DISJUNCTS, Disjunct, EventRelati
 from robosc.synthesis.bdd.saturation import saturated
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import weight
+from robosc.synthesis.fixpoint import supremal
 
 _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
 """Allowed and refused states, and the state variables that distinguish them."""
@@ -104,30 +104,19 @@ class SymbolicEngine:
         self._required = tuple(_guarded(event.disjuncts, event.required) for event in self.events)
         self._permitted: tuple[Sequence[Disjunct], ...] = self._required
         self._progress = progress
+        self._plant_reach = self.manager.false
 
     def _place(self, event: EventRelation) -> int:
         """Return the position of an event in the variable order: that of its first variable."""
         return min(map(self.encoding.place, event.variables), default=0)
 
     def solve(self) -> SymbolicSolution:
-        """Return the controlled system: states to avoid and blocking ones are removed in turn.
-
-        They are removed from all that the plant reaches. What it reaches under its requirements
-        would do as well, and can have a diagram that is far larger than both.
-        """
-        encoding, true = self.encoding, self.manager.true
-        plant_reach = self._forward([event.disjuncts for event in self.events], true)
-        good = plant_reach
-        bad = good & self.unsafe()
-        while True:
-            if bad != self.manager.false:
-                good = good & ~self._uncontrollably(bad, good)
-            if encoding.initial & good != encoding.initial:
-                return SymbolicSolution(self, plant_reach, self.manager.false, good, True)
-            back = self._coreachable(good)
-            if back == good:
-                break
-            bad, good = good & ~back, back
+        """Return the controlled system."""
+        true = self.manager.true
+        good, starts = supremal(self)
+        plant_reach = self._plant_reach
+        if not starts:
+            return SymbolicSolution(self, plant_reach, self.manager.false, good, True)
         if good == plant_reach:
             reach = plant_reach
             if any(event.required != true for event in self.events):
@@ -139,6 +128,34 @@ class SymbolicEngine:
         if not restricted:
             self._permitted = self._required
         return SymbolicSolution(self, plant_reach, reach, good, restricted)
+
+    def reachable(self) -> Bdd:
+        """Return the states that the plant reaches without its requirements.
+
+        What it reaches under them would do as well, and can have a far larger diagram.
+        """
+        self._plant_reach = self._forward(
+            [event.disjuncts for event in self.events], self.manager.true
+        )
+        return self._plant_reach
+
+    def safe(self, states: Bdd) -> Bdd:
+        return states & ~self.unsafe()
+
+    def controllable(self, states: Bdd, before: Bdd) -> Bdd:
+        bad = before & ~states
+        if bad == self.manager.false:
+            return states
+        return states & ~self._uncontrollably(bad, states)
+
+    def nonblocking(self, states: Bdd) -> Bdd:
+        return self._coreachable(states)
+
+    def same(self, states: Bdd, subset: Bdd) -> bool:
+        return states == subset
+
+    def has_start(self, states: Bdd) -> bool:
+        return self.encoding.initial & states == self.encoding.initial
 
     def _leaves(self, states: Bdd) -> bool:
         """Whether something that the requirements allow leads out of a set."""

@@ -1,5 +1,6 @@
 """The dense engine: one bit per state of the product, fixpoints computed in place.
 
+It holds the sets of :mod:`robosc.synthesis.fixpoint`, and the reach of the controlled system.
 The product contains unreachable states; what the fixpoints compute for those is irrelevant, since
 no reachable state leads there. A sweep applies the events in model order, so that those of one
 component follow each other, and updates the set in place: what one event adds, the next one sees.
@@ -33,6 +34,7 @@ from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.merging import Condition, EventRules
 from robosc.synthesis.dense.operations import Operation, sweep_order
 from robosc.synthesis.dense.transitions import Compiler
+from robosc.synthesis.fixpoint import supremal
 
 _NOTHING_REFUSED: Mapping[int, Bitset] = {}
 
@@ -84,6 +86,7 @@ class DenseEngine:
         self.compiler = compiler
         self._progress = progress
         self.plant_states = 0
+        self._restricted = False
         self.steps = tuple(self._compile(event) for event in rules)
 
     def _compile(self, rules: EventRules) -> EventOperations:
@@ -104,35 +107,46 @@ class DenseEngine:
     # --- synthesis
 
     def solve(self) -> DenseSolution:
-        """Return the controlled system: states to avoid and blocking ones are removed in turn."""
-        initial = self.layout.starts()
+        """Return the controlled system."""
+        good, starts = supremal(self)
+        if not starts:
+            return DenseSolution(self, good, good, True, True)
+        states = good
+        if self._restricted:
+            states = self.layout.of(self.layout.starts())
+            self._forward(states, self._required_stages(), good, self._refused(good))
+        return DenseSolution(self, states, good, self._restricted, False)
+
+    def reachable(self) -> Bitset:
+        """Return the states that the plant reaches under the requirements on events."""
         states = self.plant_reach()
         self.plant_states = count(states)
         if any(step.event.requirement is not None for step in self.steps):
-            states = self.layout.of(initial)
+            states = self.layout.of(self.layout.starts())
             self._forward(states, self._required_stages())
-        good = states
-        bad = self._remove_bad(good)
-        restricted = bad
-        while True:
-            if bad:
-                self._close_bad(good)
-            if not members(good, initial).all():
-                return DenseSolution(self, good, good, True, True)
-            back = self._coreachable(good, restricted)
-            before = count(good)
-            if restricted:
-                good = back
-            else:
-                np.bitwise_and(good, back, out=good)
-            del back
-            if count(good) == before:
-                break
-            bad = restricted = True
-        if restricted:
-            states = self.layout.of(initial)
-            self._forward(states, self._required_stages(), good, self._refused(good))
-        return DenseSolution(self, states, good, restricted, False)
+        return states
+
+    def safe(self, states: Bitset) -> Bitset:
+        self._restricted = self._remove_bad(states)
+        return states
+
+    def controllable(self, states: Bitset, before: Bitset) -> Bitset:
+        self._restricted = self._restricted or states is not before
+        if self._restricted:
+            self._close_bad(states)
+        return states
+
+    def nonblocking(self, states: Bitset) -> Bitset:
+        back = self._coreachable(states, self._restricted)
+        if not self._restricted:
+            np.bitwise_and(back, states, out=back)
+        return back
+
+    def same(self, states: Bitset, subset: Bitset) -> bool:
+        return count(states) == count(subset)
+
+    def has_start(self, states: Bitset) -> bool:
+        return bool(members(states, self.layout.starts()).all())
 
     def plant_reach(self) -> Bitset:
         """Return the states that the plant without its requirements reaches."""
