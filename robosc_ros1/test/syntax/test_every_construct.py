@@ -184,7 +184,7 @@ def test_text_without_line_ends_or_with_windows_ones_means_the_same() -> None:
 
 @pytest.mark.parametrize("word", ["requirement a needs b", "provide a with 3"])
 def test_a_library_says_nothing_about_control(word: str) -> None:
-    assert "error[misplaced]: a library cannot contain" in faults(f"library L {{ {word} }}")
+    assert "error[misplaced]: a library itself cannot contain" in faults(f"library L {{ {word} }}")
 
 
 @pytest.mark.parametrize(

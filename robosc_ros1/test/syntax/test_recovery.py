@@ -59,10 +59,10 @@ model.rscd:4:33: error[syntax]: expected 'identifier:' or 'type:' after 'with'
 model.rscd:5:35: error[syntax]: expected ',' and 'response:'
     5 |         service c with request: T response: U
       |                                   ^^^^^^^^ a ',' is missing before it
-model.rscd:6:9: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour', 'constant', 'parameter' or 'condition'
+model.rscd:6:9: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour', 'requirement', 'provide', 'constant', 'parameter', 'condition' or 'prefer'
     6 |         outgong message d with type: none
       |         ^^^^^^^ did you mean 'outgoing'?
-model.rscd:7:9: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour', 'constant', 'parameter', 'condition' or '}'
+model.rscd:7:9: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour', 'requirement', 'provide', 'constant', 'parameter', 'condition', 'prefer' or '}'
     7 |         message e with type: none
       |         ^^^^^^^ write 'incoming message' or 'outgoing message'
 model.rscd:9:24: error[syntax]: expected ':' after the name of the variable
@@ -129,7 +129,7 @@ model.rscd:38:22: error[syntax]: expected 'if', 'component', 'requirement', 'pro
 robot R {
     component A {
         datatype object T { x: double }
-        requirement m needs A.s
+        stop with m
         behaviour {
             incoming message m with type: T
             state s {
@@ -144,9 +144,9 @@ model.rscd:3:9: error[misplaced]: 'datatype' is not allowed inside 'component A'
     3 |         datatype object T { x: double }
       |         ^^^^^^^^
 model.rscd:2:5: note: it is opened here
-model.rscd:4:9: error[misplaced]: 'requirement' is not allowed inside 'component A'
-    4 |         requirement m needs A.s
-      |         ^^^^^^^^^^^
+model.rscd:4:9: error[misplaced]: 'stop' is not allowed inside 'component A'
+    4 |         stop with m
+      |         ^^^^
 model.rscd:2:5: note: it is opened here
 model.rscd:6:13: error[misplaced]: 'incoming' is not allowed inside 'behaviour'
     6 |             incoming message m with type: T
@@ -242,10 +242,10 @@ library L {
 }
 """,
         """\
-model.rscd:3:5: error[misplaced]: a library cannot contain requirements: write this in the robot that imports it
+model.rscd:3:5: error[misplaced]: a library itself cannot contain requirements: write this in a component of it
     3 |     requirement a needs b
       |     ^^^^^^^^^^^
-model.rscd:4:5: error[misplaced]: a library cannot contain provided data: write this in the robot that imports it
+model.rscd:4:5: error[misplaced]: a library itself cannot contain provided data: write this in a component of it
     4 |     provide a with 3
       |     ^^^^^^^
 """,
@@ -306,7 +306,7 @@ model.rscd:2:5: error[syntax]: expected 'component', 'requirement', 'provide', '
 model.rscd:3:21: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'prefer', 'stop', 'for' or '}'
     3 |     component A { } foo bar
       |                     ^^^
-model.rscd:4:19: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour', 'constant', 'parameter', 'condition' or '}'
+model.rscd:4:19: error[syntax]: expected 'incoming message', 'outgoing message', 'service', 'action', 'behaviour', 'requirement', 'provide', 'constant', 'parameter', 'condition', 'prefer' or '}'
     4 |     component B { ( }
       |                   ^
 model.rscd:5:27: error[syntax]: expected 'to start', 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'prefer', 'stop', 'for' or '}'
@@ -353,7 +353,7 @@ def test_declarations_in_the_wrong_block_are_given_to_the_right_one() -> None:
         "Component(A, [Behaviour([State(s, False, False, []), Variable(v, boolean, -)]),"
         " Message(incoming, m, -, T, -)])",
         "Object(T, [Property(x, double)])",
-        "Requirement(needs, [m], A.s)",
+        "Stop(m)",
     ]
 
 

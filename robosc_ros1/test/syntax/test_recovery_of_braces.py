@@ -32,6 +32,39 @@ model.rscd:6:13: error[missing-brace]: expected '}' to close 'initial state s' b
 model.rscd:4:13: note: it is opened here
 """,
     ),
+    "a missing brace of a component before what may stand in it": (
+        """\
+robot R {
+    component A {
+        incoming message a with type: none
+    requirement a needs B.s
+    component B { behaviour { initial marked state s { } } }
+}
+""",
+        """\
+model.rscd:4:5: error[missing-brace]: expected '}' to close 'component A' before 'requirement'
+    4 |     requirement a needs B.s
+      |     ^^^^^^^^^^^
+model.rscd:2:5: note: it is opened here
+""",
+    ),
+    "missing braces of a behaviour and its component before what may stand in it": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            initial state s { }
+    provide a with 3
+    constant c: integer = 3
+}
+""",
+        """\
+model.rscd:5:5: error[missing-brace]: expected '}' to close 'behaviour' before 'provide'
+    5 |     provide a with 3
+      |     ^^^^^^^
+model.rscd:3:9: note: it is opened here
+""",
+    ),
     "missing braces of a component and its behaviour": (
         """\
 robot R {

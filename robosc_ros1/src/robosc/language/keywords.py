@@ -57,6 +57,7 @@ class Keyword:
 
 
 _FILES = ("robot", "library")
+_STATEMENTS = ("robot", "component", "for")
 _TRANSITIONS = ("behaviour", "state")
 
 
@@ -65,19 +66,19 @@ def _table() -> Iterator[Keyword]:
     for word in _FILES:
         yield Keyword(word, declaration, ("file",))
     yield Keyword("component", declaration, _FILES)
-    yield Keyword("requirement", declaration, ("robot", "for"))
-    yield Keyword("provide", declaration, ("robot", "for"))
-    yield Keyword("datatype", declaration, _FILES)
-    yield Keyword("interface", declaration, _FILES)
     yield Keyword("incoming", modifier, ("component",))
     yield Keyword("outgoing", modifier, ("component",))
     yield Keyword("service", declaration, ("component",))
     yield Keyword("action", declaration, ("component",))
     yield Keyword("behaviour", declaration, ("component",))
+    yield Keyword("requirement", declaration, _STATEMENTS)
+    yield Keyword("provide", declaration, _STATEMENTS)
+    yield Keyword("datatype", declaration, _FILES)
+    yield Keyword("interface", declaration, _FILES)
     yield Keyword("constant", declaration, (*_FILES, "component"))
     yield Keyword("parameter", declaration, (*_FILES, "component"))
     yield Keyword("condition", declaration, (*_FILES, "component", "for"))
-    yield Keyword("prefer", declaration, ("robot", "for"))
+    yield Keyword("prefer", declaration, _STATEMENTS)
     yield Keyword("stop", declaration, ("robot",))
     yield Keyword("for", clause, ("robot", "for"))
     yield Keyword("variable", declaration, ("behaviour",))
@@ -112,7 +113,7 @@ def _table() -> Iterator[Keyword]:
 _MEANINGS = {
     "robot": "The model of one robot: its components, what must never happen, and the data of its"
     " commands.",
-    "library": "Components and datatypes that several robots import.",
+    "library": "Components, with what they require, and datatypes that several robots import.",
     "component": "A part of the robot: its communications, and how it behaves.",
     "requirement": "What must hold: a condition that a command needs, one that disables it, or one"
     " that is never or always true.",

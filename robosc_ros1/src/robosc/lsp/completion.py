@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from robosc.language.attributes import ATTRIBUTES, Value
 from robosc.language.events import FOLDERS, EventKind
+from robosc.language.keywords import starts_of
 from robosc.lsp.analysis import Desk
 from robosc.lsp.interfaces import model_type
 from robosc.lsp.offers import (
@@ -62,6 +63,8 @@ class _Completer(StatementOffers):
                 yield from self._beginnings()
             case "robot" | "library" | "for":
                 yield from self._statement()
+            case "component" if words[0] in starts_of("for"):
+                yield from self._statement()
             case "component":
                 yield from self._communication()
             case "behaviour" | "state":
@@ -84,7 +87,7 @@ class _Completer(StatementOffers):
             yield from keywords(("message",))
         elif first == "behaviour":
             return
-        elif first in ("constant", "parameter", "condition"):
+        elif first in ("constant", "parameter"):
             yield from self._value()
         elif last == ":" and self._context.word(-2) == "timeout":
             yield from self._durations()

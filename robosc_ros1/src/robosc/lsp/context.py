@@ -172,6 +172,13 @@ def _is_within(words: list[str], opening: str, closing: str) -> bool:
     return words.count(opening) > words.count(closing)
 
 
+def _statement(header: tuple[str, ...]) -> OpenBlock | None:
+    """The block in a statement; None if the words do not begin one with a block."""
+    kinds = {"requirement": "commands", "prefer": "commands", "provide": "data"}
+    kind = kinds.get(header[0]) if header else None
+    return None if kind is None else OpenBlock(kind, "", header)
+
+
 def _opened(block: OpenBlock, words: list[str]) -> OpenBlock:
     """The block that a brace opens behind these words."""
     header = tuple(words)
@@ -186,13 +193,9 @@ def _opened(block: OpenBlock, words: list[str]) -> OpenBlock:
                 return OpenBlock(kind, words[2].lstrip("^") if len(words) > 2 else "", header)
             if first == "for":
                 return OpenBlock("for", "", header)
-            if first in ("requirement", "prefer"):
-                return OpenBlock("commands", "", header)
-            if first == "provide":
-                return OpenBlock("data", "", header)
-            return OpenBlock("component", name, header)
+            return _statement(header) or OpenBlock("component", name, header)
         case "component":
-            return OpenBlock("behaviour", "", header)
+            return _statement(header) or OpenBlock("behaviour", "", header)
         case "behaviour":
             state = words.index("state") if "state" in words else -1
             named = words[state + 1] if 0 <= state < len(words) - 1 else ""

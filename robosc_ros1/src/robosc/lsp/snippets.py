@@ -149,5 +149,5 @@ SNIPPETS: Mapping[str, tuple[Snippet, ...]] = {
     "robot": (*_DECLARATIONS, *_STATEMENTS),
     "library": _DECLARATIONS,
     "for": _STATEMENTS,
-    "component": (_OUTGOING, _INCOMING, _SERVICE, _ACTION),
+    "component": (_OUTGOING, _INCOMING, _SERVICE, _ACTION, *_STATEMENTS),
 }

@@ -111,10 +111,10 @@ class _Writer:
     ) -> list[DeclarationNode]:
         copies: list[DeclarationNode] = []
         for index in indexes_of(indexes, self._report):
-            scope = Scope().inside("index", index)
             name = replace(item.name, text=copy_name(item.name.text, index))
+            scope = Scope(own=name.text).inside("index", index)
             if isinstance(item, ComponentNode):
-                items = tuple(self.node(part, scope) for part in item.items)
+                items = tuple(with_place(self.node(part, scope), scope) for part in item.items)
                 copies.append(replace(item, name=name, items=items, indexes=None, index=index))
             else:
                 prefix = self.node(item.prefix, scope) if item.prefix else None
@@ -201,7 +201,7 @@ class _Writer:
     def _each(self, part: Any, scope: Scope) -> Iterable[Any]:
         """A named part; all copies where an indexed component is named as a whole."""
         whole = isinstance(part, Access) and not part.path and part.index is None
-        if not whole or not self._is_several(part, scope):
+        if not whole or not self._is_several(part, scope) or part.root.text == scope.family:
             return (self._named(part, scope),)
         indexes = self._several[part.root.text]
         return [self._one(part, i, ()) for i in range(indexes.first, indexes.last + 1)]
@@ -229,6 +229,8 @@ class _Writer:
             return self._one(node, self._constant(node.index, scope), node.path)
         if node.path and isinstance(node.path[0], int):
             return self._one(node, node.path[0], node.path[1:])
+        if name == scope.family:
+            return replace(node, root=replace(node.root, text=scope.own))
         indexes = self._several[name]
         hint = f"write {copy_name(name, indexes.first)}, or any(c.… for c in {name})"
         message = f"{name} is an indexed component: {name}[{indexes.first}..{indexes.last}]"

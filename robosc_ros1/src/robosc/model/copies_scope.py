@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from robosc.model.diagnostics import Report
+from robosc.names import family_and_index
 from robosc.syntax.nodes import ExprNode, ForNode, RangeNode
 
 _PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
@@ -23,14 +24,20 @@ class Scope:
     """The meanings of names in the copy that is being made.
 
     ``index`` and the variables of ``for`` are numbers, the variables of aggregates over components
-    the names of components, and the conditions declared in a ``for`` expressions.
+    the names of components, and the conditions declared in a ``for`` expressions. ``own`` is the
+    copy of a component that is being made: the bare name ``family`` means it.
     """
 
     names: Mapping[str, int | str | ExprNode] = field(default_factory=dict)
+    own: str = ""
+
+    @property
+    def family(self) -> str:
+        return family_and_index(self.own)[0] if self.own else ""
 
     def inside(self, name: str, meaning: int | str | ExprNode) -> Scope:
         """The scope with one more name, which hides an outer one."""
-        return Scope({**self.names, name: meaning})
+        return replace(self, names={**self.names, name: meaning})
 
     @property
     def numbers(self) -> dict[str, int]:
@@ -38,11 +45,12 @@ class Scope:
 
     def meanings(self, words: Set[str]) -> tuple[tuple[str, int | str], ...]:
         """What tells two scopes apart for a text of these words; of an expression its identity."""
-        return tuple(
+        found = tuple(
             (name, meaning if isinstance(meaning, int | str) else f"condition {id(meaning)}")
             for name, meaning in self.names.items()
             if name in words
         )
+        return (*found, ("", self.own)) if self.family in words else found
 
     def place(self) -> str:
         """The indexes as text for messages and comments: ``i = 3, j = 4``."""

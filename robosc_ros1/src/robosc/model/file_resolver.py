@@ -33,7 +33,7 @@ from robosc.model.ros.links import Binder
 from robosc.model.scope import FileScope, report_duplicate
 from robosc.model.similar_names import check_case, check_topics
 from robosc.model.state_variables import select_state_variables
-from robosc.model.statements import StatementResolver, check_preferences
+from robosc.model.statements import StatementResolver, Statements, check_preferences
 from robosc.model.stopping import check_stop
 from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
 from robosc.model.type_declarations import TypeDeclarations
@@ -49,9 +49,6 @@ from robosc.syntax.nodes import (
     ExprNode,
     ImportNode,
     ParameterNode,
-    PreferNode,
-    ProvideNode,
-    RequirementNode,
     StopNode,
 )
 
@@ -143,7 +140,8 @@ class FileResolver:
         if whole:
             check_freshness(robot, self._report)
             check_undefined_data(robot, lengths, self._scope.source, self._report)
-            check_stop(robot, self._report)
+            if not library:
+                check_stop(robot, self._report)
             check_unused(
                 self._scope,
                 self.types.values,
@@ -251,6 +249,7 @@ class FileResolver:
         declare(instance, self._report)
         self._bind(instance)
         self._component(instance)
+        self._add_statements(instance, Statements())
 
     def _imported(self, node: ImportNode) -> Instance | None:
         prefix = check_prefix(node.prefix, self._report) if node.prefix is not None else ""
@@ -310,23 +309,17 @@ class FileResolver:
             SymbolTable(self.component_table), self.types, self._binder, self._report
         )
         node = self._scope.node
-        requirements, provides, preferences, stops = [], [], [], []
-        for item in node.declarations:
-            match item:
-                case RequirementNode():
-                    requirements.append(resolver.requirement(item))
-                case ProvideNode():
-                    provides.append(resolver.provide(item))
-                case PreferNode():
-                    preferences.append(resolver.preference(item))
-                case StopNode():
-                    stops.append(item)
+        found = Statements()
+        found.add(node.declarations, resolver)
+        for instance in self.component_table.instances.values():
+            self._add_statements(instance, found)
+        stops = [item for item in node.declarations if isinstance(item, StopNode)]
         robot = Robot(
             node.name.text,
             components,
-            _sound(requirements),
-            _sound(provides),
-            _sound(preferences),
+            found.on_commands() if node.kind == "robot" else tuple(found.requirements),
+            tuple(found.provides),
+            tuple(found.preferences),
             tuple(self._parameters()),
             resolver.stop(stops),
             conditions=conditions_over(self.types, self.component_table),
@@ -334,6 +327,14 @@ class FileResolver:
         )
         check_preferences(robot.preferences, self._report)
         return robot
+
+    def _add_statements(self, instance: Instance, found: Statements) -> None:
+        """Resolve the statements of a component, which sees names as its behaviour does."""
+        report = self._report if instance.library is None else self._muted
+        symbols = self._symbols(instance)
+        found.add(
+            instance.node.items, StatementResolver(symbols, instance.types, self._binder, report)
+        )
 
 
 def _sound(found: Iterable[_Entity | None]) -> tuple[_Entity, ...]:

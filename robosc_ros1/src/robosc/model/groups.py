@@ -28,12 +28,19 @@ class GroupResolver:
         self._report = report
 
     def commands(
-        self, group: Group, code: str, why: str, *, left_out: Iterable[str] = ()
+        self,
+        group: Group,
+        code: str,
+        why: str,
+        *,
+        left_out: Iterable[str] = (),
+        may_be_empty: bool = False,
     ) -> tuple[str, ...] | None:
         """The keys of the commands, each once, in order; None after an error.
 
         ``code`` and ``why`` are those of an outgoing message; of ``all`` and of components, the
-        commands ``left_out`` are no part.
+        commands ``left_out`` are no part. In a library, ``all`` may be nobody: its commands are
+        those of the robot that imports it.
         """
         found: dict[str, Span | None] = {}
         whole = True
@@ -44,7 +51,7 @@ class GroupResolver:
             if members is None:
                 whole &= self._add_named(item, found, code, why)
             else:
-                whole &= self._has_commands(item, members)
+                whole &= may_be_empty or self._has_commands(item, members)
                 found.update((m.key, None) for m in members if m.key not in {*found, *left_out})
         return tuple(found) if whole else None
 
@@ -52,11 +59,11 @@ class GroupResolver:
         self, found: Iterable[str], node: ExceptNode, code: str, why: str
     ) -> tuple[str, ...] | None:
         """What is left of a group."""
-        others = self.commands(node.communications, code, why)
+        others = self.commands(node.communications, code, why, may_be_empty=True)
         if others is None:
             return None
         left = tuple(key for key in found if key not in others)
-        if not left:
+        if not left and self._scope.node.kind == "robot":
             self._report.add("unknown-communication", node.span, "nothing is left of the group")
             return None
         return left
@@ -103,6 +110,8 @@ class GroupResolver:
     def _has_commands(self, access: Access, members: list[CommunicationInfo]) -> bool:
         if members or self._symbols.component_table.broken:
             return not self._symbols.component_table.broken
+        if is_all(access) and self._scope.node.kind == "library":
+            return True
         what = "the robot" if is_all(access) else access.root.text
         message = f"{what} has no commands: no incoming message, service or action"
         self._report.add("unknown-communication", access.span, message)

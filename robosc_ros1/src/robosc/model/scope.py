@@ -25,6 +25,9 @@ from robosc.syntax.nodes import (
     InterfaceNode,
     Name,
     ObjectNode,
+    PreferNode,
+    ProvideNode,
+    RequirementNode,
     StateNode,
     VariableNode,
 )
@@ -138,7 +141,7 @@ def _declared(node: DeclarationNode | BehaviourNode) -> Iterator[str]:
             for item in items:
                 if isinstance(item, BehaviourNode):
                     yield from _declared(item)
-                else:
+                elif not isinstance(item, RequirementNode | ProvideNode | PreferNode):
                     yield item.name.text
         case BehaviourNode(items=items):
             for part in items:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from itertools import product
+from typing import TypeAlias, TypeVar
 
 from robosc.errors import Note
 from robosc.language.events import Kind
@@ -31,20 +33,57 @@ from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.types import NoneType
 from robosc.source import Span
 from robosc.syntax.nodes import (
+    BehaviourNode,
+    CommunicationNode,
     DataObjectNode,
+    DeclarationNode,
     PreferNode,
     ProvideNode,
     RequirementNode,
     StopNode,
 )
 
+_Node: TypeAlias = DeclarationNode | CommunicationNode | BehaviourNode
+_Entity = TypeVar("_Entity", Requirement, Provide, Preference)
+
 _COMMENT_OR_STRING = re.compile(
     r"""//[^\n]*|/\*.*?\*/|("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')""", re.DOTALL
 )
 
 
+@dataclass
+class Statements:
+    """The statements of a robot and of its components, without those that have errors."""
+
+    requirements: list[Requirement] = field(default_factory=list)
+    provides: list[Provide] = field(default_factory=list)
+    preferences: list[Preference] = field(default_factory=list)
+
+    def add(self, items: Iterable[_Node], resolver: StatementResolver) -> None:
+        """Resolve those of the nodes that are statements, and add them."""
+        for item in items:
+            match item:
+                case RequirementNode():
+                    self.requirements += _sound(resolver.requirement(item))
+                case ProvideNode():
+                    self.provides += _sound(resolver.provide(item))
+                case PreferNode():
+                    self.preferences += _sound(resolver.preference(item))
+
+    def on_commands(self) -> tuple[Requirement, ...]:
+        """The requirements without those on a group that, in this robot, is empty."""
+        return tuple(r for r in self.requirements if r.communications or r.kind in _ON_STATES)
+
+
+_ON_STATES = ("never", "always")
+
+
+def _sound(found: _Entity | None) -> tuple[_Entity, ...]:
+    return () if found is None else (found,)
+
+
 class StatementResolver:
-    """Resolves the statements of a robot over all its components."""
+    """Resolves statements, with the names of a robot or those of one of its components."""
 
     def __init__(
         self, symbols: SymbolTable, types: TypeTable, binder: Binder, report: Report
@@ -114,7 +153,7 @@ class StatementResolver:
             condition = condition_on_data(condition, self._read)
         if info is None or data is None:
             return None
-        if info.entity is not None:
+        if info.entity is not None and info.instance.imported is None:
             self._binder.sent.check(data, info.node, info.entity.binding)
         return Provide(info.key, data, condition, span=node.span)
 

@@ -22,9 +22,10 @@ def check_stop(robot: Robot, report: Report) -> None:
             and not (isinstance(expr, Literal) and not expr.value)
         ]
         if message.kind is Kind.INCOMING and numbers:
+            here = provide.span.source is robot.span.source
             report.add(
                 "no-stop",
-                provide.span,
+                provide.span if here else robot.component(message.component).span,
                 f"when the node ends, the robot goes on with the last {message.name}",
                 "name the message that stops it: stop with NAME",
             )

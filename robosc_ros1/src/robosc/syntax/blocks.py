@@ -20,7 +20,7 @@ from pyparsing import ParserElement
 from robosc.errors import Note, listing
 from robosc.language.keywords import starts_of
 from robosc.syntax.elements import ended
-from robosc.syntax.indentation import is_nested, outdented
+from robosc.syntax.indentation import is_nested, is_outdented, outdented
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.reading import Build, Fault, Reading
 from robosc.syntax.synchronise import Synchroniser, late_brace, nearest_keyword
@@ -179,6 +179,15 @@ class Block:
             return False
         return not self.items.free or self.synchroniser.looks_like(reading, at, word)
 
+    def _is_outside(self, reading: Reading, at: int, header: Header) -> bool:
+        """Whether a declaration that may stand here or outside is, by its place, one outside.
+
+        Where all braces match, they alone decide.
+        """
+        if reading.is_balanced or reading.text(at) not in self._outer or self.items.free:
+            return False
+        return is_outdented(reading, header.start, header.end, at)
+
     # --- parsing ---
 
     def enter(
@@ -230,6 +239,9 @@ class Block:
                 at += 1
                 break
             rule, after = self._rule(reading, at)
+            if rule and header and self._is_outside(reading, at, header):
+                self._close_early(reading, at, reading.text(at), header)
+                break
             if rule:
                 count = len(nodes)
                 at = self._declaration(reading, at, after, rule, nodes)

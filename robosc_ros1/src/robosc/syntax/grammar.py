@@ -63,6 +63,7 @@ def _component_block() -> Block:
         **{word: communication_rule(word) for word in _COMMUNICATIONS},
         "behaviour": Rule(nothing(), make_node(BehaviourNode), block=lambda parts: behaviour_block),
         **value_rules(),
+        **_statement_rules(),
     }
     meant = ((pattern("message"), "write 'incoming message' or 'outgoing message'"),)
     return Block(
@@ -218,6 +219,11 @@ def _provide() -> Rule:
     )
 
 
+def _statement_rules() -> dict[str, Rule]:
+    """The rules of the statements that stand in robots and in components."""
+    return {"requirement": _requirement(), "provide": _provide(), "prefer": _prefer()}
+
+
 # --- files ---------------------------------------------------------------------------------------
 
 
@@ -225,20 +231,18 @@ def _file_block(kind: str) -> Block:
     component_block, object_block, enum_block = _component_block(), object_rules(), enum_rules()
     rules = {
         "component": _component(component_block),
-        "requirement": _requirement(),
-        "provide": _provide(),
+        **_statement_rules(),
         "datatype": datatype_rule(object_block, enum_block),
         "interface": interface_rule(),
         **value_rules(),
-        "prefer": _prefer(),
         "stop": _stop(),
         "for": _for(lambda parts: for_block),
     }
     for_block = Block(items_of("for", rules))
     if kind == "library":
         for word, plural in _NOT_IN_LIBRARIES.items():
-            refusal = f"a library cannot contain {plural}: write this in the robot that imports it"
-            rules[word].refusal = refusal
+            where = f"write this in {_INSTEAD.get(word, 'a component of it')}"
+            rules[word].refusal = f"a library itself cannot contain {plural}: {where}"
     items = replace(items_of(kind, rules), rules=rules)
     block = Block(items, child=Child(component_block, _adopt(ComponentNode)))
     object_block.parent = enum_block.parent = for_block.parent = block
@@ -252,6 +256,7 @@ _NOT_IN_LIBRARIES = {
     "stop": "a stop command",
     "for": "statements",
 }
+_INSTEAD = dict.fromkeys(("stop", "for"), "the robot that imports it")
 
 
 @cache

@@ -25,6 +25,15 @@ def outdented(reading: Reading, header: int, opening: int, end: int) -> int:
     return next(left, end)
 
 
+def is_outdented(reading: Reading, header: int, opening: int, at: int) -> bool:
+    """Whether a token begins a line as far left as its block's header, unlike the first line."""
+    if _before(reading, at).strip() or is_nested(reading, at, header):
+        return False
+    lines = (a for a in range(opening + 1, at) if not _before(reading, a).strip())
+    first = next(lines, at)
+    return first < at and is_nested(reading, first, header)
+
+
 def _before(reading: Reading, at: int) -> str:
     """The text before a token on its line."""
     text, end = reading.source.text, reading.tokens.offset(at)

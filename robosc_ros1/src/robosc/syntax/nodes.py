@@ -421,7 +421,10 @@ class ComponentNode(_Node):
     """
 
     name: Name
-    items: tuple[CommunicationNode | BehaviourNode | ValueNode, ...]
+    items: tuple[
+        CommunicationNode | BehaviourNode | ValueNode | RequirementNode | ProvideNode | PreferNode,
+        ...,
+    ]
     indexes: RangeNode | None = None
     index: int | None = None
 

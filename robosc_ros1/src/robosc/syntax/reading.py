@@ -142,12 +142,14 @@ class Reading:
     consequence. ``reopened`` means that a block was continued behind its closing brace, so that
     missing braces are no longer reported. ``broken`` collects the words of everything that was
     skipped: names that later stages must not report as unknown. ``lifted`` holds, by block, nodes
-    of its declarations that stood in a block inside it. ``depth`` counts the open blocks.
+    of its declarations that stood in a block inside it. ``depth`` counts the open blocks;
+    ``is_balanced``: the text has as many closing braces as opening ones.
     """
 
     def __init__(self, tokens: Tokens) -> None:
         self.tokens = tokens
         self.kinds = tokens.kinds
+        self.is_balanced = tokens.kinds.count("{") == tokens.kinds.count("}")
         self.source = tokens.source
         self.diagnostics: list[Diagnostic] = list(tokens.diagnostics)
         self.broken: set[str] = set()
