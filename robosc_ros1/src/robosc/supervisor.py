@@ -47,6 +47,8 @@ class Explanation:
 
     ``trace`` leads from the initial state to the one that must be avoided; ``reason`` and
     ``remedy`` are sentences; ``diagnostic`` is the same as a warning at its place in the model.
+    ``traced`` False: looking for a trace would take too long, so it is empty, and the reason says
+    so.
     """
 
     event: Event | None
@@ -54,6 +56,7 @@ class Explanation:
     trace: tuple[Step, ...]
     remedy: str | None
     diagnostic: Diagnostic
+    traced: bool = True
 
 
 @dataclass(frozen=True)

@@ -281,6 +281,12 @@ class Plant:
         """Yield the initial states for all values of parameters, that of the defaults first."""
         return product(*(variable.start_indexes for variable in self.variables))
 
+    def is_initial(self, state: PlantState) -> bool:
+        return all(
+            value in variable.start_indexes
+            for variable, value in zip(self.variables, state, strict=True)
+        )
+
     def is_marked(self, state: PlantState) -> bool:
         return all(
             variable.marked is None or value in variable.marked

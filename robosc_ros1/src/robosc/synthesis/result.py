@@ -61,8 +61,8 @@ def make_supervisor(
         explanations=explanations,
         properties=properties.holds,
         diagnostics=(
-            # Without a trace the model itself rules the event out, and a warning says so.
-            *(e.diagnostic for e in explanations if empty or e.trace),
+            # What has no trace at all the model itself rules out, and a warning says so.
+            *(e.diagnostic for e in explanations if empty or e.trace or not e.traced),
             *(() if empty else warnings(system, guards)),
             *properties.diagnostics,
         ),

@@ -66,10 +66,14 @@ class System(Protocol):
     def plant(self) -> Plant: ...
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
-        """Return a shortest controlled path from an initial state to one with the condition.
+        """Return a short controlled path from an initial state to one with the condition.
 
-        Both ends are included; None if the controlled system has no such state.
+        Both ends are included; None if the controlled system has no such state. Where looking for
+        a path would take too long it is that state alone, which is no initial state then.
         """
+
+    def reaches(self, condition: Expr) -> bool:
+        """Whether the controlled system has a state with the condition."""
 
     def plant_reaches(self, condition: Expr) -> bool | None:
         """Whether the plant without its requirements reaches a state with the condition.

@@ -2,24 +2,20 @@
 
 The search is breadth first, one diagram per distance, as long as the diagrams stay small: then a
 path is a shortest one. The states at one distance can take far larger diagrams than all states
-together, so in a large system a path goes backwards through the iterates of the fixpoint, from the
-first one that contains a state to the one before. Every step is one of the controlled system, and
-the path is short, usually a shortest one.
+together, so in a large system only some events are looked at (:mod:`robosc.synthesis.bdd.cones`),
+and where that is too much as well, no path is looked for.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Sequence
-from functools import cached_property
-
 from robosc.ir.automaton import Plant, PlantState
 from robosc.model.expr import Expr
-from robosc.synthesis.bdd.chaining import Iterates
+from robosc.synthesis.bdd.cones import MOST_WORK, Cones
 from robosc.synthesis.bdd.controller import SymbolicController
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.system import Runs
+from robosc.synthesis.vectorised import support
 
 _MOST_NODES = 50_000
 """Nodes of all layers together above which the search is no longer breadth first."""
@@ -28,7 +24,12 @@ _MOST_NODES = 50_000
 class SymbolicSystem:
     """A symbolic solution as :class:`robosc.synthesis.system.System`."""
 
-    def __init__(self, solution: SymbolicSolution, most_nodes: int = _MOST_NODES) -> None:
+    def __init__(
+        self,
+        solution: SymbolicSolution,
+        most_nodes: int = _MOST_NODES,
+        most_work: int = MOST_WORK,
+    ) -> None:
         self.solution = solution
         self.engine = solution.engine
         self.encoding = solution.engine.encoding
@@ -36,6 +37,7 @@ class SymbolicSystem:
         self._layers: list[Bdd] = [self.encoding.initial]
         self._seen = self.encoding.initial
         self._nodes_left = most_nodes
+        self._cones = Cones(solution, most_work)
 
     @property
     def plant(self) -> Plant:
@@ -46,6 +48,9 @@ class SymbolicSystem:
 
     def lost_start(self) -> PlantState:
         return self.encoding.pick(self.encoding.initial & ~self.solution.good)
+
+    def reaches(self, condition: Expr) -> bool:
+        return self.encoding.holds(condition) & self.solution.states != self._false
 
     def plant_reaches(self, condition: Expr) -> bool | None:
         return self.encoding.holds(condition) & self.solution.plant_reach != self._false
@@ -60,7 +65,10 @@ class SymbolicSystem:
             return None
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
-        """Return a path to a state with the condition: a shortest one unless that is too costly."""
+        """Return a path to a state with the condition: a shortest one unless that is too costly.
+
+        If even a longer one is, the path is only the state.
+        """
         self.encoding.manager.make_room()
         wanted = self.encoding.holds(condition) & self.solution.states
         if wanted == self._false:
@@ -70,7 +78,8 @@ class SymbolicSystem:
             if layer & wanted != self._false:
                 return self._back(number, self.encoding.least(layer & wanted))
             number += 1
-        return self._through_iterates(wanted)
+        path = self._cones.path(wanted, frozenset(support(self.plant, condition)))
+        return (self.encoding.least(wanted),) if path is None else path
 
     # --- breadth first
 
@@ -109,30 +118,3 @@ class SymbolicSystem:
             if before != self._false:
                 return self.encoding.least(before)
         raise AssertionError("a state without predecessor")
-
-    # --- through the iterates of the fixpoint
-
-    @cached_property
-    def _iterates(self) -> Iterates:
-        return self.engine.iterates(self.solution.states)
-
-    def _through_iterates(self, wanted: Bdd) -> tuple[PlantState, ...]:
-        iterates = self._iterates
-        number = bisect_left(iterates, True, key=lambda item: item[1] & wanted != self._false)
-        states = [self.encoding.pick(iterates[number][1] & wanted)]
-        while number > 0:
-            event = self.engine.events[iterates[number][0]]
-            after = self.encoding.state(states[-1])
-            before = self.encoding.pick(
-                self.engine.required_preimage(event, after) & iterates[number - 1][1]
-            )
-            states.append(before)
-            number = self._first(self.encoding.assignment(before), number)
-        return tuple(reversed(states))
-
-    def _first(self, assignment: Sequence[tuple[int, bool]], before: int) -> int:
-        """Return the first iterate before a position that contains a state."""
-        contains = self.encoding.manager.contains
-        return bisect_left(
-            self._iterates, True, hi=before, key=lambda item: contains(item[1], assignment)
-        )

@@ -13,7 +13,6 @@ from typing import TypeAlias
 from robosc.ir.automaton import Plant
 from robosc.language.events import EventKind
 from robosc.progress import Progress
-from robosc.synthesis.bdd.chaining import Iterates, chained, related_events
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
@@ -106,7 +105,7 @@ class SymbolicEngine:
         self._progress = progress
         self._plant_reach = self.manager.false
 
-    def _place(self, event: EventRelation) -> int:
+    def place(self, event: EventRelation) -> int:
         """Return the position of an event in the variable order: that of its first variable."""
         return min(map(self.encoding.place, event.variables), default=0)
 
@@ -192,13 +191,6 @@ class SymbolicEngine:
             self.relations.preimage(disjunct, states) for disjunct in self._permitted[event.number]
         )
 
-    def iterates(self, states: Bdd) -> Iterates:
-        """Return the iterates of the reachability fixpoint; ``states`` is its result."""
-        disjuncts, related = self._controlled(states)
-        upwards = [-self._place(event) for event in self.events]
-        image = self.relations.image
-        return chained(self.manager, self.encoding.initial, disjuncts, image, related, upwards)
-
     def longest_completion(self, states: Bdd) -> int | None:
         """Return the length of the longest sequence of internal transitions; None if unbounded.
 
@@ -241,26 +233,23 @@ class SymbolicEngine:
             found.append(disjuncts)
         return tuple(found)
 
-    def _controlled(self, good: Bdd) -> tuple[list[Sequence[Disjunct]], list[list[int]]]:
-        """Return the disjuncts that stay in ``good``, and the related events of each event.
+    def controlled(
+        self, event: EventRelation, states: Bdd
+    ) -> tuple[Sequence[Disjunct], frozenset[int]]:
+        """Return an event's disjuncts that stay in ``states``, and the variables that it touches.
 
-        A command's guard reads as few state variables as possible: if it read all that ``good``
+        A command's guard reads as few state variables as possible: if it read all that ``states``
         reads, every event would have to be tried again after every other.
         """
-        disjuncts: list[Sequence[Disjunct]] = []
-        touched: list[frozenset[int]] = []
-        for event in self.events:
-            required, variables = self._permitted[event.number], event.variables
-            if self.plant.events[event.number].controllable:
-                here = good & event.possible & event.required
-                allowed = here & self.required_preimage(event, good)
-                refused = here & ~allowed
-                if refused != self.manager.false:
-                    guard, needed = self._narrow(allowed, refused)
-                    required, variables = _guarded(required, guard), variables | needed
-            disjuncts.append(required)
-            touched.append(variables)
-        return disjuncts, related_events(self.events, touched)
+        required, variables = self._permitted[event.number], event.variables
+        if self.plant.events[event.number].controllable:
+            here = states & event.possible & event.required
+            allowed = here & self.required_preimage(event, states)
+            refused = here & ~allowed
+            if refused != self.manager.false:
+                guard, needed = self._narrow(allowed, refused)
+                required, variables = _guarded(required, guard), variables | needed
+        return required, variables
 
     def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
         """Return a condition that separates two sets, and the few state variables that it reads."""

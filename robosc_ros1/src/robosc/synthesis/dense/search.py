@@ -48,6 +48,9 @@ class DenseSystem:
         starts = self.layout.starts()
         return self.layout.state(int(starts[~members(self.solution.good, starts)][0]))
 
+    def reaches(self, condition: Expr) -> bool:
+        return bool(self.solution.engine.meeting(self.solution.states, condition).any())
+
     def plant_reaches(self, condition: Expr) -> bool | None:
         if self.layout.size > _LARGEST_REPEAT:
             return None

@@ -1,6 +1,6 @@
 """Explanations why a command is restricted beyond its requirements, or the supervisor is empty.
 
-The trace of a refused command: a shortest path under control to a state in which the requirements
+The trace of a refused command: a short path under control to a state in which the requirements
 would allow it; the command; then the uncontrollable events that lead on, over states that must all
 be avoided, to the first bad state: a state requirement fails, a variable leaves its range, or no
 marked state can be reached any more. It is made from single steps (:class:`Stepper`), so that it
@@ -25,7 +25,13 @@ from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.explain.blocking import Cause, why_blocked
 from robosc.synthesis.explain.range_violation import why_out_of_range
-from robosc.synthesis.explain.starts import assumed, lost_start, nearest
+from robosc.synthesis.explain.starts import (
+    UNTRACED,
+    assumed,
+    lost_start,
+    nearest,
+    whereabouts,
+)
 from robosc.synthesis.formatting import event_text, quoted, trace_text
 from robosc.synthesis.stepper import CompiledEvent, Stepper, Test
 from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
@@ -128,8 +134,12 @@ class _Explainer:
         head = f"{name} can never be allowed" if never else f"{name} is restricted further"
         before = trace_text(trace[: len(trace) - len(after)])
         forced = f" the controller cannot prevent {trace_text(after)}; then" if after else ","
-        start = assumed(self.plant, path[0])
-        message = f"{head}: {start}after {before}{forced} {bad.cause.reason}"
+        traced = self.plant.is_initial(path[0])
+        if traced:
+            start, end = assumed(self.plant, path[0]), ""
+        else:
+            start, end = f"{whereabouts(self.plant, path[0], refused)}, ", f" {UNTRACED}"
+        message = f"{head}: {start}after {before}{forced} {bad.cause.reason}{end}"
         diagnostic = Diagnostic(
             Severity.WARNING,
             "never-allowed" if never else "restricted-command",
@@ -138,7 +148,8 @@ class _Explainer:
             bad.cause.remedy,
             _notes(bad.cause),
         )
-        yield Explanation(event, message, trace, bad.cause.remedy, diagnostic)
+        shown = trace if traced else ()
+        yield Explanation(event, message, shown, bad.cause.remedy, diagnostic, traced)
 
     def _never_asked(self, guard: Guard) -> Iterator[Explanation]:
         """Yield why a command never happens that the plant or the requirements never allow.
@@ -147,7 +158,7 @@ class _Explainer:
         """
         event = guard.event
         name = event_text(event)
-        if self.system.nearest(possible(self.plant, event)) is None:
+        if not self.system.reaches(possible(self.plant, event)):
             reason = f"{name} never happens: {self._impossible(event)}"
         elif event.kind is EventKind.CANCEL and guard.required == FALSE:
             reason = f"{name} never happens: no requirement is a reason to cancel {event.name}"

@@ -22,6 +22,7 @@ from robosc.model.expr import Expr, PhaseRef, StateRef, TestRef, VariableRef
 from robosc.model.traversal import walk_all
 from robosc.supervisor import Guard
 from robosc.synthesis.event_parameters import for_some
+from robosc.synthesis.explain.starts import UNTRACED, whereabouts
 from robosc.synthesis.formatting import quoted, trace_text
 from robosc.synthesis.precondition import after
 from robosc.synthesis.stepper import Stepper
@@ -94,10 +95,13 @@ class _Examiner:
                 conditions.append(for_some(event, [*before, *where, fails]))
             except StateSpaceError:
                 return None
-        path = self.system.nearest(disjunction(conditions))
+        condition = disjunction(conditions)
+        path = self.system.nearest(condition)
         if path is None:
             return None
         name = f"{event.name}.{event.kind.value}"
+        if not self.plant.is_initial(path[0]):
+            return f"{name} {whereabouts(self.plant, path[0], condition)} {UNTRACED}"
         earlier = trace_text(steps_of(self.stepper, path))
         return f"{earlier}, {name}" if earlier else name
 

@@ -1,7 +1,8 @@
-"""The initial state of an explanation: the one closest to the parameters' defaults.
+"""How an explanation begins: in the initial state closest to the parameters' defaults.
 
 Parameters of the node are unknown at synthesis, so there is an initial state for each of their
-values. An explanation mentions a parameter only if its default would not do.
+values. An explanation mentions a parameter only if its default would not do. One without a trace
+begins in some state, of which it tells what concerns its condition.
 """
 
 from __future__ import annotations
@@ -9,9 +10,15 @@ from __future__ import annotations
 from robosc.errors import listing
 from robosc.ir.automaton import Plant, PlantState
 from robosc.ir.formulas import conjunction, to_dsl
-from robosc.model.expr import Expr
+from robosc.model.expr import TRUE, Expr
 from robosc.synthesis.minimise import condition_on
 from robosc.synthesis.system import System
+from robosc.synthesis.vectorised import support
+
+UNTRACED = "(no trace to such a state was looked for: that would take too long)"
+"""What an explanation ends in that begins in some state."""
+_MOST_PARTS = 8
+"""State variables whose values are told of one state."""
 
 
 def assumed(plant: Plant, start: PlantState) -> str:
@@ -22,6 +29,29 @@ def assumed(plant: Plant, start: PlantState) -> str:
         if index != plant.variables[number].initial
     ]
     return f"if {listing(texts)} at the start, " if texts else ""
+
+
+def whereabouts(plant: Plant, state: PlantState, condition: Expr) -> str:
+    """Return what is the case in a state with a condition, as a clause: ``where A.b and C.d = 1``.
+
+    Of the state variables, those are told that the condition reads, and parameters that are not at
+    their defaults.
+    """
+    read = support(plant, condition)
+    told = [
+        condition_on(plant, number, [index])
+        for number, index in enumerate(state)
+        if number in read or (index != plant.variables[number].initial and _is_fixed(plant, number))
+    ]
+    texts = [to_dsl(condition, plant.robot) for condition in told if condition != TRUE]
+    if len(texts) > _MOST_PARTS:
+        texts[_MOST_PARTS - 1 :] = [f"{len(texts) - _MOST_PARTS + 1} other conditions hold"]
+    return f"where {listing(texts)}" if texts else "in some state"
+
+
+def _is_fixed(plant: Plant, number: int) -> bool:
+    """Whether no event writes a state variable, as those of parameters."""
+    return all(number not in event.writes for event in plant.events)
 
 
 def lost_start(system: System) -> PlantState:
@@ -39,9 +69,8 @@ def nearest(system: System, condition: Expr) -> tuple[PlantState, ...] | None:
     found = system.nearest(condition)
     if found is None:
         return None
-    written = frozenset[int]().union(*(event.writes for event in system.plant.events))
     for number, variable in enumerate(system.plant.variables):
-        if found[0][number] == variable.initial or number in written:
+        if found[0][number] == variable.initial or not _is_fixed(system.plant, number):
             continue
         narrower = conjunction([condition, condition_on(system.plant, number, [variable.initial])])
         path = system.nearest(narrower)

@@ -1,7 +1,7 @@
 """Diagnostics of a model that need the state space (docs/diagnostics.md).
 
 Each check is a condition; if a state of the controlled system satisfies it, the message has a
-shortest trace to that state.
+short trace to that state.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from robosc.supervisor import Guard
 from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import for_some
 from robosc.synthesis.explain.self_cancelling import self_cancelling
+from robosc.synthesis.explain.starts import UNTRACED, whereabouts
 from robosc.synthesis.formatting import quoted, trace_text
 from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import System, enabled, in_phase, possible, steps_of
@@ -69,6 +70,8 @@ class _Examiner:
         path = self.system.nearest(condition)
         if path is None:
             return None
+        if not self.plant.is_initial(path[0]):
+            return f"{whereabouts(self.plant, path[0], condition)} {UNTRACED}"
         trace = trace_text(steps_of(self.stepper, path))
         return f"after {trace}" if trace else "at the start"
 
@@ -136,7 +139,7 @@ class _Examiner:
         beside = (self.robot.communications[other].identifier for other in provided)
         if topic in (name.lstrip("/") for name in beside):
             return
-        if self._when(self._sent(key)) is not None:
+        if self.system.reaches(self._sent(key)):
             name = self.robot.display_names[key]
             yield Diagnostic(
                 Severity.WARNING,
@@ -264,7 +267,7 @@ class _Examiner:
 
         def never_met(requirements: Sequence[Requirement]) -> bool:
             kept = map(self.plant.view.met, requirements)
-            return self.system.nearest(conjunction([here, *kept])) is None
+            return not self.system.reaches(conjunction([here, *kept]))
 
         def without(
             left: list[Requirement], some: Sequence[Requirement]
