@@ -170,6 +170,21 @@ def _anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", h).strip().lower().replace(" ", "-") for h in headings}
 
 
+LONGEST_SENTENCE = 45
+"""Words, outside of examples and tables."""
+
+
+@pytest.mark.parametrize(
+    "page", [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda page: page.name
+)
+def test_sentences_can_be_read(page: Path) -> None:
+    text = re.sub(r"^ *```.*?^ *```", "\n", page.read_text(encoding="utf-8"), flags=re.S | re.M)
+    prose = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("|"))
+    paragraphs = re.split(r"\n\s*\n|\n\s*[-*] |\n\d+\. ", prose)
+    sentences = [s for paragraph in paragraphs for s in re.split(r"[.:?!;]\s+", paragraph)]
+    assert [s for s in sentences if len(s.split()) > LONGEST_SENTENCE] == []
+
+
 def test_the_index_names_every_page() -> None:
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
     assert [p.name for p in PAGES if p.name != "README.md" and f"]({p.name})" not in index] == []

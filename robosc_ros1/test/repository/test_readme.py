@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -60,6 +61,46 @@ def test_mended_door_is_as_shown(robosc: Robosc, door: Path) -> None:
     assert timeless.sub("", robosc("synthesize", "door.rscd").stdout).startswith(
         timeless.sub("", guards)
     )
+
+
+def test_demo_ends_as_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    (block,) = (b for b in BLOCKS if b.startswith("== What happened\n"))
+    number = r"[\d.]+"
+    pattern = re.compile(
+        rf"distance driven +(?P<metres>{number}) m\n +stops +(?P<stops>\d+)\n +grabs +(?P<grabs>\d+),"
+        rf" (?P<missed_grabs>\d+) .*\n +light switches +(?P<light_switches>\d+)\n +violations +0 +"
+        rf"\(of (?P<commands_judged>\d+) .*tolerance (?P<tolerance>{number}) s"
+    )
+    found = pattern.search(block)
+    assert found is not None, block
+    summary = {name: float(n) if "." in n else int(n) for name, n in found.groupdict().items()}
+    demo = runpy.run_path(str(REPOSITORY / "examples" / "line_follower" / "demo.py"))
+    demo["tell"]({**summary, "violations": {}}, REPOSITORY / ".cache" / "demo" / "path.png", 60.0)
+    *told, _time = capsys.readouterr().out.strip("\n").splitlines()
+    assert told == block.splitlines()
+
+
+def test_the_session_with_a_generated_package_names_what_there_is(
+    robosc: Robosc, door: Path, tmp_path: Path
+) -> None:
+    """Commands that are shown without output: each package, file, node and topic of them exists."""
+    (session,) = (b for b in BLOCKS if b.startswith("$ robosc generate"))
+    package, launch = re.findall(r"^\$ roslaunch (\S+) (\S+)$", session, re.MULTILINE)[0]
+    door.write_text(door.read_text().replace("goto resting\n", "goto resting\n" + HANDLED))
+    assert robosc("generate", "door.rscd").returncode == 0
+    assert (tmp_path / package / "launch" / launch).is_file()
+    (others,) = (b for b in BLOCKS if b.startswith("$ rosrun robosc simulated_door"))
+    assert (REPOSITORY / "examples" / "door" / "simulated_door").is_file()
+    assert "$ rostopic echo /door/position\n" in others and '"/door/position"' in MODELS["Door"]
+    assert f"$ rosrun robosc view --ros /{package}\n" in others
+
+
+def test_every_verb_that_is_named_exists() -> None:
+    named = set(
+        re.findall(r"(?:run robosc|robosc-venv/bin/robosc|`robosc|\$ robosc) ([a-z]+)", TEXT)
+    )
+    known = {file.name for file in (REPOSITORY / "robosc_ros1" / "scripts").iterdir()}
+    assert named - {"simulated"} <= known
 
 
 def test_links_lead_somewhere() -> None:
