@@ -19,7 +19,7 @@ from ._runtime.calls import Failure
 from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import QUEUE, RosPort
-from .ros_calls import FAILURES, RESULT_TIMEOUT, Ends, GoalCaller, new_goal_id, result_of_failed
+from .ros_actions import FAILURES, RESULT_TIMEOUT, Ends, GoalCaller, new_goal_id, result_of_failed
 from .ros_messages import fill
 
 INPUT_QUEUE = 100

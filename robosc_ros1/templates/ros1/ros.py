@@ -14,8 +14,9 @@ import rospy
 from rosgraph_msgs.msg import Clock
 
 from ._runtime.port import BEFORE_TIME, steady_time
+from .ros_actions import Action
 from .ros_backlog import BACKLOG
-from .ros_calls import Action, Service
+from .ros_calls import Service
 from .ros_messages import clean, compose
 from .ros_port import CallingPort, TopicOutlet
 

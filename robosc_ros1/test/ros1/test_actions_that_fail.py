@@ -223,7 +223,7 @@ def test_a_goal_that_is_over_is_forgotten(stage: Stage, puppet: Puppet) -> None:
     script = """
 import queue, rospy, time
 from gauntlet_interfaces.msg import ReachAction
-from probe_controller.ros_calls import Action
+from probe_controller.ros_actions import Action
 rospy.init_node("many_goals")
 action, told = Action("/run", ReachAction), queue.Queue()
 statuses = lambda: action._client.manager.statuses
@@ -251,12 +251,12 @@ def test_a_goal_waits_until_the_server_has_heard_of_every_connection(
     script = """
 import rospy, time
 from gauntlet_interfaces.msg import ReachAction
-from probe_controller import ros_calls
+from probe_controller import ros_actions
 rospy.init_node("careful")
-ros_calls.SETTLED = float("inf")
-ask, hidden = ros_calls.ask, {"/run/result"}
-ros_calls.ask = lambda *question: [link for link in ask(*question) if link[4] not in hidden]
-action = ros_calls.Action("/run", ReachAction)
+ros_actions.SETTLED = float("inf")
+ask, hidden = ros_actions.ask, {"/run/result"}
+ros_actions.ask = lambda *question: [link for link in ask(*question) if link[4] not in hidden]
+action = ros_actions.Action("/run", ReachAction)
 told = []
 action.report = lambda token, kind, payload=None: told.append(kind)
 action._client.wait_for_server()

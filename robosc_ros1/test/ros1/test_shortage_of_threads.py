@@ -9,7 +9,8 @@ SCRIPT = """
 import os, queue, resource, rospy
 from gauntlet_interfaces.msg import ReachAction
 from gauntlet_interfaces.srv import SetLevel
-from probe_controller.ros_calls import Action, Service
+from probe_controller.ros_actions import Action
+from probe_controller.ros_calls import Service
 rospy.init_node("short_of_threads")
 caller, told = %s, queue.Queue()
 begin = getattr(caller, "call", None) or caller.start

@@ -72,7 +72,7 @@ _ROS1 = Target(
         },
     },
     programs={"controller": "play_robot", "supervisor": "play_both"},
-    dependencies=(  # actions: ros_calls.py imports them always
+    dependencies=(  # actions: ros_actions.py imports them always
         "actionlib", "actionlib_msgs", "diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs",
     ),
     identifier=lambda communication: communication.identifier,
