@@ -8,7 +8,6 @@ from itertools import product
 import numpy as np
 import pytest
 
-from robosc.synthesis import sum_of_products
 from robosc.synthesis.sum_of_products import Diagrams, Product, TooLarge
 
 SIZES = (2, 3, 2, 4)
@@ -49,9 +48,8 @@ def test_equal_sets_are_one_number() -> None:
     assert diagrams.complement(diagrams.of_rows(rows(some))) == diagrams.of_rows(rows(rest))
 
 
-def test_a_sum_that_takes_too_long_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sum_of_products, "_MOST_STEPS", 3)
-    diagrams = Diagrams(SIZES)
+def test_a_sum_that_takes_too_long_is_given_up() -> None:
+    diagrams = Diagrams(SIZES, most_steps=3)
     odd = {values for values in EVERY if sum(values) % 2}
     with pytest.raises(TooLarge, match="too long"):
         diagrams.products(diagrams.of_rows(rows(odd)), diagrams.of_rows(rows(odd)))

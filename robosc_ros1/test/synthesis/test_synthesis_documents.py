@@ -12,7 +12,7 @@ from synthesis.explored import explore_document
 from synthesis.plants import plant_of, supervisor_of
 
 from robosc.errors import StateSpaceError
-from robosc.synthesis import documents, explore
+from robosc.synthesis import explore
 from robosc.synthesis.documents import explore_json, synthesize_document
 from robosc.synthesis.verify.verification import verify
 
@@ -181,13 +181,12 @@ def test_explanations_in_the_document() -> None:
 
 
 @pytest.mark.parametrize("lines", [1, 3, 10_000])
-def test_text_in_parts_is_the_document(lines: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(documents, "_LINES_AT_ONCE", lines)
+def test_text_in_parts_is_the_document(lines: int) -> None:
     for text in (steep_families.restless(2), families.action_robot(1), steep_families.readings(3)):
         graph = explore(plant_of(text))
-        assert json.loads("".join(explore_json(graph))) == explore_document(graph)
+        assert json.loads("".join(explore_json(graph, lines))) == explore_document(graph)
     none = explore(supervisor_of("component A { incoming message m with type: none }"))
-    assert json.loads("".join(explore_json(none))) == explore_document(none)
+    assert json.loads("".join(explore_json(none, lines))) == explore_document(none)
 
 
 def test_what_is_too_large_is_refused_before_it_is_walked() -> None:

@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 from typing import Any
 
-import pytest
 from ros_support import await_condition
 from view.browser import Browser
 from view.watching import Told, is_in, line_follower, link_says, serving
 
-from robosc.view import listening
 from robosc.view.hub import Hub
 from robosc.view.listening import Heard
 
@@ -18,12 +16,9 @@ STALE = "document.body.classList.contains('stale')"
 WORDS = "document.getElementById('stale').textContent"
 
 
-def test_silence_is_told_until_the_node_is_heard_again(
-    browser: Browser, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(listening, "_SILENT", 1.0)
+def test_silence_is_told_until_the_node_is_heard_again(browser: Browser) -> None:
     hub = Hub()
-    heard = Heard("/node", hub)
+    heard = Heard("/node", hub, silent=1.0)
     heard.watch()
     told = Told(line_follower())
     with serving(hub) as server:

@@ -15,8 +15,6 @@ from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
 from robosc.synthesis.system import make_step
 
-_LINES_AT_ONCE = 10_000
-
 
 def event_document(event: Event) -> dict[str, Any]:
     """Return the document of an event without its values; a tau with its number."""
@@ -77,15 +75,15 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
     }
 
 
-def explore_json(graph: Graph) -> Iterator[str]:
+def explore_json(graph: Graph, lines_at_once: int = 10_000) -> Iterator[str]:
     """Yield the text of ``explore --json`` in chunks, one state or transition per line."""
     plant = graph.plant
     head = {"version": 1, "robot": plant.robot.name, **_initial(graph)}
     yield json.dumps(head)[:-1] + ',\n "states": [\n'
     states = (_state(plant, number, state) for number, state in enumerate(graph.states))
-    yield from _lines(json.dumps(state) for state in states)
+    yield from _lines((json.dumps(state) for state in states), lines_at_once)
     yield '],\n "transitions": [\n'
-    yield from _lines(_transition_texts(graph))
+    yield from _lines(_transition_texts(graph), lines_at_once)
     yield "]}\n"
 
 
@@ -95,11 +93,11 @@ def _initial(graph: Graph) -> dict[str, Any]:
     return {"initial": 0, **several}
 
 
-def _lines(texts: Iterable[str]) -> Iterator[str]:
-    """Yield texts, each on a line, separated by commas; many lines per chunk."""
+def _lines(texts: Iterable[str], at_once: int) -> Iterator[str]:
+    """Yield texts, each on a line, separated by commas; ``at_once`` lines per chunk."""
     remaining = iter(texts)
     before = "  "
-    while part := list(islice(remaining, _LINES_AT_ONCE)):
+    while part := list(islice(remaining, at_once)):
         yield before + ",\n  ".join(part)
         before = ",\n  "
     yield "\n"

@@ -19,7 +19,6 @@ from robosc.model.expr import Expr
 MOST_COMBINATIONS = 2**20
 """Combinations of parameter values above which they are not enumerated."""
 _FEW = 2**8
-"""Combinations up to which a condition is evaluated for each without being decomposed."""
 
 Path: TypeAlias = tuple[str | int, ...]
 _Signed: TypeAlias = tuple[Expr, bool]
@@ -106,10 +105,11 @@ def private_parameters(event: Event, edge: Edge) -> Mapping[int, tuple[int, ...]
     }
 
 
-def for_some(event: Event, conditions: Sequence[Expr]) -> Expr:
+def for_some(event: Event, conditions: Sequence[Expr], few: int = _FEW) -> Expr:
     """Return the state condition that conditions hold together for some value of an event.
 
-    Conjuncts that read different parameters are quantified separately.
+    Conjuncts that read different parameters are quantified separately, if more than ``few``
+    combinations of their values would have to be tried.
 
     Raises:
         StateSpaceError: one of them has too many combinations of parameter values.
@@ -117,7 +117,7 @@ def for_some(event: Event, conditions: Sequence[Expr]) -> Expr:
     read = values_read(conditions)
     parameters = [p for p in event.parameters if p.path in read]
     simple = all(None not in p.values for p in parameters)
-    if not simple or prod(len(p.values) for p in parameters) <= _FEW:
+    if not simple or prod(len(p.values) for p in parameters) <= few:
         return _tried(event, conditions)
     return _some(event, [(condition, True) for condition in conditions])
 

@@ -44,8 +44,9 @@ class Diagrams:
     for each value of its own. Equal sets over the same variables are equal numbers.
     """
 
-    def __init__(self, sizes: Sequence[int]) -> None:
+    def __init__(self, sizes: Sequence[int], most_steps: int = _MOST_STEPS) -> None:
         self.sizes = tuple(sizes)
+        self._most_steps = most_steps
         self._children: list[tuple[int, ...]] = [(), ()]
         self._numbers: dict[tuple[int, ...], int] = {}
         self._stored = 0
@@ -156,7 +157,7 @@ class Diagrams:
 
     def _new_sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[_Term, ...], int]:
         self._steps += self.sizes[depth]
-        if self._steps > _MOST_STEPS:
+        if self._steps > self._most_steps:
             raise TooLarge("a guard would be too long")
         low, high = self._children[lower], self._children[upper]
         common = reduce(self._intersection, dict.fromkeys(high))

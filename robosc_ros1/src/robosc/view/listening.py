@@ -16,7 +16,7 @@ from robosc.runtime.telemetry import dump
 from robosc.view.hub import Hub
 
 _SILENT = 3.0
-"""Seconds without a state, which comes once per second at least, after which the node is gone."""
+"""Seconds; a state comes once per second at least."""
 CHECK = 0.5
 """Seconds between two looks at how things stand."""
 
@@ -34,12 +34,16 @@ class Listener(Protocol):
 
 
 class Heard:
-    """What is heard of one node, passed on to a hub. The callbacks may come in any thread."""
+    """What is heard of one node, passed on to a hub. The callbacks may come in any thread.
 
-    def __init__(self, node: str, hub: Hub) -> None:
+    After ``silent`` seconds without a state the node is gone.
+    """
+
+    def __init__(self, node: str, hub: Hub, silent: float = _SILENT) -> None:
         self.node = node
         self._hub = hub
         self._at = float("-inf")
+        self._silent = silent
         self.otherwise = f"waiting for {node}"
         """What there is to say while nothing is heard."""
         hub.put("hello", dump({"source": "ros", "title": node}))
@@ -81,7 +85,7 @@ class Heard:
 
     def _tell(self) -> None:
         silence = time.monotonic() - self._at
-        if silence < _SILENT:
+        if silence < self._silent:
             status = {"good": True, "text": "live"}
         elif silence == float("inf"):
             status = {"good": False, "text": self.otherwise}
