@@ -329,9 +329,12 @@ class _Writer:
         places = self.plant.variables[automaton.variable].values
         here = []
         phase = occurrence.event.phase
-        if phase is not None and len(phase.sources) == 1:
-            name = self.plant.variables[phase.variable].values[phase.sources[0]]
-            here = [f"{self.scope.phase(occurrence.event.key)}.{name}"]
+        if phase is not None:
+            values = self.plant.variables[phase.variable].values
+            if len(phase.sources) < len(values):
+                names = [str(values[source]) for source in phase.sources]
+                there = [f"{self.scope.phase(occurrence.event.key)}.{name}" for name in names]
+                here = there if len(there) == 1 else [f"({' or '.join(there)})"]
         for location, place in enumerate(places):
             for edge, guard, before in self._ways(occurrence, automaton, location):
                 parts = [condition(self.scope, StateRef(automaton.component, str(place))), *here]

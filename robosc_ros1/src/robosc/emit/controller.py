@@ -92,7 +92,7 @@ class _Builder:
             if c.behaviour is not None and any(s.afters for s in c.behaviour.states)
         }
         phases = {
-            c.key: self.names.take(f"{self._word(c.key)}_{c.phases.active}")
+            c.key: self.names.take(f"{self._word(c.key)}_{c.phases.active[0]}")
             for c in self.robot.communications.values()
             if c.phases is not None
         }

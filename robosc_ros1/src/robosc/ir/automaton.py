@@ -21,7 +21,7 @@ from typing import Literal, TypeAlias
 
 from robosc.ir.counting import counts, tighter
 from robosc.ir.finite.view import FiniteView, reference_to
-from robosc.ir.formulas import exact
+from robosc.ir.formulas import conjunction, exact, negation
 from robosc.language.events import EventKind
 from robosc.model.by_identity import ByIdentity
 from robosc.model.entities import Assignment, Robot
@@ -71,13 +71,18 @@ class StateVariable:
         """A value as users see it."""
         return self.values[index] if self.labels is None else self.labels[index]
 
+    def phase(self, index: int) -> Expr:
+        """Return the condition that a communication is in a phase; the first is that of no
+        other."""
+        if index == 0:
+            return conjunction(negation(self.phase(other)) for other in range(1, self.size))
+        return PhaseRef(self.name, str(self.values[index]))
+
     def read(self, leaf: Expr, index: int) -> Value:
         """Return the value of a leaf that reads this variable, where the variable has an index."""
         match leaf:
-            case StateRef(state=name):
+            case StateRef(state=name) | PhaseRef(phase=name):
                 return self.values[index] == name
-            case PhaseRef():
-                return index == 1
         return self.values[index]
 
     @property

@@ -1,6 +1,6 @@
 """The tables of communications and their events, which every stage reads.
 
-Some communications have two *phases*: a service or an action is idle or busy, an outgoing message
+Some communications have *phases*: a service or an action is idle or busy, an outgoing message
 with a timeout is silent or fresh. The first phase is the initial one. Each event of such a
 communication is possible in some phases and leads to one.
 """
@@ -62,15 +62,18 @@ class EventKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Phases:
-    """The two phases of a communication, the initial one first, and those that are marked."""
+    """The phases of a communication, the initial one first, and those that are marked.
 
-    names: tuple[str, str]
+    Conditions of the plant name the others only: the initial phase is that of none of them.
+    """
+
+    names: tuple[str, ...]
     marked: tuple[str, ...]
 
     @property
-    def active(self) -> str:
-        """The phase that conditions name: ``grab.busy``, ``scan.fresh``."""
-        return self.names[1]
+    def active(self) -> tuple[str, ...]:
+        """The phases that conditions name: ``grab.busy``, ``scan.fresh``."""
+        return self.names[1:]
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +128,7 @@ _REQUEST = EventSort(EventKind.REQUEST, ("idle",), "busy")
 _RESPONSE = EventSort(EventKind.RESPONSE, ("busy",), "idle", brings="response")
 _ERROR = EventSort(EventKind.ERROR, ("busy",), "idle")
 
-ACTIVE = (_CALL.active, _WATCHED.active)
+ACTIVE = (*_CALL.active, *_WATCHED.active)
 """The phases that conditions name: ``grab.busy``, ``scan.fresh``."""
 
 COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {

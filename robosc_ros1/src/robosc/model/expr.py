@@ -103,7 +103,8 @@ class ParameterRef:
 
 @dataclass(frozen=True, slots=True)
 class PhaseRef:
-    """True while a communication (by key) is in its active phase: ``grab.busy``, ``scan.fresh``."""
+    """True while a communication (by key) is in a phase, not its first one: ``grab.busy``,
+    ``scan.fresh``."""
 
     communication: str
     phase: str

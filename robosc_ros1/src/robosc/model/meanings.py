@@ -10,6 +10,7 @@ from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.expr import Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.model.occurrences import Declaration
+from robosc.model.quantified import chain
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
 from robosc.model.unknown import NameFaults, last_name
@@ -264,12 +265,13 @@ class Meanings:
         if info is None or phases is None:
             return []
         self._record_communication(access, info)
-        active = PhaseRef(info.key, phases.active, access.span)
-        if phase.text == phases.active:
-            return [active]
-        if phase.text in phases.names:
-            return [Unary("!", active, BooleanType(), access.span)]
-        return []
+        if phase.text in phases.active:
+            return [PhaseRef(info.key, phase.text, access.span)]
+        if phase.text not in phases.names:
+            return []
+        others = (PhaseRef(info.key, name, access.span) for name in phases.active)
+        negated = [Unary("!", other, BooleanType(), access.span) for other in others]
+        return [chain("and", negated, access.span)]
 
     def out_of_sight(self, access: Access, types: list[Type], known: list[Expr]) -> list[Expr]:
         """The name as a value of enums among ``types`` that are not in scope."""

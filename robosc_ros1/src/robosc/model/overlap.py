@@ -82,20 +82,27 @@ def _choices(
 ) -> list[Sequence[_Case]] | None:
     """Independent sets of values of the leaves; None if one is infinite.
 
-    The leaves that ask for states of one component vary together: it is in one of its states.
+    The leaves that ask for states of one component vary together: it is in one of its states. So
+    do those that ask for phases of one communication: it is in one of them, or in another.
     """
     choices: list[Sequence[_Case]] = []
     in_states: dict[str, list[StateRef]] = {}
+    in_phases: dict[str, list[PhaseRef]] = {}
     for leaf in leaves:
         if isinstance(leaf, StateRef):
             in_states.setdefault(leaf.component, []).append(leaf)
             continue
-        values = (False, True) if isinstance(leaf, PhaseRef) else domain(leaf.type)
+        if isinstance(leaf, PhaseRef):
+            in_phases.setdefault(leaf.communication, []).append(leaf)
+            continue
+        values = domain(leaf.type)
         if values is None or values[:_MOST_CASES] != values:
             return None
         choices.append([{leaf: value} for value in values])
     for component, refs in in_states.items():
         choices.append([{ref: ref.state == s for ref in refs} for s in states.get(component, ())])
+    for phases in in_phases.values():
+        choices.append([{ref: ref == phase for ref in phases} for phase in (*phases, None)])
     return choices
 
 

@@ -23,7 +23,6 @@ from robosc.model.expr import (
     Binary,
     Expr,
     Literal,
-    PhaseRef,
     StateRef,
     TestRef,
     Unary,
@@ -105,8 +104,9 @@ def _literal(plant: Plant, index: StateVariable, needed: int, free: int) -> Expr
     """Return a condition on one state variable: all needed values and none that is not free."""
     match index.kind:
         case VariableKind.PHASE:
-            active = PhaseRef(index.name, str(index.values[1]))
-            return active if free & 2 else negation(active)
+            if index.size == 2:
+                return index.phase(1 if free & 2 else 0)
+            return _member(index.size, needed, free, index.phase)
         case VariableKind.LOCATION:
             return _member(
                 index.size, needed, free, lambda v: StateRef(index.name, str(index.values[v]))

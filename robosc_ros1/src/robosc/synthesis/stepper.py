@@ -306,10 +306,8 @@ class Stepper:
         variable = self.plant.variable_of(leaf)
         assert variable is not None
         match leaf:
-            case StateRef(state=name):
+            case StateRef(state=name) | PhaseRef(phase=name):
                 return f"(s[{variable}] == {self.plant.variables[variable].values.index(name)})"
-            case PhaseRef():
-                return f"(s[{variable}] == 1)"
             case VariableRef() | TestRef():
                 values = self.plant.variables[variable].values
                 if isinstance(values, range):

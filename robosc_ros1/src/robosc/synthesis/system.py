@@ -18,7 +18,7 @@ from robosc.ir.automaton import Edge, Event, LocalAutomaton, PhaseStep, Plant, P
 from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.ir.step import Values
 from robosc.language.events import EventKind, Kind
-from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, PhaseRef, StateRef
+from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, StateRef
 from robosc.model.types import BooleanType
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.stepper import Stepper
@@ -105,11 +105,10 @@ class System(Protocol):
 
 def in_phase(plant: Plant, step: PhaseStep) -> Expr:
     """Return the condition that the communication is in a phase in which the event is possible."""
-    if len(step.sources) > 1:
-        return TRUE
     variable = plant.variables[step.variable]
-    active = PhaseRef(variable.name, str(variable.values[1]))
-    return active if step.sources == (1,) else negation(active)
+    if len(step.sources) == variable.size:
+        return TRUE
+    return disjunction(map(variable.phase, step.sources))
 
 
 def possible(plant: Plant, event: Event) -> Expr:

@@ -96,11 +96,9 @@ def _constant_of_data(node: Expr) -> NDArray[Any] | None:
 
 def _leaf(variable: StateVariable, expr: Expr, indexes: Indexes) -> NDArray[Any]:
     match expr:
-        case StateRef(state=name):
+        case StateRef(state=name) | PhaseRef(phase=name):
             result: NDArray[Any] = indexes == variable.values.index(name)
             return result
-        case PhaseRef():
-            return np.asarray(indexes == 1)
         case VariableRef(type=EnumType(values=names)) | TestRef(type=EnumType(values=names)):
             codes = [names.index(str(v)) for v in variable.values]
             return np.array(codes, dtype=np.int64)[indexes]
