@@ -7,6 +7,8 @@ id; its feedback, result and status are passed back to the controller. A blocked
 with a default response (ROS 2 has no failing calls), a blocked goal is rejected.
 """
 
+from functools import partial
+
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -89,7 +91,8 @@ class RelayPort(RosPort):
 
         follows = profile.durability == DurabilityPolicy.UNKNOWN
         publish_with(DurabilityPolicy.VOLATILE if follows else profile.durability)
-        self.listen(type_, robot, heard, profile, raw=True, changed=publish_with)
+        latches = partial(publish_with, DurabilityPolicy.TRANSIENT_LOCAL)
+        self.listen(type_, robot, heard, profile, engine.lose, raw=True, latches=latches)
 
     def _relay_command(self, engine, controller, type_, rows):
         patterns = command_patterns(rows, maker(type_))
@@ -98,7 +101,7 @@ class RelayPort(RosPort):
             engine.offer(controller, patterns, read(data, type_), data)
 
         profile = self._profiles[rows[0][0]]
-        self.listen(type_, controller, heard, profile, raw=True)
+        self.listen(type_, controller, heard, profile, engine.lose, raw=True)
 
 
 def _serving(engine, executor_thread, key):

@@ -11,12 +11,13 @@ import time
 
 from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
 from rclpy.duration import Duration
-from rclpy.qos import DurabilityPolicy
 
+from ._runtime.pauses import others_rest
 from ._runtime.port import BEFORE_TIME, steady_time
 from .ros_calls import Action, Service
+from .ros_inputs import Input
 from .ros_messages import compose, has_oddities, plain
-from .ros_parameters import durable, is_simulated, qos_profile
+from .ros_parameters import is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
 
 EVERY_STEP = JumpThreshold(
@@ -29,9 +30,7 @@ CLOCK_REPLACED = (
     " back, or restart the node with it"
 )
 FOLLOWED = 0.5
-"""Seconds between two looks at the durability that the publishers of inputs offer."""
-BATCH = 50
-"""The most messages of one topic that are taken before those of others."""
+"""Seconds between two looks whether publishers of inputs latch."""
 
 
 class RosPort(CallingPort):
@@ -82,13 +81,11 @@ class RosPort(CallingPort):
             post = engine.poster(keys)
             if has_oddities(message_type):
                 post = _plainly(post)
-            self.listen(message_type, topic, post, self._profiles[keys[0]])
+            self.listen(message_type, topic, post, self._profiles[keys[0]], engine.lose)
 
-    def listen(
-        self, message_type, topic, post, profile, raw=False, changed=lambda durability: None
-    ):
+    def listen(self, message_type, topic, post, profile, lost, raw=False, latches=lambda: None):
         """Subscribe to a topic; see :class:`Input`."""
-        entry = Input(self._node, message_type, topic, post, profile, raw, changed)
+        entry = Input(self._node, message_type, topic, post, profile, lost, raw, latches)
         self._inputs.append(entry)
 
     def _follow(self):
@@ -140,12 +137,15 @@ class RosPort(CallingPort):
         return steady_time()
 
     def await_inputs(self, done):
-        def take():
+        def look():
+            if not others_rest():  # the middleware may still be receiving
+                return False
             for entry in self._inputs:
                 entry.take_all()
             done()
+            return True
 
-        self.executor_thread.do(take)
+        self.executor_thread.do(lambda: look() or self.executor_thread.poll(look, look))
         return True
 
     def send(self, key, data):
@@ -167,64 +167,6 @@ class RosPort(CallingPort):
         self.exit_code = code
         if self.on_exit is not None:
             self.on_exit()
-
-
-class Input:
-    """The subscription to a topic; ``post`` gets each message, or its bytes if ``raw``.
-
-    If its QoS leaves the durability open, it is transient local while all publishers are: then it
-    is a new subscription, which gets what they sent before. ``changed`` gets each new durability.
-    """
-
-    def __init__(self, node, message_type, topic, post, profile, raw, changed):
-        self._node = node
-        self._type = message_type
-        self._topic = node.resolve_topic_name(topic)
-        self._post = post
-        self._profile = profile
-        self._raw = raw
-        self._changed = changed
-        self._subscription = None
-        self.follows = profile.durability == DurabilityPolicy.UNKNOWN
-        self._durability = DurabilityPolicy.VOLATILE if self.follows else profile.durability
-        self._subscribe()
-
-    def follow(self):
-        """Take the durability that the publishers offer now."""
-        ends = self._node.get_publishers_info_by_topic(self._topic)
-        offered = {end.qos_profile.durability for end in ends}
-        latched = offered == {DurabilityPolicy.TRANSIENT_LOCAL}
-        durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
-        if offered and durability != self._durability:
-            self._durability = durability
-            self._subscribe()
-            self._changed(durability)
-
-    def take_all(self):
-        """Take the messages that wait."""
-        self._take(max(BATCH, self._profile.depth))
-
-    def _subscribe(self):
-        before, profile = self._subscription, durable(self._profile, self._durability)
-        self._subscription = self._node.create_subscription(
-            self._type, self._topic, self._heard, profile, raw=self._raw
-        )
-        if before is not None:
-            self._node.destroy_subscription(before)
-
-    def _heard(self, message):
-        self._post(message)
-        # A cycle of the executor costs ten times as much as a message, so take all that wait.
-        self._take(BATCH)
-
-    def _take(self, most):
-        handle = self._subscription.handle
-        for _ in range(most):
-            with handle:
-                found = handle.take_message(self._type, self._raw)
-            if found is None:
-                return
-            self._post(found[0])
 
 
 def _plainly(post):

@@ -54,9 +54,18 @@ class Watch(TrafficWatch):
 
     def _topics(self):
         node = self._node
+        inputs = {}
         for own in node.subscriptions:
-            for other in node.get_publishers_info_by_topic(own.topic_name):
-                yield from _faults(own, other, "publishes", (other.qos_profile, own.qos_profile))
+            inputs.setdefault((own.topic_name, own.msg_type), []).append(own)
+        for (topic, _), ends in inputs.items():
+            for other in node.get_publishers_info_by_topic(topic):
+                # One that some of them hear is heard.
+                found = [
+                    tuple(_faults(own, other, "publishes", (other.qos_profile, own.qos_profile)))
+                    for own in ends
+                ]
+                if all(found):
+                    yield from found[0]
         for own in node.publishers:
             if own.topic_name not in _EVERYBODYS:
                 for other in node.get_subscriptions_info_by_topic(own.topic_name):

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import signal
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 from ros2.ros2_support import Graph, Peer, Process
-from ros_support import await_condition
+from ros_support import await_condition, stopped
 
 Start = Callable[..., Process]
 READING = "robosc_testing/msg/Reading"
@@ -80,6 +81,65 @@ def test_what_was_latched_before_the_start_is_heard_unless_told_otherwise(
         late = graph.peer("late")
         late.order("subscribe", name="supervised/go", type=BOOL, qos=given)
         late.expect("message", name="supervised/go")
+
+
+def counted(node: str, robot: Peer) -> int:
+    """The inputs until the operator wants something, which is said last."""
+    state = robot.expect_state(node, lambda s: s["variables"]["Operator.wanted"])
+    return int(state["counters"]["inputs"])
+
+
+@pytest.mark.parametrize("node", ["guarded_arm", "guarded_arm_supervisor"])
+def test_what_was_latched_is_heard_beside_a_publisher_that_does_not_latch(
+    graph: Graph, controller: Start, node: str
+) -> None:
+    robot, other = graph.peer("robot"), graph.peer("other")
+    robot.watch(node)
+    order = {"name": "go", "type": BOOL, "matched": 0}
+    other.order("publish", **order, data=[], qos={})
+    robot.order("publish", **order, data=[{"data": True}], qos=LATCHED)
+    controller(node)
+    assert counted(node, robot) == 1
+    other.publish("go", BOOL, {"data": False})
+    state = robot.expect_state(node, lambda s: not s["variables"]["Operator.wanted"])
+    assert not [fault for fault in state["faults"] if "go" in fault]
+
+
+@pytest.mark.parametrize("node", ["guarded_arm", "guarded_arm_supervisor"])
+def test_a_change_of_what_publishers_offer_loses_nothing_and_repeats_nothing(
+    graph: Graph, controller: Start, node: str
+) -> None:
+    """They begin to publish at once, so that the input finds out about them meanwhile."""
+    controller(node, qos__go__reliability="reliable", qos__go__depth=1000)
+    kinds = {"latched": LATCHED, "volatile": {}, "more": LATCHED}
+    peers = {graph.peer(name): qos for name, qos in kinds.items()}
+    robot = graph.peer("robot")
+    robot.watch(node)
+    messages = [{"data": False}] * 100
+    with ThreadPoolExecutor() as pool:
+        told = [
+            pool.submit(
+                peer.order, "publish", name="go", type=BOOL, data=messages, matched=1,
+                qos={**qos, "depth": 1000}, rate=50.0,
+            )
+            for peer, qos in peers.items()
+        ]  # fmt: skip
+    for one in told:
+        one.result()
+    robot.publish("go", BOOL, {"data": True})
+    assert counted(node, robot) == 100 * len(peers) + 1
+
+
+def test_what_the_middleware_lost_is_counted(graph: Graph, controller: Start) -> None:
+    node = controller(qos__go__reliability="best_effort")
+    robot = graph.peer("robot")
+    robot.watch("guarded_arm")
+    robot.publish("go", BOOL, {"data": False}, reliability="best_effort")
+    with stopped(node.popen.pid):
+        robot.publish("go", BOOL, [{"data": False}] * 5000)
+    robot.publish("go", BOOL, {"data": False})  # shows the gap before it
+    state = robot.expect_state("guarded_arm", lambda s: s["counters"]["dropped"])
+    assert state["counters"]["dropped"] < 5000
 
 
 @pytest.mark.parametrize(

@@ -254,8 +254,9 @@ class Engine(Intake):
         if self.settings.on_mismatch == "stop":
             self._safe_stop("mismatch: " + reason)
 
-    def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
-        """Complete an event that wrote these attributes and ended a request (by key), if any."""
+    def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
+        """Complete an event that wrote these attributes and ended a request (by key), if any;
+        return all attributes written."""
         if self._transitions:
             writes = self._run_to_completion(writes)
         undefined = self.controller.undefined
@@ -271,6 +272,7 @@ class Engine(Intake):
         if not self._clocks.concerned.isdisjoint(writes):
             self._clocks.follow(writes)
         self._schedule(writes, ended)
+        return writes
 
     def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
         self._scheduler.update(self._scheduler.affected(writes), ended, self._port.now())

@@ -98,6 +98,7 @@ class Intake:
         self._queue: Deque[Item] = self._turns.queue
         self._inboxes: Dict[Tuple[str, ...], Inbox] = {}
         self._undefined = 0
+        self._lost = 0
         self._closing = False
 
     def post(self, key: str, kind: str, message: Any = None) -> None:
@@ -121,6 +122,10 @@ class Intake:
             inbox = Inbox(self._submit, self._turns.put, entries, now)
             found = self._inboxes.setdefault(tuple(keys), inbox)
         return found.post
+
+    def lose(self, count: int) -> None:
+        """Count messages that the middleware lost as dropped. Called from one thread only."""
+        self._lost += count
 
     def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
         """Report progress of a request: "accepted", "feedback", "response", or "error" with a
@@ -196,7 +201,7 @@ class Intake:
 
     def snapshot(self) -> Dict[str, Any]:
         """Return a copy of the state and the counters for use in another thread."""
-        dropped = sum(inbox.dropped for inbox in list(self._inboxes.values()))
+        dropped = self._lost + sum(inbox.dropped for inbox in list(self._inboxes.values()))
         if dropped != self.recorder.counters["dropped"]:
             self.recorder.counters["dropped"] = dropped
             self._log("warning", "dropped", "messages arrive too fast: some were dropped")

@@ -29,8 +29,8 @@ def qos_parameters(communications: Sequence[Communication]) -> List[Parameter]:
     """Return the QoS parameters of the messages; inputs and commands have different defaults.
 
     A best-effort subscription matches reliable and best-effort publishers; a reliable one matches
-    only reliable publishers, but loses no message. An input is transient local if all its
-    publishers are, so that it gets what they sent before the node was started.
+    only reliable publishers, but loses no message. An input gets what transient-local publishers
+    sent before the node was started, unless its durability is given.
     """
     result = []
     for message in communications:

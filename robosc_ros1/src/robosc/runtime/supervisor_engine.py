@@ -197,26 +197,34 @@ class SupervisorEngine(Engine):
             self.recorder.record(kind, name, None, "failed", reason)
             self._log("error", key, "%s could not be passed on: %s" % (name, reason))
             return False
-        # What a command changed matters only where a stop command may end it.
-        before = dict(vars(self.controller)) if self.settings.stop_command else None
+        before = self._before(command)
         if command.apply is not None:
             command.apply()
         command.count += 1
         self.recorder.counters["commands"] += 1
         self.recorder.record(kind, name, writes=command.writes)
-        super()._after(command.writes, key if kind == "cancel" else None)
-        if before is None:
+        writes = super()._after(command.writes, key if kind == "cancel" else None)
+        if not self.settings.stop_command:
             return True
         if kind == "cancel":
             self._effect.pop(key, None)
         elif command.sort != "service" and key != self.settings.stop_command:
             now = vars(self.controller)
-            changes = {n: (v, now[n]) for n, v in before.items() if not _same(v, now[n])}
+            pairs = ((name, before[name], now[name]) for name in writes)
+            changes = {name: (old, new) for name, old, new in pairs if not _same(old, new)}
             self._effect[place] = _InEffect(key, changes)
         else:
             self._effect.pop(place, None)
         self._revoke()
         return True
+
+    def _before(self, command: ScheduledCommand) -> Dict[str, Any]:
+        """Return the attributes that a command may write, where a stop command may end it."""
+        state = vars(self.controller)
+        if not self.settings.stop_command:
+            return {}
+        # What internal transitions will write is not known before.
+        return dict(state) if self._transitions else {name: state[name] for name in command.writes}
 
     def _block(self, name: str, place: str, kind: str, reasons: Reasons) -> None:
         """Report a blocked command; ``name`` is empty for a message that matches none."""
@@ -258,9 +266,10 @@ class SupervisorEngine(Engine):
     def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
         """Do nothing: a supervisor sends no commands of its own."""
 
-    def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
-        super()._after(writes, ended)
+    def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
+        written = super()._after(writes, ended)
         self._revoke()
+        return written
 
     def _forbidden(self, command: _InEffect) -> bool:
         """Whether a command in effect would be forbidden even without the changes it made."""
