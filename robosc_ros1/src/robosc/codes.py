@@ -49,7 +49,8 @@ _MODEL_ERRORS = (
     "duplicate-assignment",
     # requirements and data
     "not-over-components", "requirement-on-outgoing", "preference-on-outgoing", "preference-cycle",
-    "provide-for-outgoing", "nothing-to-provide", "stop-not-a-message", "several-stops",
+    "provide-for-outgoing", "nothing-to-provide", "data-not-given", "stop-not-a-message",
+    "several-stops",
     # libraries
     "library-not-found", "library-clash", "import-cycle", "import-incomplete",
     # ROS interfaces
@@ -70,7 +71,7 @@ _PLANT_WARNINGS = (
     "properties-unchecked", "synthesis-unchecked", "order-matters", "blocking-under-control",
     "self-cancelling",
 )  # fmt: skip
-_SUPERVISOR_ERRORS = ("commands-alike", "topic-both-ways")
+_SUPERVISOR_ERRORS = ("commands-alike", "topic-both-ways", "data-of-others")
 
 CODES: Mapping[str, Code] = {
     entry.code: entry

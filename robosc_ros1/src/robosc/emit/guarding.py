@@ -67,6 +67,7 @@ def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, .
             place = (communication.identifier, f"{binding.package}/{binding.type}")
             topics.setdefault(place, []).append(communication)
     found: dict[tuple[str, str], tuple[CommandMatch, ...]] = {}
+    _check_data(robot, report)
     _check_directions(robot, report)
     _check_servers(robot, report)
     for place, messages in topics.items():
@@ -77,6 +78,19 @@ def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, .
     if report.has_errors:
         raise ModelError(report.diagnostics)
     return found
+
+
+def _check_data(robot: Robot, report: Report) -> None:
+    """Requirements on data are proved for what the model provides, not for what others send."""
+    for requirement in robot.requirements:
+        if requirement.on_data:
+            report.add(
+                "data-of-others",
+                requirement.span,
+                "this requirement decides on the data that the model provides; a supervisor passes"
+                " on what another controller sends",
+                "generate a controller, or leave the requirement out of the supervisor's model",
+            )
 
 
 def _check_directions(robot: Robot, report: Report) -> None:

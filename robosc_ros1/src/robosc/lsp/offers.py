@@ -248,7 +248,9 @@ class Offers:
         if isinstance(expected, BooleanType) or expected is None:
             yield from keywords(("true", "false"), rank=2)
         if self._incoming() is not None:
-            yield Candidate("value", "value", str(self._incoming()), rank=0)
+            # Most requirements are about the state.
+            rank = 2 if self._context.words[:1] == ("requirement",) else 0
+            yield Candidate("value", "value", str(self._incoming()), rank=rank)
         if self._own:
             for owner in self._owners(self._own):
                 yield from self._behaviour_of(owner, self._own)
@@ -296,6 +298,9 @@ class Offers:
                 known = contents.types.known(self._context.block.name)
                 if isinstance(known, EnumType):
                     return known.source
+        if words[:1] == ("requirement",) and "needs" in words:
+            command = self._communication_of(words[1 : words.index("needs")])
+            return None if command is None else command.request
         if len(words) < 4 or words[0] != "on" or words[1] not in EVENTS:
             return None
         end = next((i for i, w in enumerate(words) if w in ("if", "do", "goto")), len(words))

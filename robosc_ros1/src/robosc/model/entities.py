@@ -232,7 +232,8 @@ class Requirement:
     """A requirement on commands (by key) or on all states.
 
     ``text`` is its text on one line, for messages and comments. ``to_start``: it restricts the
-    request of an action, and is no reason to cancel it.
+    request of an action, and is no reason to cancel it. ``on_data``: it is about the data of its
+    command.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
@@ -240,6 +241,7 @@ class Requirement:
     condition: Expr
     text: str
     to_start: bool = False
+    on_data: bool = False
     span: Span = _span()
 
     @property

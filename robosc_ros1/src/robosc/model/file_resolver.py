@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
 from robosc.model.behaviour import BehaviourResolver
+from robosc.model.command_data import with_command_data
 from robosc.model.components import (
     bind,
     check_interfaces,
@@ -326,7 +327,8 @@ class FileResolver:
             span=node.name.span,
         )
         check_preferences(robot.preferences, self._report)
-        return robot
+        # Who imports a library may provide the data of its commands.
+        return robot if node.kind == "library" else with_command_data(robot, self._report)
 
     def _add_statements(self, instance: Instance, found: Statements) -> None:
         """Resolve the statements of a component, which sees names as its behaviour does."""

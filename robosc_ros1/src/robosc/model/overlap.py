@@ -14,11 +14,11 @@ from math import prod
 from typing import TypeAlias
 
 from robosc.errors import Note
+from robosc.model.command_values import fold_text
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Behaviour, Component, ResultTransition
 from robosc.model.evaluation import evaluate
 from robosc.model.expr import Expr, Leaf, ParameterRef, PhaseRef, StateRef, ValueRef, VariableRef
-from robosc.model.statements import fold_text
 from robosc.model.traversal import walk
 from robosc.model.types import Value, domain
 

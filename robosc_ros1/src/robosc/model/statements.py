@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
@@ -12,6 +11,7 @@ from typing import TypeAlias, TypeVar
 from robosc.errors import Note
 from robosc.language.events import Kind
 from robosc.model.by_identity import ByIdentity
+from robosc.model.command_values import CommandTyper, may_read_value, requirement_text
 from robosc.model.communications import resolve_communication
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
@@ -44,11 +44,7 @@ from robosc.syntax.nodes import (
 )
 
 _Node: TypeAlias = DeclarationNode | CommunicationNode | BehaviourNode
-_Entity = TypeVar("_Entity", Requirement, Provide, Preference)
-
-_COMMENT_OR_STRING = re.compile(
-    r"""//[^\n]*|/\*.*?\*/|("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')""", re.DOTALL
-)
+_Entity = TypeVar("_Entity", Provide, Preference)
 
 
 @dataclass
@@ -64,7 +60,7 @@ class Statements:
         for item in items:
             match item:
                 case RequirementNode():
-                    self.requirements += _sound(resolver.requirement(item))
+                    self.requirements += resolver.requirements(item)
                 case ProvideNode():
                     self.provides += _sound(resolver.provide(item))
                 case PreferNode():
@@ -96,25 +92,29 @@ class StatementResolver:
             report,
             types,
             symbols,
-            no_value("a requirement or a condition of a command has no received value"),
+            no_value("requirements on states and provide statements have no 'value'"),
         )
         self._data = DataTyper(self._typer, types, report)
         self._groups = GroupResolver(symbols, types.scope, report)
         self._read: ByIdentity[bool] = ByIdentity()
 
-    def requirement(self, node: RequirementNode) -> Requirement | None:
-        """The requirement; None after an error."""
+    def requirements(self, node: RequirementNode) -> Sequence[Requirement]:
+        """The requirements that a statement makes; none after an error."""
         keys: tuple[str, ...] | None = ()
         if node.communications:
             keys = self._groups.commands(
                 node.communications, "requirement-on-outgoing", _CANNOT_FORBID
             )
+        if keys is not None and node.communications and may_read_value(node.condition):
+            commands = self._symbols.component_table.by_keys(keys)
+            typer = CommandTyper(self._symbols, self._types, self._report)
+            return typer.requirements(node, commands)
         condition = self._typer.check(node.condition, BOOLEAN, "a requirement")
         if condition is None or keys is None:
-            return None
-        text = fold_text(node.span.text) + (f" ({node.place})" if node.place else "")
+            return ()
         condition = condition_on_data(condition, self._read)
-        return Requirement(node.kind, keys, condition, text, node.to_start, span=node.span)
+        text = requirement_text(node)
+        return (Requirement(node.kind, keys, condition, text, node.to_start, span=node.span),)
 
     def preference(self, node: PreferNode) -> Preference | None:
         """The preference; None after an error."""
@@ -173,12 +173,6 @@ class StatementResolver:
             )
             return None
         return self._data.typed(node.data, info.request, f"'{info.name}'")
-
-
-def fold_text(text: str) -> str:
-    """Text of the model on one line, without comments; strings are kept."""
-    plain = _COMMENT_OR_STRING.sub(lambda match: match[1] or " ", text)
-    return " ".join(plain.split())
 
 
 _CANNOT_FORBID = "the controller cannot forbid what the robot sends"

@@ -149,6 +149,11 @@ class ComponentTable:
         self.instances[instance.name] = instance
         self.by_origin.setdefault(id(instance.node), []).append(instance)
 
+    def by_keys(self, keys: Iterable[str]) -> list[CommunicationInfo]:
+        """The communications of keys, in their order."""
+        every = {c.key: c for i in self.instances.values() for c in i.communications.values()}
+        return [every[key] for key in keys]
+
     def index_communications(self) -> None:
         """Fill ``by_name``; to be called once, when all instances are declared."""
         for instance in self.instances.values():

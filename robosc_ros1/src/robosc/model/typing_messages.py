@@ -20,8 +20,8 @@ def of_three(node: ExprNode, place: str) -> str | None:
 
 
 VALUE_PLACES = (
-    "'value' can be used in enum rules and after 'on response', 'on feedback' and an action's"
-    " 'on error'"
+    "'value' can be used in enum rules, in requirements on commands, and after 'on response',"
+    " 'on feedback' and an action's 'on error'"
 )
 
 

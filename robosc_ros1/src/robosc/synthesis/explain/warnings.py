@@ -236,7 +236,8 @@ class _Examiner:
     def _requirement(self, requirement: Requirement, reported: set[str]) -> Iterator[Diagnostic]:
         """Check one requirement; add the commands that it makes impossible to ``reported``."""
         kept = self.plant.view.met(requirement)
-        if self.system.plant_reaches(negation(kept)) is False:
+        # One on data keeps whoever changes what is provided from sending what must not be sent.
+        if not requirement.on_data and self.system.plant_reaches(negation(kept)) is False:
             yield Diagnostic(
                 Severity.WARNING,
                 "requirement-always-true",

@@ -1,0 +1,185 @@
+"""``value`` in requirements on commands: what they carry, by the provide statements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from model.model_text import faults, resolve
+
+from robosc.ir.formulas import to_dsl
+from robosc.model.expr import Holds
+from robosc.model.resolve import load
+from robosc.source import Source
+
+ROBOT = """
+datatype object Two { a: double b: array(double) }
+interface two use Two from some_robot_msgs
+component Stick {
+    outgoing message stick with timeout: 1 s, type: double
+    outgoing message route with timeout: 1 s, type: Two links two
+    behaviour {
+        variable speed: double
+        variable way: Two
+        initial marked state still { on response from stick do speed := value goto turned }
+        marked state turned {
+            on response from stick do speed := value goto still
+            on response from route do way := value
+        }
+    }
+}
+component Base {
+    incoming message move with type: double
+    incoming message lamp with type: boolean
+    incoming message both with type: Two links two
+    incoming message halt with type: none
+}
+"""
+PROVIDED = """
+provide move with Stick.speed if Stick.turned
+provide move with 0.2
+provide lamp with Stick.turned
+provide both with { a: Stick.speed, b: [1.0, Stick.speed] }
+"""
+
+
+def requirements(text: str, provided: str = PROVIDED) -> list[tuple[str, str, bool]]:
+    """Text, condition and whether it is no reason to cancel, of each requirement."""
+    robot = resolve(f"{ROBOT} {provided} {text}")
+    for requirement in robot.requirements:
+        assert requirement.kind == "needs" or not requirement.on_data
+    return [(r.text, to_dsl(r.condition, robot), r.to_start) for r in robot.requirements]
+
+
+def conditions(text: str, provided: str = PROVIDED) -> list[str]:
+    return [condition for _, condition, _ in requirements(text, provided)]
+
+
+def test_the_first_provide_that_holds_gives_the_data() -> None:
+    assert conditions("requirement move needs value < 0.5") == [
+        "Stick.turned and Stick.speed < 0.5 or !Stick.turned"
+    ]
+
+
+def test_where_no_provide_holds_the_command_is_refused() -> None:
+    provided = "provide move with Stick.speed if Stick.turned"
+    for text in ("move needs value < 0.5", "value >= 0.5 disables move"):
+        (condition,) = conditions(f"requirement {text}", provided)
+        assert condition.startswith("Stick.turned and ") and " or " not in condition
+
+
+def test_each_part_is_a_requirement_and_those_on_data_are_no_reason_to_cancel() -> None:
+    head = "requirement move needs "
+    found = requirements(f"{head}stick.fresh and (value < 0.5 or Stick.still)")
+    assert [(text, start) for text, _, start in found] == [
+        (f"{head}stick.fresh", False),
+        (f"{head}value < 0.5 or Stick.still", True),
+    ]
+    found = requirements("requirement Stick.still or value disables lamp")
+    assert found == [
+        ("requirement Stick.still disables lamp", "Stick.still", False),
+        ("requirement value disables lamp", "!Stick.turned", True),
+    ]
+
+
+def test_a_condition_without_value_stays_one_requirement() -> None:
+    text = "requirement move needs stick.fresh and Stick.still"
+    assert requirements(text) == [(text, "stick.fresh and Stick.still", False)]
+
+
+def test_the_members_of_a_group_are_judged_by_their_own_data() -> None:
+    provided = "provide move with 0.1 provide lamp with Stick.turned provide halt2 with 0.3 "
+    component = "component More { incoming message halt2 with type: double }"
+    robot = resolve(ROBOT + component + provided + "requirement {move, halt2} needs value < 0.2")
+    assert [(r.communications, to_dsl(r.condition, robot)) for r in robot.requirements] == [
+        (("Base.move",), "true"),
+        (("More.halt2",), "false"),
+    ]
+
+
+def test_parts_of_what_is_provided() -> None:
+    assert conditions("requirement both needs value.a < 1.0 and value.b[1] < 2.0") == [
+        "Stick.speed < 1.0",
+        "Stick.speed < 2.0",
+    ]
+
+
+@pytest.mark.parametrize("text", ["both needs value.b[3] < 1.0", "value.b[3] < 1.0 disables both"])
+def test_undefined_data_are_refused_in_both_forms(text: str) -> None:
+    """What holds nothing yet makes the condition false, in place of undefined."""
+    provided = "provide both with { a: 0.0, b: Stick.way.b }"
+    (requirement,) = resolve(f"{ROBOT} {provided} requirement {text}").requirements
+    assert isinstance(requirement.condition, Holds)
+
+
+def told(text: str) -> list[tuple[str, str]]:
+    return [fault for fault in faults(ROBOT + text) if fault[0] != "package-not-found"]
+
+
+def messages(text: str) -> list[str]:
+    _, diagnostics = load(Source("model.rscd", f"robot Test {{ {ROBOT} {PROVIDED} {text} }}"))
+    return [d.message for d in diagnostics if d.code != "package-not-found"]
+
+
+FAULTS = [
+    ("requirement halt needs value < 1.0", ("value-not-allowed", "value")),
+    ("requirement { move, halt } needs value < 1.0", ("value-not-allowed", "value")),
+    ("requirement { move, both } needs value.a < 1.0", ("unknown-member", "a")),
+    ("requirement both needs value.c < 1.0", ("unknown-member", "c")),
+    ("requirement move needs value", ("type-mismatch", "value")),
+    ("requirement never value < 1.0", ("value-not-allowed", "value")),
+    ("provide halt with {} if value < 1.0", ("value-not-allowed", "value")),
+    ("requirement both needs value.b[2] < 1.0", ("data-not-given", "value.b[2]")),
+    ("requirement both needs any(x < 1.0 for x in value.b)", ("data-not-given", "value.b")),
+]
+
+
+@pytest.mark.parametrize(("text", "fault"), FAULTS)
+def test_faults(text: str, fault: tuple[str, str]) -> None:
+    assert told(PROVIDED + text) == [fault]
+
+
+def test_the_members_that_carry_nothing_are_named() -> None:
+    found = messages("requirement { move, halt } needs value < 1.0")
+    assert found == ["'halt' carries no data: there is no 'value'"]
+
+
+def test_a_member_without_a_part_is_named() -> None:
+    (found,) = messages("requirement { both, move } needs value.a < 1.0")
+    assert found.endswith("(of 'move')")
+
+
+def test_data_that_nothing_provides() -> None:
+    text = "requirement move needs value < 1.0"
+    assert told(text) == [("data-not-given", text)]
+
+
+LIBRARY = """library Limits {
+    component Limit {
+        parameter highest: double = 0.5
+        requirement all needs value <= highest
+        incoming message own with type: double
+    }
+}
+"""
+
+
+def test_a_component_of_a_library_limits_what_the_robot_provides(tmp_path: Path) -> None:
+    (tmp_path / "Limits.rscd").write_text(LIBRARY)
+    path = tmp_path / "robot.rscd"
+    path.write_text(
+        """robot Test {
+            component Limit from Limits import Limit
+            component Base { incoming message move with type: double }
+            provide move with 0.2
+            provide own with 0.3
+        }
+        """
+    )
+    robot, diagnostics = load(path)
+    assert robot is not None, diagnostics
+    assert [(r.communications, to_dsl(r.condition, robot)) for r in robot.requirements] == [
+        (("Limit.own",), "0.3 <= Limit.highest"),
+        (("Base.move",), "0.2 <= Limit.highest"),
+    ]
+    assert load(tmp_path / "Limits.rscd")[1] == ()
