@@ -367,6 +367,29 @@ def test_parameters_and_arguments_of_imports(desk: Desk, tmp_path: Path) -> None
     assert {Path(file).name: len(here) for file, here in found.items()} == {"n.rscd": 4}
 
 
+def test_hover_of_a_type_of_ros_shows_its_fields(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On the package in front of it, too; comments do not push the fields of a long one away."""
+    folder = tmp_path / "ros" / "p_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder.parent / "package.xml").write_text("<package><name>p_msgs</name></package>")
+    (folder / "Short.msg").write_text("# metres\nfloat64 far\n")
+    (folder / "Long.msg").write_text("# what it is\n\n" * 40 + "float64 far # metres\n")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
+    text = """robot R { component C {
+        outgoing message short with identifier: "/s", type: p_msgs/Short
+        outgoing message long with identifier: "/l", type: p_msgs/Long
+    } }"""
+    analysis = open_text(Desk(), tmp_path / "robot.rscd", text)
+    for words, inside in (("p_msgs/Short", 3), ("Short", 2)):
+        shown = hover_text(analysis, named(analysis, words, inside), None)
+        assert "`p_msgs/Short`" in shown and "# metres\nfloat64 far\n" in shown
+    for words in ("p_msgs/Long", "Long"):
+        shown = hover_text(analysis, named(analysis, words), None)
+        assert "```\nfloat64 far # metres\n```" in shown
+
+
 def test_hover_explains_every_keyword() -> None:
     for word, keyword in KEYWORDS.items():
         source = Source("model.rscd", f"x {word} y")

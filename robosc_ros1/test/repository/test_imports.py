@@ -34,7 +34,12 @@ THIRD_PARTY = {
     "yaml": ("emit.config",),
     "lsprotocol": ("lsp.open_texts", "lsp.server", "lsp.wire"),
     "argcomplete": ("cli",),
-    "pygls": ("lsp.open_texts", "lsp.server", "verbs"),  # verbs tells what to install
+    "pygls": (
+        "lsp.open_texts",
+        "lsp.protocol",
+        "lsp.server",
+        "verbs",
+    ),  # verbs tells what to install
     "prompt_toolkit": ("simulate.terminal",),
     "rospkg": ("model.ros.packages",),
     "catkin_pkg": ("model.ros.packages",),

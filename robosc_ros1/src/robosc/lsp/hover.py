@@ -27,6 +27,7 @@ def hover_text(analysis: Analysis, found: Occurrence, derived: Derived | None) -
     parts = [_headline(symbol)]
     if symbol.kind in (SymbolKind.ROS_TYPE, SymbolKind.ROS_PACKAGE):
         parts += _ros(analysis.definitions, symbol)
+        parts += _type_behind(analysis, found)
     elif symbol.kind is SymbolKind.INCOMING:
         parts += _datatype(analysis, symbol.owner)
     else:
@@ -104,12 +105,25 @@ def _ros(definitions: MessageDefinitions, symbol: Symbol) -> Iterator[str]:
     yield f"`{home}`" if home is not None else "It is not found, so nothing can be checked."
 
 
+def _type_behind(analysis: Analysis, found: Occurrence) -> Iterator[str]:
+    """Of the package in ``package/Type``: what the type is."""
+    behind = analysis.index.at(found.span.end + 1)
+    if (
+        found.symbol.kind is SymbolKind.ROS_PACKAGE
+        and behind is not None
+        and behind.symbol.kind is SymbolKind.ROS_TYPE
+        and behind.symbol.owner == found.symbol.name
+    ):
+        yield _headline(behind.symbol)
+        yield from _ros(analysis.definitions, behind.symbol)
+
+
 def _definition(definitions: MessageDefinitions, package: str, type_: str) -> Iterator[str]:
     """The file as it is, or what Python bindings contain."""
     file = definition_file(definitions, package, type_)
     if file is not None:
         try:
-            yield _fenced("", file.read_text(encoding="utf-8", errors="replace"))
+            yield _fenced("", _brief(file.read_text(encoding="utf-8", errors="replace")))
         except OSError:
             return
         return
@@ -119,6 +133,14 @@ def _definition(definitions: MessageDefinitions, package: str, type_: str) -> It
             yield _fenced("", _interface(found))
             return
     yield "Its definition is not found, so nothing can be checked against it."
+
+
+def _brief(text: str) -> str:
+    """A definition; one that is too long to be shown has no lines that are only comments."""
+    lines = text.splitlines()
+    if len(lines) <= _LONGEST:
+        return text
+    return "\n".join(line for line in lines if line.strip() and not line.lstrip().startswith("#"))
 
 
 def _interface(interface: Interface) -> str:

@@ -22,6 +22,7 @@ from robosc.lsp import wire
 from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.derived import Derived, command, derived_from, moved, request_for
 from robosc.lsp.positions import Encoding
+from robosc.lsp.protocol import Protocol
 from robosc.pipeline import collector_at_rest
 from robosc.resources import diagnostics_page
 from robosc.source import Source
@@ -48,7 +49,10 @@ class OpenTexts:
 
     def __init__(self, version: str, desk: Desk) -> None:
         self.server = LanguageServer(
-            "robosc", version, text_document_sync_kind=types.TextDocumentSyncKind.Incremental
+            "robosc",
+            version,
+            text_document_sync_kind=types.TextDocumentSyncKind.Incremental,
+            protocol_cls=Protocol,
         )
         self._desk = desk
         self._given_path = tuple(desk.library_path)
