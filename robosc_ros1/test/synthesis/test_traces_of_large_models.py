@@ -10,7 +10,9 @@ from random_models import random_model
 from synthesis.plants import plant_of, replay
 
 from robosc.ir.step import Verdict
+from robosc.language.events import EventKind
 from robosc.supervisor import Supervisor
+from robosc.synthesis.bdd.relaxed import Relaxation
 from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
 from robosc.synthesis.bdd.synthesize import synthesize_bdd
@@ -78,3 +80,28 @@ def test_what_stands_apart_is_in_no_trace() -> None:
         first = next(e for e in found.explanations if e.trace)
         lengths.add(len(first.trace))
     assert len(lengths) == 1
+
+
+def test_what_a_trace_does_not_need_stands_still() -> None:
+    """A machine of a line needs what those before it achieve, and nothing else."""
+    plant = plant_of(families.transfer_line(6, 2))
+    solution = SymbolicEngine(plant, memory=SMALL).solve()
+    engine = solution.engine
+    moves = {e.number: engine.controlled(e, solution.states) for e in engine.events}
+    relaxation = Relaxation(engine, moves)
+    for machine in range(6):
+        (last,) = (
+            event
+            for event in engine.events
+            if plant.events[event.number].name == f"work{machine}"
+            and plant.events[event.number].kind is EventKind.REQUEST
+        )
+        needed = {
+            (plant.events[n].name, plant.events[n].kind)
+            for n in relaxation.events(solution.states & last.possible)
+        }
+        assert needed == {
+            (f"work{before}", kind)
+            for before in range(machine)
+            for kind in (EventKind.REQUEST, EventKind.RESPONSE)
+        }

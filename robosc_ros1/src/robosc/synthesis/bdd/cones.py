@@ -1,11 +1,12 @@
 """Paths to a state by the events that concern it: the rest of a large system stands still.
 
 A path by some of the events is one of the whole controlled system. So a path is looked for first by
-the events that write what its end is about (the *cone* of the condition), then also by those that
-write what these read, hop by hop, at last by all. A cone that stands still in most of its variables
-has small sets of states where those of the system are large. A path goes backwards through the sets
-that chaining passes, from the first one that contains a state to the one before; it is short,
-usually a shortest one of its cone.
+the events of a relaxed plan (:mod:`robosc.synthesis.bdd.relaxed`), then by those that write what
+its end is about (the *cone* of the condition), then also by those that write what these read, hop
+by hop, at last by all. A cone that stands still in most of its variables has small sets of states
+where those of the system are large. A path goes backwards through the sets that chaining passes,
+from the first one that contains a state to the one before; it is short, usually a shortest one of
+its cone.
 
 The work is bounded by a number of nodes, not by time, so that the same model has the same traces
 everywhere.
@@ -15,14 +16,17 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
+from functools import cached_property
+from itertools import chain
 
 from robosc.ir.automaton import PlantState
 from robosc.synthesis.bdd.chaining import chained, related_events
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.relations import Disjunct
+from robosc.synthesis.bdd.relaxed import Relaxation
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 
-MOST_WORK = 2_000_000
+MOST_WORK = 10_000_000
 """Nodes of the sets that images are taken of, all together, in one system; about a second."""
 _SHARE = 4
 """One cone may take this part of the work that is left, so that something is left for others."""
@@ -43,7 +47,7 @@ class Cones:
 
         At least one of them is a controlled state. None: looking for a path is too much work.
         """
-        for events in self._widening(read):
+        for events in chain([self._relaxation.events(wanted)], self._widening(read)):
             cone = self._found.get(events)
             if cone is None:
                 cone = self._found[events] = self._cone(events)
@@ -53,6 +57,11 @@ class Cones:
             if cone.is_cut_off:
                 return None
         raise AssertionError("a controlled state is not reached")
+
+    @cached_property
+    def _relaxation(self) -> Relaxation:
+        moves = {event.number: self._event(event.number) for event in self._engine.events}
+        return Relaxation(self._engine, moves)
 
     def _widening(self, read: frozenset[int]) -> Iterator[frozenset[int]]:
         """Yield sets of event numbers, each with more than the one before, the last with all."""
