@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import zipfile
 from pathlib import Path
 from typing import Any
 
 from extension_build import EXTENSION, npm
+from view.browser import ARTEFACTS
 
 from robosc.verbs import VERBS
 
@@ -30,6 +32,8 @@ def test_package(extension: Path) -> None:
     assert {f"extension/{name}" for name in needed} <= names
     assert "extension/node_modules/vscode-languageclient/node.js" in names
     assert not [n for n in names if n.startswith("extension/test/") or "/@vscode/vsce/" in n]
+    ARTEFACTS.mkdir(parents=True, exist_ok=True)  # ready to be installed, for whoever has no npm
+    shutil.copy(extension / "robosc.vsix", ARTEFACTS)
 
 
 def test_commands_are_verbs_and_registered() -> None:
