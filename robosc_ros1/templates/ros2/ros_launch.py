@@ -92,7 +92,6 @@ def given_parameters(parameters, argument):
 
 def main_node(package, argument, given):
     """Return the node of the package with these parameters."""
-    pairs = (pair.split("=", 1) for pair in argument("remap").split())
     return Node(
         package=package,
         executable=package,
@@ -101,8 +100,23 @@ def main_node(package, argument, given):
         output=argument("output"),
         respawn=argument("respawn").lower() == "true",
         parameters=[argument("config"), given],
-        remappings=[(ros_name(name), ros_name(other)) for name, other in pairs],
+        remappings=remappings(argument("remap")),
     )
+
+
+def remappings(text):
+    """Return the pairs of names in an argument like ``/old=/new ~own:=other``.
+
+    Raises:
+        ValueError: something in it is no such pair.
+    """
+    result = []
+    for word in text.split():
+        name, sign, other = word.replace(":=", "=").partition("=")
+        if not (name and sign and other):
+            raise ValueError("remap: %r must be two names, like /old=/new" % word)
+        result.append((ros_name(name), ros_name(other)))
+    return result
 
 
 def ros_name(name):

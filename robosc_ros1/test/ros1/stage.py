@@ -7,7 +7,7 @@ import json
 import subprocess
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -186,21 +186,30 @@ class Stage:
 
     @contextlib.contextmanager
     def controller(
-        self, ear: Puppet, package: str = "probe_controller", **parameters: Any
+        self,
+        ear: Puppet,
+        package: str = "probe_controller",
+        remap: Sequence[str] = (),
+        **parameters: Any,
     ) -> Iterator[Node]:
         """A controller with parameters (``__`` stands for ``/`` in a name); the ear listens first.
+
+        ``remap`` are rules like ``/old:=/new`` and ``__ns:=/left``.
 
         The node is up when this begins: it has shown a state, and its connections to those that are
         there stand.
         """
-        name = f"/{package}"
+        spaces = [rule.partition(":=")[2] for rule in remap if rule.startswith("__ns:=")]
+        name = "".join([*spaces, "/", package])
         mark = ear.mark
         ear.do("listen", topic=f"{name}/events", type="std_msgs/String")
         ear.do("listen", topic=f"{name}/state", type="std_msgs/String")
         arguments = [f"_{k.replace('__', '/')}:={v}" for k, v in parameters.items()]
         # As rosrun would, which would take as long for finding it as the node for starting.
         executable = self.workspace.folder / "devel" / "lib" / package / package
-        with self.workspace.start(str(executable), *arguments, master=self.master) as process:
+        with self.workspace.start(
+            str(executable), *remap, *arguments, master=self.master
+        ) as process:
             node = Node(process, name, ear)
             ear.hears(f"{name}/state", since=mark)
             self.master.await_links(name)

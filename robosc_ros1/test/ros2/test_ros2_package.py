@@ -114,8 +114,21 @@ def test_the_launch_file_takes_parameters_as_arguments(
     }
     node = launch(ns="left", respawn="true")
     assert (node.namespace, node.respawn) == ("left", True)
-    node = launch(remap="beacon=/lamp ~state=told")
-    assert node.remappings == [("beacon", "/lamp"), ("~/state", "told")]
+    for text in (
+        "beacon=/lamp ~state=told",
+        "beacon:=/lamp ~state:=told",
+        " beacon:=/lamp  ~/state=told",
+    ):
+        node = launch(remap=text)
+        assert node.remappings == [("beacon", "/lamp"), ("~/state", "told")]
+
+
+@pytest.mark.parametrize("word", ["beacon", "beacon=", ":=/lamp", "beacon:/lamp"])
+def test_the_launch_file_refuses_what_is_no_pair_of_names(
+    launch: Callable[..., Node], word: str
+) -> None:
+    with pytest.raises(ValueError, match=f"remap: '{word}' must be two names, like /old=/new"):
+        launch(remap="go=/want " + word)
 
 
 @pytest.fixture

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
+from ros2.launching import started
 from ros2.ros2_support import Graph, Process
 
 Start = Callable[..., Process]
@@ -52,3 +54,18 @@ def test_names_are_remapped_whatever_they_name(
         robot.expect_state(shown, lambda s: s["components"]["Door"] == "locked")
         other.order("send_goal", name="/their/reach", type=MOVE, data={"target": 2.0})
     assert robot.expect("goal", name=reach)["data"]["target"] == 2.0
+
+
+@pytest.mark.parametrize("node", ["guarded_arm", "guarded_arm_supervisor"])
+@pytest.mark.parametrize(("rules", "names"), RULES)
+@pytest.mark.parametrize("sign", ["=", ":="])
+def test_the_argument_of_the_launch_file_makes_the_same_rules(
+    built: Any, node: str, rules: list[str], names: tuple[str, str, str], sign: str
+) -> None:
+    file = built.folder / "src" / node / "launch" / f"{node}.launch.py"
+    pairs = [rule.split(":=") for rule in rules if not rule.startswith("__ns")]
+    ns = "/left" if "__ns:=/left" in rules else ""
+    remap = " ".join(sign.join(pair) for pair in pairs)
+    started_node, *_ = started(file, lambda package: f"/share/{package}", remap=remap, ns=ns)
+    assert started_node.remappings == [tuple(pair) for pair in pairs]
+    assert started_node.namespace == ns

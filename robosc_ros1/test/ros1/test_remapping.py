@@ -1,0 +1,55 @@
+"""Names that are remapped, of every kind, on a real roscore: topics, services and actions."""
+
+from __future__ import annotations
+
+from typing import Any
+from xmlrpc.client import ServerProxy
+
+import pytest
+from ros1.stage import Stage
+
+FLOAT, TWIST = "std_msgs/Float32", "geometry_msgs/Twist"
+LIGHT = {"type": "robot_common/LightBulbService"}
+GRAB = {"type": "robot_common/GrabberAction"}
+IDLE = "nobody publishes /correction"
+"""What the node says once it knows who is there: nobody plays this part of the robot."""
+
+# What the node is told, with the names that its robot then has.
+RULES = [
+    ([], ("/distance", "/vel", "/set_light_state", "/grab")),
+    (
+        ["/distance:=/near", "/vel:=/a/vel", "/set_light_state:=/b/c/light", "/grab:=/base/grab"],
+        ("/near", "/a/vel", "/b/c/light", "/base/grab"),
+    ),
+    (
+        ["distance:=near", "vel:=a/vel", "set_light_state:=b/c/light", "grab:=base/grab"],
+        ("/near", "/a/vel", "/b/c/light", "/base/grab"),
+    ),
+    (
+        ["/distance:=~near", "/vel:=~vel", "/set_light_state:=~light", "/grab:=~grab"],
+        ("/NODE/near", "/NODE/vel", "/NODE/light", "/NODE/grab"),
+    ),
+    (
+        ["__ns:=/left", "/distance:=near", "/vel:=vel", "/set_light_state:=light", "/grab:=a/grab"],
+        ("/left/near", "/left/vel", "/left/light", "/left/a/grab"),
+    ),
+]
+
+
+@pytest.mark.parametrize("package", ["line_follower_controller", "line_follower_supervisor"])
+@pytest.mark.parametrize(("rules", "names"), RULES)
+def test_names_are_remapped_whatever_they_name(
+    guarded: Stage, package: str, rules: list[str], names: tuple[str, ...]
+) -> None:
+    distance, vel, light, grab = (name.replace("NODE", package) for name in names)
+    with guarded.puppet() as robot, guarded.puppet() as ear:
+        robot.do("listen", topic=vel, type=TWIST)
+        robot.do("service", name=light, **LIGHT)
+        robot.do("action", name=grab, **GRAB, mode="hold")
+        robot.steadily(distance, FLOAT, 5.0)
+        with guarded.controller(ear, package, rules) as node:
+            node.tells(lambda e: e["event"]["name"] == "distance")
+            found = node.shows(lambda s: IDLE in s["unconnected"])["unconnected"]
+            assert not [text for text in found for name in (vel, light, grab) if name in text]
+            state: Any = ServerProxy(guarded.master.uri).getSystemState("/stage")
+            assert [f"{grab}/goal", [node.name]] in state[2][0]
