@@ -29,6 +29,9 @@ KEPT_GOALS = 8
 """The most goals of one action that wait for the answer of a server to their sending."""
 REPEAT = 1.0
 """Seconds after which a goal that goes on is cancelled again, and is shown as a fault."""
+INQUIRIES = 20
+"""How often a new server is asked for the result of a goal: it drops its answer while it does not
+know the client, and one that knows the goal answers when that ends."""
 GONE = 5.0
 """Seconds without the server after which a cancelled goal counts as ended."""
 
@@ -220,7 +223,10 @@ class Action(Caller):
             self._send_cancel(goal)
         servers = self._servers()
         if servers - goal.servers:
+            goal.inquiries = INQUIRIES
+        if goal.inquiries:
             # A restarted server reports that it does not know the goal.
+            goal.inquiries -= 1
             self._ask(goal)
         goal.servers = servers
         return False
@@ -287,3 +293,4 @@ class Goal:
         self.asked = 0.0  # when the server was asked last to cancel it
         self.seen = 0.0  # when its server was there last
         self.servers = set()
+        self.inquiries = 0
