@@ -46,8 +46,8 @@ def test_names_are_remapped_whatever_they_name(
         robot.do("listen", topic=vel, type=TWIST)
         robot.do("service", name=light, **LIGHT)
         robot.do("action", name=grab, **GRAB, mode="hold")
-        robot.steadily(distance, FLOAT, 5.0)
         with guarded.controller(ear, package, rules) as node:
+            robot.steadily(distance, FLOAT, 5.0)
             node.tells(lambda e: e["event"]["name"] == "distance")
             found = node.shows(lambda s: IDLE in s["unconnected"])["unconnected"]
             assert not [text for text in found for name in (vel, light, grab) if name in text]
