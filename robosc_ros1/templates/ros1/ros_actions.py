@@ -242,7 +242,8 @@ class Action(GoalCaller):
 
     def __init__(self, name, type_):
         self._type = type_
-        self._client = actionlib.ActionClient(name, type_)
+        # actionlib itself follows only rules that spell the name as the model does.
+        self._client = actionlib.ActionClient(rospy.resolve_name(name), type_)
         self._client.manager._generate_id = new_goal_id
         client = self._client
         super().__init__(
@@ -253,7 +254,7 @@ class Action(GoalCaller):
         self._handle = None
         self._tracker = None
         self._unended = []  # cancelled goals
-        topic = rospy.remap_name(name) + "/status"
+        topic = self.label + "/status"
         self._watch = rospy.Subscriber(topic, GoalStatusArray, lambda _: self.on_status())
 
     def start(self, data, token, timeout):
