@@ -107,6 +107,12 @@ REACTION = "on response from seen do last := value"
         ("component Eye {", "component Eye {\n requirement { | } needs open", ["drive", "turn"]),
         ("component Eye {", "component Eye {\n provide drive with { | }", ["linear"]),
         ("component Eye {", "component Eye {\n prefer drive |", ["except", "over"]),
+        ("robot R {", "robot R {\n function half(x: |", ["Sight"]),
+        (
+            REQUIREMENT,
+            "function ahead(x: double): boolean = x > 1 requirement drive needs ah|",
+            ["ahead"],
+        ),
         ("robot R {", "robot R {\n |", ["component", "condition", "constant", "datatype enum"]),
         ("robot R {", "// |\nrobot R {", []),
         ('"/seen"', '"/se|"', []),

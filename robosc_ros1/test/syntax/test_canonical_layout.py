@@ -313,3 +313,10 @@ def test_a_faulty_model_is_not_touched() -> None:
     with pytest.raises(ModelError) as caught:
         formatted("robot R { requirement }")
     assert [d.code for d in caught.value.diagnostics] == ["syntax"]
+
+
+def test_functions_are_laid_out_like_constants() -> None:
+    text = "robot R { function f ( a:double,b : array( double ) ):double=min(a , 2)*b [ 0 ] }"
+    line = "    function f(a: double, b: array(double)): double = min(a, 2) * b[0]"
+    assert formatted(text) == f"robot R {{\n{line}\n}}\n"
+    check(text)

@@ -78,6 +78,7 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("constant", declaration, (*_FILES, "component"))
     yield Keyword("parameter", declaration, (*_FILES, "component"))
     yield Keyword("condition", declaration, (*_FILES, "component", "for"))
+    yield Keyword("function", declaration, (*_FILES, "component"))
     yield Keyword("prefer", declaration, _STATEMENTS)
     yield Keyword("stop", declaration, ("robot",))
     yield Keyword("for", clause, ("robot", "for"))
@@ -123,6 +124,8 @@ _MEANINGS = {
     "constant": "A name for a value that is known when the model is read.",
     "parameter": "A value that the generated node reads from its ROS parameter when it starts.",
     "condition": "A name for a condition.",
+    "function": "A name for an expression over its arguments: `function half(x: double): double ="
+    " x / 2`.",
     "datatype": "Declares an object, the fields of a message, or an enum, which converts data.",
     "interface": "A name for a real message, service or action definition of a ROS package.",
     "object": "The fields of a message that the model uses.",

@@ -293,6 +293,7 @@ LOOKS = {
         "constant": "(?= NAME ':' WORD )",
         "parameter": "(?= NAME ':' WORD )",
         "condition": "(?= NAME '=' )",
+        "function": "(?= NAME '(' NAME ':' )",
         "prefer": "(?= QUALIFIED (?: over | except ) | '{' )",
         "stop": "(?= with )",
         "for": "(?= NAME in )",

@@ -87,7 +87,7 @@ class _Completer(StatementOffers):
             yield from keywords(("message",))
         elif first == "behaviour":
             return
-        elif first in ("constant", "parameter"):
+        elif first in ("constant", "parameter", "function"):
             yield from self._value()
         elif last == ":" and self._context.word(-2) == "timeout":
             yield from self._durations()

@@ -15,10 +15,11 @@ from robosc.language.tokens import STRING, Tokens, is_word, tokenize
 from robosc.source import Source, common_ends
 
 _EXPECT_NAME = frozenset({
-    ".", "robot", "library", "component", "constant", "parameter", "condition", "requirement",
-    "provide", "interface", "message", "service", "action", "variable", "state", "from", "to",
-    "goto", "do", "if", "needs", "disables", "never", "always", "use", "import", "links", "object",
-    "enum", "->", ":=", "(", ",", ":", "[", *symbols(words=True), *symbols(words=False),
+    ".", "robot", "library", "component", "constant", "parameter", "condition", "function",
+    "requirement", "provide", "interface", "message", "service", "action", "variable", "state",
+    "from", "to", "goto", "do", "if", "needs", "disables", "never", "always", "use", "import",
+    "links", "object", "enum", "->", ":=", "(", ",", ":", "[", *symbols(words=True),
+    *symbols(words=False),
 })  # fmt: skip
 """After these a word is a name rather than the beginning of the next declaration."""
 

@@ -33,6 +33,7 @@ KINDS: Mapping[str, Shown] = {
     "constant": Shown("Constant", "Constant", "variable"),
     "parameter": Shown("Constant", "Constant", "variable"),
     "condition": Shown("Boolean", "Variable", "variable"),
+    "function": Shown("Function", "Function", "function"),
     "ROS type": Shown("", "Interface", "type"),
     "ROS package": Shown("", "Module", "namespace"),
     "ROS constant": Shown("", "", "enumMember"),

@@ -268,6 +268,10 @@ class Offers:
 
     def _named_values(self, scope: ValueScope, rank: int = 1) -> Iterator[Candidate]:
         """The constants, parameters and conditions that a file or a component declares."""
+        for name, function in scope.functions.items():
+            head = function.span.text.partition("(")[2].partition("=")[0]
+            detail = f"({' '.join(head.split())}"
+            yield Candidate(name, "function", detail, f"{name}(", rank=rank)
         for name in scope.declared:
             node = scope.node(name)
             if isinstance(node, ConditionNode):

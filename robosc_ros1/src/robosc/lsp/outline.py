@@ -22,6 +22,7 @@ from robosc.syntax.nodes import (
     EnumRuleNode,
     FileNode,
     ForNode,
+    FunctionNode,
     ImportNode,
     InterfaceNode,
     MessageNode,
@@ -118,6 +119,8 @@ def _item(node: _Node) -> OutlineItem:
             return _named(node, _TYPED[type(node)], node.type.span.text)
         case ConditionNode():
             return _named(node, "condition", "condition")
+        case FunctionNode():
+            return _named(node, "function", node.type.span.text)
         case InterfaceNode():
             return _named(node, "interface", f"{node.package.text}/{node.type.text}")
         case MessageNode():

@@ -45,7 +45,7 @@ class StatementOffers(MemberOffers):
                 yield from self._datatype()
             case "interface":
                 yield from self._interface()
-            case "constant" | "parameter" | "condition":
+            case "constant" | "parameter" | "condition" | "function":
                 yield from self._value()
 
     def _value(self) -> Iterator[Candidate]:

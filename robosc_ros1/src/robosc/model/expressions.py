@@ -18,7 +18,9 @@ name is ``ambiguous-name``, and the user writes ``Enum.value`` or ``Component.na
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 from robosc.language.operators import BINARY, UNARY, Operand
 from robosc.model.aggregates import Aggregates, Bound
@@ -27,15 +29,17 @@ from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.durations import signed_duration, typed_duration
 from robosc.model.expected import ANY, BOOLEAN, ExpectedType, equal_to, expected_type, needs_of
-from robosc.model.expr import Binary, Convert, ElementRef, Expr, Literal, Unary, ValueRef
+from robosc.model.expr import Binary, ElementRef, Expr, Literal, Unary, ValueRef
 from robosc.model.function_calls import (
     typed_call,
+    typed_conversion,
+    typed_declared_call,
     typed_element,
     typed_list,
     typed_membership,
     typed_section,
 )
-from robosc.model.incoming import RULE, Incoming, is_value
+from robosc.model.incoming import Incoming, is_value
 from robosc.model.meanings import Meanings
 from robosc.model.occurrences import Symbol, SymbolKind
 from robosc.model.parts import Parts, path_of
@@ -47,12 +51,11 @@ from robosc.model.types import (
     DoubleType,
     DurationType,
     EnumType,
-    IntegerType,
     NoneType,
     ObjectType,
     Type,
 )
-from robosc.model.typing_messages import VALUE_PLACES, alternatives, of_three
+from robosc.model.typing_messages import VALUE_PLACES, alternatives, hint_for
 from robosc.model.unknown import NameFaults, last_name
 from robosc.syntax.nodes import (
     Access,
@@ -75,8 +78,14 @@ class Typer:
     """Types the expressions of one place; None stands for an expression with a reported error."""
 
     def __init__(
-        self, report: Report, types: TypeTable, symbols: SymbolTable | None, incoming: Incoming
+        self,
+        report: Report,
+        types: TypeTable,
+        symbols: SymbolTable | None,
+        incoming: Incoming,
+        arguments: Mapping[str, Expr] = MappingProxyType({}),
     ) -> None:
+        self._arguments = arguments
         self._report = report
         self._types = types
         self._incoming = incoming
@@ -103,6 +112,8 @@ class Typer:
         match node:
             case Access() if node.root.text in self._bound and not node.root.escaped:
                 found = self._element(node)
+            case Access() if node.root.text in self._arguments and not node.root.escaped:
+                found = self._parts.of_argument(node, self._arguments[node.root.text])
             case Access() if not is_value(node):
                 whole = self._meanings.whole_of(node)
                 if whole is None:
@@ -152,20 +163,11 @@ class Typer:
         return found
 
     def _mismatch(self, node: ExprNode, given: Type, expected: ExpectedType, place: str) -> None:
-        hint = None
-        if isinstance(expected.type, DurationType):
-            hint = "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
-        elif isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
-            hint = "a double is never converted to an integer implicitly"
-        elif (comparison := of_three(node, place)) is not None:
-            hint = comparison
-        elif place == RULE and isinstance(node, LiteralNode):
-            hint = f"write: value = {node.span.text}"
         self._report.add(
             "type-mismatch",
             node.span,
             f"{place} needs {expected.text}, this is {describe(given)}",
-            hint,
+            hint_for(node, given, expected, place),
         )
 
     # --- operators -------------------------------------------------------------------------------
@@ -261,7 +263,7 @@ class Typer:
         return (
             isinstance(node, Access)
             and not is_value(node)
-            and (node.root.text not in self._bound or node.root.escaped)
+            and (node.root.text not in {*self._bound, *self._arguments} or node.root.escaped)
             and self._meanings.whole_of(node) is None
         )
 
@@ -357,14 +359,12 @@ class Typer:
     def _call(self, node: CallNode) -> Expr | None:
         """A call of a function, or of an enum that converts."""
         enum = self._types.called_enum(node.function)
+        function = None if enum is not None else self._meanings.function(node.function)
+        if function is not None:
+            return typed_declared_call(node, *function, self.check, self._report)
         if enum is None:
             return typed_call(node, self.check, self._report)
-        if len(node.arguments) != 1:
-            message = f"'{enum.name}' takes 1 argument, not {len(node.arguments)}"
-            self._report.add("type-mismatch", node.span, message)
-            return None
-        argument = self.check(node.arguments[0], expected_type(enum.source), f"'{enum.name}'")
-        return None if argument is None else Convert(argument, enum, node.span)
+        return typed_conversion(node, enum, self.check, self._report)
 
     def _element(self, access: Access) -> Expr | None:
         """The variable of an enclosing aggregate, or a part of its value."""

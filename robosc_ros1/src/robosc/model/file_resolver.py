@@ -18,6 +18,7 @@ from robosc.model.components import (
 )
 from robosc.model.conditions import conditions_over
 from robosc.model.datatypes import Given, TypeTable
+from robosc.model.declared_functions import FunctionTyper
 from robosc.model.diagnostics import Muted, Report
 from robosc.model.entities import Component, Robot
 from robosc.model.expected import BOOLEAN
@@ -172,6 +173,7 @@ class FileResolver:
             lambda: SymbolTable(self.component_table),
             node.name.text if node.kind == "library" else "",
         )
+        values.typer = FunctionTyper(self.types, self._report)
         values.declare(self._scope.node.declarations, self._scope, self._report)
 
     def _own_values(self, instance: Instance, report: Report) -> None:
@@ -183,6 +185,7 @@ class FileResolver:
         values.typed = NamedValueTyper(
             instance.types, report, lambda: self._symbols(instance), instance.name
         )
+        values.typer = FunctionTyper(instance.types, report)
         values.declare(instance.node.items, instance.types.scope, report)
         if instance.imported is not None:
             arguments = self._arguments(instance.imported, values)

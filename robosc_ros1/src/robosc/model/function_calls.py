@@ -9,15 +9,16 @@ from typing import cast
 
 from robosc.language.functions import AGGREGATES, FUNCTIONS, GEOMETRY
 from robosc.language.operators import Operand, Operator, Result
-from robosc.model.compatibility import comparable, describe, result_type
+from robosc.model.compatibility import coerce, comparable, describe, result_type
 from robosc.model.diagnostics import Report
 from robosc.model.evaluation import constant
-from robosc.model.expected import ANY, ExpectedType, equal_to, needs_of
+from robosc.model.expected import ANY, ExpectedType, equal_to, expected_type, needs_of
 from robosc.model.expr import Binary, Call, Convert, Expr, Literal, is_constant_data
 from robosc.model.geometry import typed_geometry
 from robosc.model.presence import defined
 from robosc.model.quantified import chain
 from robosc.model.types import ArrayType, BooleanType, EnumType, IntegerType, Type, Value, is_number
+from robosc.model.value_scope import ValueScope
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ArrayNode,
@@ -25,6 +26,7 @@ from robosc.syntax.nodes import (
     DataObjectNode,
     ElementNode,
     ExprNode,
+    FunctionNode,
     InNode,
     Name,
     SliceNode,
@@ -66,6 +68,39 @@ def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
     if name == "defined":
         return replace(defined(known[0]), span=node.span)
     return _nested(function, known, node.span)
+
+
+def typed_declared_call(
+    node: CallNode, function: FunctionNode, scope: ValueScope, check: Check, report: Report
+) -> Expr | None:
+    """A call of a function of the model, which ``scope`` declares; None after a reported error."""
+    types = scope.typer.arguments(function) if scope.typer is not None else None
+    if scope.typer is None or types is None:
+        return None
+    name = f"'{function.name.text}'"
+    if len(types) != len(node.arguments):
+        wanted = f"{len(types)} argument{'s' * (len(types) > 1)}"
+        report.add("type-mismatch", node.span, f"{name} takes {wanted}, not {len(node.arguments)}")
+        return None
+    pairs = zip(node.arguments, types, strict=True)
+    given = [(check(part, expected_type(type_), name), type_) for part, type_ in pairs]
+    known = [coerce(part, type_) for part, type_ in given if part is not None]
+    found = scope.typer.call(function, known) if len(known) == len(types) else None
+    if found is None and not report.has_errors:
+        report.add("type-mismatch", node.span, f"{name} has no value for these arguments")
+    return found
+
+
+def typed_conversion(
+    node: CallNode, enum: EnumType, check: Check, report: Report
+) -> Convert | None:
+    """A call of an enum, which converts its argument; None after a reported error."""
+    if len(node.arguments) != 1:
+        message = f"'{enum.name}' takes 1 argument, not {len(node.arguments)}"
+        report.add("type-mismatch", node.span, message)
+        return None
+    argument = check(node.arguments[0], expected_type(enum.source), f"'{enum.name}'")
+    return None if argument is None else Convert(argument, enum, node.span)
 
 
 def _right_number(function: Operator, node: CallNode, report: Report) -> bool:

@@ -14,10 +14,12 @@ from robosc.model.quantified import chain
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.types import ArrayType, BooleanType, EnumType, ObjectType, Type
 from robosc.model.unknown import NameFaults, last_name
+from robosc.model.value_scope import ValueScope
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
     BinaryNode,
+    FunctionNode,
     Name,
     ValueNode,
 )
@@ -62,6 +64,24 @@ class Meanings:
             self.record(access, found[0])  # replaced if another meaning is selected
         elif access.path:
             self._types.scope.names.use(access.root, self._declaration(access.root.text))
+        return found
+
+    def function(self, access: Access) -> tuple[FunctionNode, ValueScope] | None:
+        """The function of a name, and the scope that declares it; None if there is none."""
+        root = access.root.text
+        match access.path:
+            case ():
+                found = self._types.values.function(root)
+            case (Name(text=name),):
+                component = self._symbols.component(root) if self._symbols else None
+                library = self._types.libraries.get(root)
+                scope = component.types.values if component else library and library.values
+                node = scope.functions.get(name) if scope else None
+                found = (node, scope) if node is not None and scope else None
+            case _:
+                return None
+        if found is not None:
+            self._types.scope.names.use(_last(access), found[0], found[1].owner)
         return found
 
     def whole_of(self, access: Access) -> tuple[VariableRef | Literal, int] | None:

@@ -25,6 +25,7 @@ from robosc.syntax.nodes import (
     EnumNode,
     EnumRuleNode,
     FileNode,
+    FunctionNode,
     ImportNode,
     InterfaceNode,
     MessageNode,
@@ -56,6 +57,7 @@ class SymbolKind(Enum):
     CONSTANT = "constant"
     PARAMETER = "parameter"
     CONDITION = "condition"
+    FUNCTION = "function"
     ROS_TYPE = "ROS type"
     ROS_PACKAGE = "ROS package"
     ROS_CONSTANT = "ROS constant"
@@ -134,6 +136,7 @@ _Named: TypeAlias = (
     | EnumNode
     | InterfaceNode
     | ValueNode
+    | FunctionNode
 )
 Declaration: TypeAlias = _Named | EnumRuleNode
 
@@ -235,5 +238,7 @@ def _kind_and_detail(node: _Named) -> tuple[SymbolKind, str]:
             return SymbolKind.PARAMETER, f"parameter of the node: {type_.span.text}"
         case ConditionNode(value=value):
             return SymbolKind.CONDITION, f"condition = {value.span.text}"
+        case FunctionNode():
+            return SymbolKind.FUNCTION, " ".join(node.span.text.split())
         case InterfaceNode(package=package, type=ros_type):
             return SymbolKind.INTERFACE, f"interface: {package.text}/{ros_type.text}"

@@ -8,7 +8,7 @@ from robosc.model.compatibility import describe
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.evaluation import part_of_value
-from robosc.model.expr import Expr, Literal, VariableRef
+from robosc.model.expr import ElementRef, Expr, Literal
 from robosc.model.traversal import part_of, path_text
 from robosc.model.types import ArrayType, IntegerType, ObjectType, Type
 from robosc.runtime.values import Undefined
@@ -81,7 +81,15 @@ class Parts:
             None if type_ is None else part_of(whole, path_of(node), _unbounded(type_), node.span)
         )
 
-    def of_named(self, access: Access, whole: VariableRef | Literal, members: int) -> Expr | None:
+    def of_argument(self, access: Access, whole: Expr) -> Expr | None:
+        """An argument of a function, or a part of it; None after a reported error."""
+        if isinstance(whole, ElementRef):
+            type_ = self.type_of(access, whole.type)
+            path = (*whole.path, *path_of(access))
+            return None if type_ is None else replace(whole, path=path, type=type_)
+        return self.of_named(access, whole, 0)
+
+    def of_named(self, access: Access, whole: Expr, members: int) -> Expr | None:
         """A part of a variable or a constant; None after a reported error.
 
         The first ``members`` names of the access's path belong to the name of the whole.

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from robosc.language.operators import BINARY
 from robosc.model.compatibility import describe
+from robosc.model.expected import ExpectedType
 from robosc.model.expr import Expr, StateRef
-from robosc.syntax.nodes import BinaryNode, ExprNode
+from robosc.model.incoming import RULE
+from robosc.model.types import DoubleType, DurationType, IntegerType, Type
+from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode
 
 
-def of_three(node: ExprNode, place: str) -> str | None:
+def _of_three(node: ExprNode, place: str) -> str | None:
     """The hint for ``a < x < b``, if a node is a comparison that is compared; else None."""
     orders = {f"'{o.spelling}'": o.spelling for o in BINARY.values() if o.is_comparison}
     if place not in orders or not isinstance(node, BinaryNode):
@@ -34,3 +37,15 @@ def _in_words(meaning: Expr) -> str:
     if isinstance(meaning, StateRef):
         return "a state (a boolean)"
     return describe(meaning.type)
+
+
+def hint_for(node: ExprNode, given: Type, expected: ExpectedType, place: str) -> str | None:
+    """The remedy for an expression whose type does not fit its place; None if there is no usual."""
+    if isinstance(expected.type, DurationType):
+        return "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
+    if isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
+        return "a double is never converted to an integer implicitly"
+    if (comparison := _of_three(node, place)) is not None:
+        return comparison
+    literal = place == RULE and isinstance(node, LiteralNode)
+    return f"write: value = {node.span.text}" if literal else None

@@ -15,7 +15,7 @@ from robosc.model.traversal import walk_all
 from robosc.model.type_declarations import TypeDeclarations
 from robosc.model.types import EnumType
 from robosc.model.value_scope import ValueScope
-from robosc.syntax.nodes import ConditionNode, ConstantNode, ParameterNode
+from robosc.syntax.nodes import ConditionNode, ConstantNode, FunctionNode, ParameterNode
 
 
 def check_unused(
@@ -50,7 +50,11 @@ def _check_values(
 ) -> None:
     """Report unused constants, parameters and named conditions."""
     own = [i.types.values for i in component_table.instances.values() if i.imported is None]
-    nodes = {node.name.span.start: node for found in (values, *own) for node in found.nodes}
+    nodes = {
+        node.name.span.start: node
+        for found in (values, *own)
+        for node in (*found.nodes, *found.functions.values())
+    }
     for node in nodes.values():
         if not scope.names.is_used(node):
             report.add(
@@ -61,7 +65,12 @@ def _check_values(
             )
 
 
-_WORDS = {ConstantNode: "constant", ParameterNode: "parameter", ConditionNode: "condition"}
+_WORDS = {
+    ConstantNode: "constant",
+    ParameterNode: "parameter",
+    ConditionNode: "condition",
+    FunctionNode: "function",
+}
 
 
 def _check_variables(

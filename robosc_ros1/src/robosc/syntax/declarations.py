@@ -28,7 +28,7 @@ from robosc.syntax.elements import (
     terminal,
 )
 from robosc.syntax.expressions import Expression
-from robosc.syntax.leaves import make_name, make_node
+from robosc.syntax.leaves import make_name, make_node, make_tuple
 from robosc.syntax.nodes import (
     ActionNode,
     ArrayNode,
@@ -39,6 +39,7 @@ from robosc.syntax.nodes import (
     DataObjectNode,
     EnumNode,
     EnumRuleNode,
+    FunctionNode,
     InterfaceNode,
     MessageNode,
     ObjectNode,
@@ -185,7 +186,7 @@ def _links_missing(node: Any) -> tuple[str, ...]:
 
 
 def value_rules() -> dict[str, Rule]:
-    """The rules of constants, parameters and named conditions."""
+    """The rules of constants, parameters, named conditions and functions."""
 
     def typed(what: str, value: ParserElement) -> ParserElement:
         return (
@@ -201,7 +202,24 @@ def value_rules() -> dict[str, Rule]:
         - symbol("=", "'=' after the name of the condition")
         - Expression("a condition after '='")
     )
+    argument = built(
+        t.name("a name for an argument")
+        - symbol(":", "':' after the name of the argument")
+        - t.type_("a type after ':'"),
+        make_node(PropertyNode),
+    )
+    function = (
+        t.name("a name for the function")
+        - symbol("(", "'(' after the name of the function")
+        - built(listed(argument), make_tuple)
+        - symbol(")", "',' or ')'")
+        - symbol(":", "':' and the type of the result")
+        - t.type_("a type after ':'")
+        - symbol("=", "'=' and an expression")
+        - Expression("an expression after '='")
+    )
     return {
+        "function": Rule(function, make_node(FunctionNode)),
         "constant": Rule(typed("constant", data_part()), make_node(ConstantNode)),
         "parameter": Rule(
             typed("parameter", Expression("a value after '='")), make_node(ParameterNode)

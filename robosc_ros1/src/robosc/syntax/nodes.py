@@ -336,6 +336,16 @@ class ConditionNode(_Node):
     value: ExprNode
 
 
+@dataclass(frozen=True, slots=True)
+class FunctionNode(_Node):
+    """``function name(argument: type, …): type = value``."""
+
+    name: Name
+    parameters: tuple[PropertyNode, ...]
+    type: TypeNode
+    value: ExprNode
+
+
 ValueNode: TypeAlias = ConstantNode | ParameterNode | ConditionNode
 
 # --- behaviour -----------------------------------------------------------------------------------
@@ -422,7 +432,13 @@ class ComponentNode(_Node):
 
     name: Name
     items: tuple[
-        CommunicationNode | BehaviourNode | ValueNode | RequirementNode | ProvideNode | PreferNode,
+        CommunicationNode
+        | BehaviourNode
+        | ValueNode
+        | FunctionNode
+        | RequirementNode
+        | ProvideNode
+        | PreferNode,
         ...,
     ]
     indexes: RangeNode | None = None
@@ -538,6 +554,7 @@ DeclarationNode: TypeAlias = (
     | StatementNode
     | ConstantNode
     | ParameterNode
+    | FunctionNode
     | ObjectNode
     | EnumNode
     | InterfaceNode

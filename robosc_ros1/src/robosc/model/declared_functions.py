@@ -1,0 +1,153 @@
+"""Functions that a model declares: a call is the body, typed with the arguments in it.
+
+So later stages have no calls of them. The body is checked once where it is declared; in a call it
+is typed anew, because whether a part of it can be undefined depends on the arguments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence, Set
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any
+
+from robosc.model.by_identity import ByIdentity
+from robosc.model.compatibility import coerce
+from robosc.model.datatypes import TypeTable
+from robosc.model.diagnostics import Muted, Report
+from robosc.model.expected import expected_type
+from robosc.model.expr import ElementRef, Expr, PhaseRef, StateRef, VariableRef
+from robosc.model.expressions import Typer
+from robosc.model.incoming import no_value
+from robosc.model.traversal import walk
+from robosc.model.types import Type
+from robosc.syntax.nodes import Access, AggregateNode, ExprNode, FunctionNode
+
+_MOST_TERMS = 5_000
+"""More terms in one call, with those of the functions that it calls, are an error."""
+_DEEPEST = 50
+"""Functions that call functions more levels deep are an error."""
+_ONLY = "a function reads its arguments, constants and parameters only"
+
+
+@dataclass
+class FunctionTyper:
+    """Types the functions of a file or a component; see :class:`ValueScope`."""
+
+    types: TypeTable
+    report: Report
+    _sound: dict[int, bool] = field(default_factory=dict)
+    _open: list[FunctionNode] = field(default_factory=list)
+    _level: int = 0
+    _sizes: ByIdentity[int] = field(default_factory=ByIdentity)
+
+    def arguments(self, node: FunctionNode) -> tuple[Type, ...] | None:
+        """The types of the arguments; None if the declaration has an error."""
+        if not self.is_sound(node):
+            return None
+        found = [self.types.of_value(parameter.type) for parameter in node.parameters]
+        return tuple(type_ for type_ in found if type_ is not None)
+
+    def is_sound(self, node: FunctionNode) -> bool:
+        """Whether the declaration is free of errors, which are reported on the first call."""
+        if id(node) in self._sound:
+            return self._sound[id(node)]
+        if node in self._open:
+            self.report.add(
+                "initial-not-constant", node.name.span, f"function '{node.name.text}' calls itself"
+            )
+            return False
+        self._open.append(node)
+        self._sound[id(node)] = self._check(node)
+        self._open.remove(node)
+        return self._sound[id(node)]
+
+    def _check(self, node: FunctionNode) -> bool:
+        names = [parameter.name for parameter in node.parameters]
+        for number, name in enumerate(names):
+            if any(name.text == other.text for other in names[:number]):
+                message = f"another argument is already called '{name.text}'"
+                hint = "give one of them another name"
+                self.report.add("duplicate-name", name.span, message, hint)
+                return False
+        types = [self.types.of_value(parameter.type) for parameter in node.parameters]
+        known = [type_ for type_ in types if type_ is not None]
+        if len(known) < len(types):
+            return False
+        given = [
+            ElementRef(name.text, (), type_, name.span)
+            for name, type_ in zip(names, known, strict=True)
+        ]
+        found = self._typed(node, given, self.report)
+        if found is None:
+            return False
+        for part in walk(found):
+            if isinstance(part, VariableRef | StateRef | PhaseRef):
+                span = part.span or node.name.span
+                message = f"{_ONLY}, and this depends on the state"
+                self.report.add("unknown-name", span, message, "make it an argument")
+                return False
+        return True
+
+    def call(self, node: FunctionNode, arguments: Sequence[Expr]) -> Expr | None:
+        """The value of a sound function for these arguments; None where it has none."""
+        outside = {p.variable for a in arguments for p in walk(a) if isinstance(p, ElementRef)}
+        return self._typed(replace(node, value=_apart(node.value, outside)), arguments, Muted())
+
+    def _typed(self, node: FunctionNode, arguments: Sequence[Expr], report: Report) -> Expr | None:
+        result = self.types.of_value(node.type)
+        if result is None:
+            return None
+        if self._level >= _DEEPEST:
+            message = f"functions call functions more than {_DEEPEST} levels deep"
+            self.report.add("too-deep", node.name.span, message)
+            return None
+        given = dict(zip((p.name.text for p in node.parameters), arguments, strict=True))
+        types = self.types.reporting_to(report)
+        typer = Typer(report, types, None, no_value(_ONLY), given)
+        self._level += 1
+        found = typer.check(node.value, expected_type(result), f"function '{node.name.text}'")
+        self._level -= 1
+        if found is None or self._sizes.of(found, self._size) <= _MOST_TERMS:
+            return None if found is None else coerce(found, result)
+        message = f"'{node.name.text}' has more than {_MOST_TERMS:,} terms with what it calls"
+        self.report.add("too-deep", node.name.span, message, "keep a part in a variable")
+        return None
+
+    def _size(self, expr: Expr) -> int:
+        operands: tuple[Expr, ...] = getattr(expr, "operands", ())
+        return 1 + sum(self._sizes.of(operand, self._size) for operand in operands)
+
+
+def _apart(body: ExprNode, outside: Set[str]) -> ExprNode:
+    """The body with other names for its aggregates' variables that have one of those outside."""
+    inside = {node.variable.text for node in _aggregates(body)} if outside else set()
+    names = {name: f"{name}_" for name in inside & outside}
+    while clashes := {name for name, other in names.items() if other in inside | outside}:
+        names |= {name: f"{names[name]}_" for name in clashes}
+    found: ExprNode = _renamed(body, names) if names else body
+    return found
+
+
+def _aggregates(node: Any) -> Iterator[AggregateNode]:
+    if isinstance(node, AggregateNode):
+        yield node
+    for part in node if isinstance(node, tuple) else _parts(node).values():
+        yield from _aggregates(part)
+
+
+def _renamed(node: Any, names: dict[str, str]) -> Any:
+    if isinstance(node, tuple):
+        return tuple(_renamed(part, names) for part in node)
+    changes = {name: _renamed(part, names) for name, part in _parts(node).items()}
+    named = {Access: "root", AggregateNode: "variable"}.get(type(node))
+    if named is not None:
+        name = getattr(node, named)
+        changes[named] = replace(name, text=names.get(name.text, name.text))
+    return replace(node, **changes) if changes else node
+
+
+def _parts(node: Any) -> dict[str, Any]:
+    """The fields of a node that may contain nodes; none of anything else."""
+    if not is_dataclass(node):
+        return {}
+    return {f.name: getattr(node, f.name) for f in fields(node) if f.compare}
