@@ -133,7 +133,7 @@ def test_a_name_may_begin_with_a_keyword() -> None:
     text = "component A { behaviour { variable valuex: doubles = orange on request to onward } }"
     assert declarations(text) == [
         "Component(A, [Behaviour([Variable(valuex, doubles, orange),"
-        " ResultTransition(request, onward, -, [], -)])])"
+        " ResultTransition([request], [onward], -, [], -)])])"
     ]
 
 

@@ -107,14 +107,21 @@ def test_parts_of_a_component(text: str, tree: str) -> None:
         ("transition", "Tau(-, -)"),
         ("transition goto b", "Tau(-, b)"),
         ("transition if a > 3 goto b", "Tau((a > 3), b)"),
-        ("on request to a", "ResultTransition(request, a, -, [], -)"),
-        ("on response from A.b goto c", "ResultTransition(response, A.b, -, [], c)"),
+        ("on request to a", "ResultTransition([request], [a], -, [], -)"),
+        ("on response from A.b goto c", "ResultTransition([response], [A.b], -, [], c)"),
         (
             "on feedback from a if b do c := value, D.e := 1 + c goto f",
-            "ResultTransition(feedback, a, b, [Assignment(c, value), Assignment(D.e, (1 + c))], f)",
+            "ResultTransition([feedback], [a], b, [Assignment(c, value), Assignment(D.e, (1 + c))], f)",
         ),
-        ("on error from a do b := true", "ResultTransition(error, a, -, [Assignment(b, True)], -)"),
-        ("on cancel to a goto b", "ResultTransition(cancel, a, -, [], b)"),
+        (
+            "on error from a do b := true",
+            "ResultTransition([error], [a], -, [Assignment(b, True)], -)",
+        ),
+        (
+            "on response, error from { a, B.c } goto b",
+            "ResultTransition([response, error], [a, B.c], -, [], b)",
+        ),
+        ("on cancel to a goto b", "ResultTransition([cancel], [a], -, [], b)"),
     ],
 )
 def test_parts_of_a_behaviour(text: str, tree: str) -> None:
@@ -124,7 +131,7 @@ def test_parts_of_a_behaviour(text: str, tree: str) -> None:
 
 def test_transitions_belong_to_their_state() -> None:
     text = "component A { behaviour { state s { on error from a goto t transition goto s } } }"
-    state = "State(s, False, False, [ResultTransition(error, a, -, [], t), Tau(-, s)])"
+    state = "State(s, False, False, [ResultTransition([error], [a], -, [], t), Tau(-, s)])"
     assert declarations(text) == [f"Component(A, [Behaviour([{state}])])"]
 
 
@@ -246,8 +253,8 @@ def test_statements_and_types_of_the_second_edition(text: str, tree: str) -> Non
 @pytest.mark.parametrize(
     ("text", "tree"),
     [
-        ("on timeout from a goto b", "ResultTransition(timeout, a, -, [], b)"),
-        ("on response from A[2].a", "ResultTransition(response, A[2].a, -, [], -)"),
+        ("on timeout from a goto b", "ResultTransition([timeout], [a], -, [], b)"),
+        ("on response from A[2].a", "ResultTransition([response], [A[2].a], -, [], -)"),
         ("after 0.5 s goto a", "After(Duration(0.5, s), -, [], a)"),
         ("after A.b if c do d := 1, e := 2 goto f",
          "After(A.b, c, [Assignment(d, 1), Assignment(e, 2)], f)"),

@@ -328,8 +328,8 @@ def test_the_rest_of_the_file_is_in_the_tree() -> None:
     assert tree is not None
     assert [shown(d) for d in tree.declarations] == [
         "Component(A, [Message(outgoing, d, -, none, -), Behaviour([State(s, True, False,"
-        " [ResultTransition(response, a, -, [], t), Tau(-, -),"
-        " ResultTransition(error, c, -, [], s)]), State(t, True, True, []),"
+        " [ResultTransition([response], [a], -, [], t), Tau(-, -),"
+        " ResultTransition([error], [c], -, [], s)]), State(t, True, True, []),"
         " State(u, False, False, [])])])",
         "Object(T, [Property(z, integer)])",
         "Enum(E, double, [EnumRule(-, x)])",

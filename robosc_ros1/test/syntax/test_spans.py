@@ -134,7 +134,7 @@ def test_operators_and_events_have_places_of_their_own() -> None:
     ).declarations
     (transition,) = component.items[0].items  # type: ignore[union-attr]
     assert isinstance(transition, ResultTransitionNode)
-    assert transition.event_span.text == "feedback"
+    assert transition.events[0].span.text == "feedback"
     assert isinstance(transition.assignments[0], AssignmentNode)
 
 

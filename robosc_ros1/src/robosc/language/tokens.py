@@ -270,6 +270,8 @@ def _is_faulty(what: str, found: str) -> bool:
     return what in ("hash", "bad")
 
 
+_EVENT = " | ".join(words_of(Role.EVENT))
+
 LOOKS = {
     word: pattern(f"{word} {rest}")
     for word, rest in {
@@ -288,7 +290,7 @@ LOOKS = {
         "initial": "(?= marked? state )",
         "marked": "(?= state )",
         "state": "(?= NAME '{' )",
-        "on": f"(?= (?: {' | '.join(words_of(Role.EVENT))} ) (?: from | to ) )",
+        "on": f"(?= (?: {_EVENT} ) (?: ',' (?: {_EVENT} ) )* (?: from | to ) )",
         "after": "(?= (?: NUMBER | NAME ) (?: WORD )? (?: if | do | goto ) )",
         "constant": "(?= NAME ':' WORD )",
         "parameter": "(?= NAME ':' WORD )",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.language.attributes import ATTRIBUTES, Value
-from robosc.language.events import FOLDERS, EventKind
+from robosc.language.events import FOLDERS
 from robosc.language.keywords import starts_of
 from robosc.lsp.analysis import Desk
 from robosc.lsp.interfaces import model_type
@@ -17,6 +17,7 @@ from robosc.lsp.offers import (
     block_words,
     ends_operand,
     keywords,
+    listed_events,
 )
 from robosc.lsp.statement_offers import SENT, StatementOffers
 from robosc.model.types import ArrayType, ObjectType, Type
@@ -74,7 +75,7 @@ class _Completer(StatementOffers):
             case "enum":
                 yield from self._enum()
             case "commands":
-                yield from self._communications(SENT)
+                yield from self._communications(listed_events(self._context.block.header) or SENT)
             case "data":
                 yield from self._data()
 
@@ -153,16 +154,14 @@ class _Completer(StatementOffers):
 
     def _on(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
-        if len(words) == 1:
+        if last in ("on", ",") and not {"from", "to"} & {*words}:
             for event in EVENTS:
                 way = "to" if event == "request" else "from"
                 yield Candidate(f"{event} {way}", "keyword")
-        elif len(words) == 2:
+        elif not {"from", "to"} & {*words}:
             yield from keywords(("to",) if last == "request" else ("from", "to"))
-        elif len(words) == 3:
-            yield from self._communications(
-                (EventKind(self._context.word(1)),) if self._context.word(1) in EVENTS else ()
-            )
+        elif last in ("from", "to"):
+            yield from self._communications(listed_events(words))
         else:
             yield from self._clauses(("if", "do", "goto"))
 

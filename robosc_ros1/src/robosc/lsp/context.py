@@ -197,6 +197,8 @@ def _opened(block: OpenBlock, words: list[str]) -> OpenBlock:
             return _statement(header) or OpenBlock("component", name, header)
         case "component":
             return _statement(header) or OpenBlock("behaviour", "", header)
+        case "behaviour" | "state" if first == "on":
+            return OpenBlock("commands", "", header)
         case "behaviour":
             state = words.index("state") if "state" in words else -1
             named = words[state + 1] if 0 <= state < len(words) - 1 else ""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 from robosc.language.events import FOLDERS, EventKind, Kind
 from robosc.language.keywords import Role, starts_of, words_of
@@ -305,11 +306,20 @@ class Offers:
         if words[:1] == ("requirement",) and "needs" in words:
             command = self._communication_of(words[1 : words.index("needs")])
             return None if command is None else command.request
-        if len(words) < 4 or words[0] != "on" or words[1] not in EVENTS:
+        events = listed_events(words)
+        if not events:
             return None
-        end = next((i for i, w in enumerate(words) if w in ("if", "do", "goto")), len(words))
-        info = self._communication_of(words[3:end])
-        return None if info is None else info.brought(EventKind(words[1]))
+        end = next((i for i, w in enumerate(words) if w in ("if", "else", "do", "goto")), len(words))
+        info = self._communication_of(words[2 * len(events) + 1 : end])
+        return None if info is None else info.brought(events[0])
+
+
+def listed_events(words: Sequence[str]) -> tuple[EventKind, ...]:
+    """The events that the words of a transition list between ``on`` and ``from`` or ``to``."""
+    if not words or words[0] != "on":
+        return ()
+    names = takewhile(lambda word: word not in ("from", "to"), words[1:])
+    return tuple(EventKind(name) for name in names if name in EVENTS)
 
 
 def several(contents: FileContents) -> Mapping[str, RangeNode]:

@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosc.errors import Note
-from robosc.language.events import EventKind, Kind
-from robosc.model.behaviour_rules import check_events, check_hiding, check_initial
-from robosc.model.communications import SENT, resolve_communication
+from robosc.language.events import EventKind
+from robosc.model.behaviour_rules import (
+    NamedTransition,
+    check_events,
+    check_hiding,
+    check_initial,
+    check_repeated_events,
+    report_unavailable,
+)
+from robosc.model.communications import resolve_listed
 from robosc.model.compatibility import check_range, coerce, default_value, describe
-from robosc.model.diagnostics import Report, first_of
+from robosc.model.diagnostics import Report
 from robosc.model.durations import DURATION, is_long_enough
 from robosc.model.entities import (
     After,
@@ -54,7 +61,7 @@ class BehaviourResolver:
         self._report = report
         self._taus = 0
         self._afters = 0
-        self._event_spans: dict[int, Span] = {}
+        self._event_spans: dict[tuple[int, EventKind], Span] = {}
         self._is_sound = True
 
     def resolve(self, node: BehaviourNode) -> Behaviour:
@@ -62,8 +69,7 @@ class BehaviourResolver:
         declared = self._instance.variable_nodes.values()
         variables = [v for v in map(self._variable, declared) if v is not None]
         states: list[State] = []
-        nodes: list[ResultTransitionNode] = []
-        results: list[ResultTransition] = []
+        named: list[NamedTransition] = []
         taus: list[Tau] = []
         for item in node.items:
             match item:
@@ -72,16 +78,12 @@ class BehaviourResolver:
                     if self._instance.states.get(item.name.text) is item:
                         states.append(state)
                 case ResultTransitionNode():
-                    nodes.append(item)
-                    result = self._result(item)
-                    if result is not None:
-                        results.append(result)
+                    named += self._results(item)
                 case TauNode():
                     taus.append(self._tau(item))
-        check_events(self._instance, self._report, nodes, results, None)
-        behaviour = Behaviour(
-            tuple(variables), tuple(states), tuple(results), tuple(taus), span=node.span
-        )
+        check_events(self._instance, self._report, named, None)
+        results = tuple(new.transition for new in named)
+        behaviour = Behaviour(tuple(variables), tuple(states), results, tuple(taus), span=node.span)
         self._check_states(node, behaviour)
         return behaviour
 
@@ -155,15 +157,15 @@ class BehaviourResolver:
     def _state(self, node: StateNode) -> State:
         items = node.transitions
         nodes = [item for item in items if isinstance(item, ResultTransitionNode)]
-        results = [found for found in map(self._result, nodes) if found is not None]
+        named = [new for node_ in nodes for new in self._results(node_)]
         taus = [self._tau(item) for item in items if isinstance(item, TauNode)]
         afters = [self._after(item) for item in items if isinstance(item, AfterNode)]
-        check_events(self._instance, self._report, nodes, results, node)
+        check_events(self._instance, self._report, named, node)
         return State(
             node.name.text,
             node.initial,
             node.marked,
-            tuple(results),
+            tuple(new.transition for new in named),
             tuple(taus),
             tuple(after for after in afters if after is not None),
             span=node.name.span,
@@ -193,38 +195,34 @@ class BehaviourResolver:
         )
         return After(self._afters, delay, happening, span=node.span)
 
-    def _result(self, node: ResultTransitionNode) -> ResultTransition | None:
-        self._event_spans[node.span.start] = node.event_span
-        info = resolve_communication(
-            node.communication, self._symbols, self._instance.types.scope, self._report
-        )
-        event = EventKind(node.event)
-        available = info is not None and event in info.events
-        incoming = (
-            _incoming(event, info)
-            if info is not None and available
-            else Incoming(None, known=False)
-        )
-        guard = self._guard(node.guard, incoming)
-        assignments = self._assignments(node.assignments, incoming)
+    def _results(self, node: ResultTransitionNode) -> list[NamedTransition]:
+        """One transition for each event of each communication that has it."""
+        scope = self._instance.types.scope
+        listed, whole = resolve_listed(node.communications, self._symbols, scope, self._report)
+        self._is_sound &= whole
         goto = self._goto(node.goto)
-        if info is None:
-            self._is_sound = False
-            return None
-        if not available:
-            events = first_of(e.value for e in info.events)
-            article = "a" if info.kind is Kind.SERVICE else "an"
-            self._report.add(
-                "event-not-available",
-                node.event_span,
-                f"{info.kind.value} '{info.name}' has no {event.value}",
-                SENT.format(info.name)
-                if info.kind is Kind.OUTGOING and event is EventKind.REQUEST
-                else f"{article} {info.kind.value} has: {events}",
-            )
-            self._is_sound = False
-            return None
-        return ResultTransition(event, info.key, guard, assignments, goto, span=node.span)
+        found: list[NamedTransition] = []
+        for name in check_repeated_events(node.events, self._report):
+            event = EventKind(name.text)
+            self._event_spans[node.span.start, event] = name.span
+            having = [(access, info) for access, info in listed if event in info.events]
+            for access, info in having:
+                guard, assignments = self._clauses(node, _incoming(event, info))
+                transition = ResultTransition(
+                    event, info.key, guard, assignments, goto, span=node.span
+                )
+                found.append(NamedTransition(transition, name, access, node.guard is not None))
+            if not having:
+                self._clauses(node, Incoming(None, known=False))  # for their own errors
+                self._is_sound = False
+                if listed:
+                    report_unavailable(event, name, [info for _, info in listed], self._report)
+        return found
+
+    def _clauses(
+        self, node: ResultTransitionNode, incoming: Incoming
+    ) -> tuple[Expr | None, tuple[Assignment, ...]]:
+        return self._guard(node.guard, incoming), self._assignments(node.assignments, incoming)
 
     def _typer(self, incoming: Incoming) -> Typer:
         return Typer(self._report, self._instance.types, self._symbols, incoming)

@@ -2,48 +2,95 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from robosc.errors import Note
-from robosc.language.events import EventKind
-from robosc.model.diagnostics import Report
+from robosc.language.events import EventKind, Kind
+from robosc.model.communications import SENT
+from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Behaviour, ResultTransition
 from robosc.model.expr import ValueRef
-from robosc.model.tables import Instance
+from robosc.model.tables import CommunicationInfo, Instance
 from robosc.model.traversal import walk
 from robosc.source import Span
-from robosc.syntax.nodes import ResultTransitionNode, StateNode
+from robosc.syntax.nodes import Access, Name, StateNode
+
+
+@dataclass(frozen=True, slots=True)
+class NamedTransition:
+    """A transition, and the names of its event and communication as they are written.
+
+    ``is_guarded`` holds also for a guard that has errors.
+    """
+
+    transition: ResultTransition
+    event: Name
+    communication: Access
+    is_guarded: bool
 
 
 def check_events(
     instance: Instance,
     report: Report,
-    nodes: Sequence[ResultTransitionNode],
-    results: Sequence[ResultTransition],
+    transitions: Iterable[NamedTransition],
     state: StateNode | None,
 ) -> None:
     """Report transitions for one event of which one has no guard.
 
     ``state`` is that of the transitions, None for those that apply in every state.
     """
-    node_at = {n.span.start: n for n in nodes}
-    seen: dict[tuple[EventKind, str], list[ResultTransitionNode]] = {}
-    for result in results:
-        node = node_at[result.span.start]
+    seen: dict[tuple[EventKind, str], list[NamedTransition]] = {}
+    for new in transitions:
+        result = new.transition
         earlier = seen.setdefault((result.event, result.communication), [])
-        clash = next((e for e in earlier if e.guard is None or node.guard is None), None)
+        clash = next((e for e in earlier if not (e.is_guarded and new.is_guarded)), None)
         cut_short = instance.types.scope.is_cut_short
-        if clash is not None and not (cut_short(node.span) or cut_short(clash.span)):
+        if clash is not None and not (cut_short(result.span) or cut_short(clash.transition.span)):
             where = f"in state '{state.name.text}'" if state else "for every state"
             report.add(
                 "duplicate-transition",
-                node.event_span,
-                f"there is already a transition for '{node.event}' of"
-                f" '{node.communication.span.text}' {where}",
+                new.event.span,
+                f"there is already a transition for '{new.event.text}' of"
+                f" '{new.communication.span.text}' {where}",
                 "join them, or give each an 'if' that excludes the other",
-                [Note("the first one is here", clash.event_span)],
+                [Note("the first one is here", clash.event.span)],
             )
-        earlier.append(node)
+        earlier.append(new)
+
+
+def check_repeated_events(names: Iterable[Name], report: Report) -> list[Name]:
+    """Report events that are listed twice in one transition; each event once."""
+    first: dict[str, Name] = {}
+    for name in names:
+        if first.setdefault(name.text, name) is not name:
+            report.add(
+                "duplicate-transition",
+                name.span,
+                f"'{name.text}' appears twice in this list",
+                "remove one of them",
+                [Note("the first one is here", first[name.text].span)],
+            )
+    return list(first.values())
+
+
+def report_unavailable(
+    event: EventKind, name: Name, infos: Sequence[CommunicationInfo], report: Report
+) -> None:
+    """Report an event that none of the communications of a transition has."""
+    kinds = list(dict.fromkeys(info.kind for info in infos))
+    only = infos[0] if len(infos) == 1 else None
+    if event is EventKind.REQUEST and only is not None and only.kind is Kind.OUTGOING:
+        hint = SENT.format(only.name)
+    else:
+        has = (
+            f"{'a' if kind is Kind.SERVICE else 'an'} {kind.value} has: "
+            + first_of(e.value for e in next(i for i in infos if i.kind is kind).events)
+            for kind in kinds
+        )
+        hint = "; ".join(has)
+    who = f"{only.kind.value} '{only.name}' has no" if only else "none of these communications has"
+    report.add("event-not-available", name.span, f"{who} {event.value}", hint)
 
 
 def check_initial(instance: Instance, report: Report, initial: Sequence[StateNode]) -> None:
@@ -70,10 +117,12 @@ def check_initial(instance: Instance, report: Report, initial: Sequence[StateNod
         )
 
 
-def check_hiding(behaviour: Behaviour, event_spans: Mapping[int, Span], report: Report) -> None:
+def check_hiding(
+    behaviour: Behaviour, event_spans: Mapping[tuple[int, EventKind], Span], report: Report
+) -> None:
     """Report transitions of a state that hide one of the behaviour for the same event.
 
-    ``event_spans`` maps the offset of a transition to the span of its event.
+    ``event_spans`` maps the offset of a transition and its event to the span of the event's name.
     """
     common: dict[tuple[EventKind, str], list[ResultTransition]] = {}
     for transition in behaviour.transitions:
@@ -89,12 +138,16 @@ def check_hiding(behaviour: Behaviour, event_spans: Mapping[int, Span], report: 
             name = transition.communication.rpartition(".")[2]
             report.add(
                 "hidden-transition",
-                event_spans[transition.span.start],
+                event_spans[transition.span.start, transition.event],
                 f"in state '{state.name}' this hides the transition for"
                 f" '{transition.event.value}'"
                 f" of '{name}' that applies in every state",
                 None,
-                [Note("the hidden one is here", event_spans[hidden[0].span.start])],
+                [
+                    Note(
+                        "the hidden one is here", event_spans[hidden[0].span.start, hidden[0].event]
+                    )
+                ],
             )
 
 

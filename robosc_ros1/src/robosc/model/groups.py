@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from robosc.errors import Note
 from robosc.language.events import Kind
-from robosc.model.communications import SENT, resolve_communication
+from robosc.model.communications import SENT, report_repeated, resolve_communication
 from robosc.model.diagnostics import Report
 from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
@@ -78,13 +77,7 @@ class GroupResolver:
         if (first := found.get(info.key)) is None:
             found[info.key] = access.span
             return True
-        self._report.add(
-            "repeated-communication",
-            access.span,
-            f"'{access.span.text}' appears twice in this statement",
-            None,
-            [Note("the first one is here", first)],
-        )
+        report_repeated(access, first, self._report)
         return True
 
     def command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:

@@ -13,7 +13,7 @@ from robosc.syntax import terminals as t
 from robosc.syntax.blocks import Block, Child, Rule, items_of
 from robosc.syntax.elements import built, choice, keyword, listed, maybe, symbol, terminal
 from robosc.syntax.expressions import ACCESS, Expression
-from robosc.syntax.leaves import make_access, make_node, make_tuple
+from robosc.syntax.leaves import make_access, make_name, make_node, make_tuple
 from robosc.syntax.nodes import (
     AfterNode,
     AssignmentNode,
@@ -42,9 +42,9 @@ def _transitions() -> dict[str, Rule]:
     events = words_of(Role.EVENT)
     expected = listing((f"'{word}'" for word in events), "or") + " after 'on'"
     result = (
-        terminal(" | ".join(events), expected, _build_event)
+        built(listed(terminal(" | ".join(events), expected, make_name)), make_tuple)
         - terminal("from | to", "'from' or 'to' after the kind of event")
-        - t.communication("the name of a communication")
+        - t.named_communications("the name of a communication")
         - maybe(condition_part())
         - assignments
         - goto
@@ -52,7 +52,7 @@ def _transitions() -> dict[str, Rule]:
     after = t.duration("a duration after 'after'") - maybe(condition_part()) - assignments - goto
     tau = maybe(condition_part()) + goto
     return {
-        "on": Rule(result, _build_result, tail=_clauses_missing),
+        "on": Rule(result, make_node(ResultTransitionNode), tail=_clauses_missing),
         "transition": Rule(tau, make_node(TauNode), tail=_clauses_missing),
         "after": Rule(after, make_node(AfterNode), tail=_clauses_missing),
     }
@@ -67,18 +67,6 @@ def _clauses_missing(node: Any) -> tuple[str, ...]:
         return ("','", "'goto'")
     clauses = ("'do'", "'goto'") if assigns else ("'goto'",)
     return clauses if node.guard else ("'if'", *clauses)
-
-
-def _build_event(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
-    return reading.text(start), reading.span(start, end)
-
-
-def _build_result(reading: Reading, start: int, end: int, parts: list[Any]) -> ResultTransitionNode:
-    (event, event_span), communication, guard, assignments, goto = parts
-    span = reading.span(start, end)
-    return ResultTransitionNode(
-        event, event_span, communication, guard, assignments, goto, span=span
-    )
 
 
 def _state(block: Block, first: str) -> Rule:

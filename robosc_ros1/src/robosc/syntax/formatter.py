@@ -40,6 +40,7 @@ from robosc.syntax.nodes import (
     InterfaceNode,
     MemberNode,
     MessageNode,
+    Name,
     ObjectNode,
     ParameterNode,
     PreferNode,
@@ -86,7 +87,7 @@ _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     BehaviourNode: ("behaviour {items}",),
     VariableNode: ("variable {name}: {type}", "? | = {initial}"),
     StateNode: ("?{initial} ", "?{marked} ", "state {name} {transitions}"),
-    ResultTransitionNode: ("on {event} from {communication}", *_CLAUSES),
+    ResultTransitionNode: ("on {events} from {communications}", *_CLAUSES),
     AfterNode: ("after {duration}", *_CLAUSES),
     TauNode: ("transition", "? | if {guard}", "? | goto {goto}"),
     AssignmentNode: ("{target} := {value}",),
@@ -134,6 +135,7 @@ class Formatter:
             **dict.fromkeys(("arguments", "values", "elements", "parameters"), self._listed),
             **dict.fromkeys(("index", "first", "last"), self._tight),
             "assignments": self._assignments,
+            "events": self._events,
         }
 
     def file(self, node: FileNode) -> Doc:
@@ -210,6 +212,13 @@ class Formatter:
             docs += [self.words.take(), _LINE] if docs else []
             docs += self._filled(node, _LAYOUTS[AssignmentNode])
         return self.words.group(begin, [Indent(docs)])
+
+    def _events(self, nodes: Sequence[Name]) -> Doc:
+        docs: list[Doc] = []
+        for _ in nodes:
+            docs += [self.words.take(), " "] if docs else []
+            docs.append(self.words.take())
+        return docs
 
     def _names(self, nodes: Group) -> Doc:
         """One communication, perhaps in parentheses, or several in braces, and what is left out."""

@@ -370,11 +370,13 @@ class AssignmentNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class ResultTransitionNode(_Node):
-    """``on EVENT from|to COMMUNICATION if … do … goto …``; the name may be qualified."""
+    """``on EVENT, … from|to COMMUNICATION if … do … goto …``; names may be qualified.
 
-    event: Literal["request", "response", "feedback", "error", "cancel", "timeout"]
-    event_span: Span = field(compare=False, repr=False)
-    communication: Access
+    It stands for one transition of each event of each communication that has it.
+    """
+
+    events: tuple[Name, ...]
+    communications: tuple[Access, ...]
     guard: ExprNode | None
     assignments: tuple[AssignmentNode, ...]
     goto: Name | None

@@ -112,18 +112,19 @@ def braced_communications() -> ParserElement:
 
 def communications(expected: str) -> ParserElement:
     """One communication, or several in braces, and what is left out; leaves a tuple."""
-    return built(_items(expected) - maybe_except(), make_group)
+    return built(named_communications(expected) - maybe_except(), make_group)
 
 
 def maybe_except() -> ParserElement:
     """``except a``, which may itself end with ``except b``; leaves an ExceptNode or None."""
     more = Forward()
-    items = _items("the name of a communication after 'except'")
+    items = named_communications("the name of a communication after 'except'")
     more <<= maybe(built(keyword("except") - items - more, _build_except))
     return more
 
 
-def _items(expected: str) -> ParserElement:
+def named_communications(expected: str) -> ParserElement:
+    """One communication, or several in braces; leaves a tuple."""
     one = built(communication("the name of a communication"), make_tuple)
     return either([_braced(), one], expected)
 
