@@ -45,8 +45,8 @@ _MODEL_ERRORS = (
     "enum-sent", "missing-links", "ros-name",
     # behaviour
     "several-behaviours", "no-initial-state", "several-initial-states", "no-marked-reachable",
-    "event-not-available", "duplicate-transition", "foreign-assignment", "not-assignable",
-    "duplicate-assignment",
+    "event-not-available", "duplicate-transition", "misplaced-else", "foreign-assignment",
+    "not-assignable", "duplicate-assignment",
     # requirements and data
     "not-over-components", "requirement-on-outgoing", "preference-on-outgoing", "preference-cycle",
     "provide-for-outgoing", "nothing-to-provide", "data-not-given", "stop-not-a-message",

@@ -180,7 +180,8 @@ _MEANINGS = {
     "array": "Several values of one type, in the properties of objects.",
     "and": "True if both sides are.",
     "or": "True if one of the sides is, or both.",
-    "else": "`E else F` is F where E is undefined or not a number.",
+    "else": "`E else F` is F where E is undefined or not a number; as the last guard of an event:"
+    " none of those before it holds.",
     "true": "The boolean value that holds.",
     "false": "The boolean value that does not hold.",
     "value": "What was received with the event; in an enum, what it converts.",

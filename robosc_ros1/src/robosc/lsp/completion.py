@@ -163,7 +163,9 @@ class _Completer(StatementOffers):
         elif last in ("from", "to"):
             yield from self._communications(listed_events(words))
         else:
-            yield from self._clauses(("if", "do", "goto"))
+            guard = "else" if "else" in words else "if"
+            yield from keywords(("else",) if words[-2] in ("from", "to") else ())
+            yield from self._clauses((guard, "do", "goto"))
 
     def _clauses(self, clauses: tuple[str, ...]) -> Iterator[Candidate]:
         """The parts of a transition behind what it reacts to."""

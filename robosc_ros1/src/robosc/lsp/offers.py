@@ -309,7 +309,9 @@ class Offers:
         events = listed_events(words)
         if not events:
             return None
-        end = next((i for i, w in enumerate(words) if w in ("if", "else", "do", "goto")), len(words))
+        end = next(
+            (i for i, w in enumerate(words) if w in ("if", "else", "do", "goto")), len(words)
+        )
         info = self._communication_of(words[2 * len(events) + 1 : end])
         return None if info is None else info.brought(events[0])
 

@@ -13,6 +13,7 @@ from robosc.model.behaviour_rules import (
     check_initial,
     check_repeated_events,
     report_unavailable,
+    with_else,
 )
 from robosc.model.communications import resolve_listed
 from robosc.model.compatibility import check_range, coerce, default_value, describe
@@ -43,6 +44,7 @@ from robosc.syntax.nodes import (
     AfterNode,
     AssignmentNode,
     BehaviourNode,
+    ElseNode,
     ExprNode,
     Name,
     ResultTransitionNode,
@@ -82,8 +84,9 @@ class BehaviourResolver:
                 case TauNode():
                     taus.append(self._tau(item))
         check_events(self._instance, self._report, named, None)
-        results = tuple(new.transition for new in named)
-        behaviour = Behaviour(tuple(variables), tuple(states), results, tuple(taus), span=node.span)
+        behaviour = Behaviour(
+            tuple(variables), tuple(states), with_else(named), tuple(taus), span=node.span
+        )
         self._check_states(node, behaviour)
         return behaviour
 
@@ -165,7 +168,7 @@ class BehaviourResolver:
             node.name.text,
             node.initial,
             node.marked,
-            tuple(new.transition for new in named),
+            with_else(named),
             tuple(taus),
             tuple(after for after in afters if after is not None),
             span=node.name.span,
@@ -211,7 +214,7 @@ class BehaviourResolver:
                 transition = ResultTransition(
                     event, info.key, guard, assignments, goto, span=node.span
                 )
-                found.append(NamedTransition(transition, name, access, node.guard is not None))
+                found.append(NamedTransition(transition, name, access, node.guard))
             if not having:
                 self._clauses(node, Incoming(None, known=False))  # for their own errors
                 self._is_sound = False
@@ -227,8 +230,8 @@ class BehaviourResolver:
     def _typer(self, incoming: Incoming) -> Typer:
         return Typer(self._report, self._instance.types, self._symbols, incoming)
 
-    def _guard(self, node: ExprNode | None, incoming: Incoming) -> Expr | None:
-        if node is None:
+    def _guard(self, node: ExprNode | ElseNode | None, incoming: Incoming) -> Expr | None:
+        if node is None or isinstance(node, ElseNode):
             return None
         guard = self._typer(incoming).check(node, BOOLEAN, "a guard")
         if guard is None:

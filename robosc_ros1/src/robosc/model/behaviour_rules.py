@@ -3,31 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from robosc.errors import Note
 from robosc.language.events import EventKind, Kind
 from robosc.model.communications import SENT
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Behaviour, ResultTransition
-from robosc.model.expr import ValueRef
+from robosc.model.expr import Expr, ValueRef
+from robosc.model.presence import known_condition, none_of
 from robosc.model.tables import CommunicationInfo, Instance
 from robosc.model.traversal import walk
 from robosc.source import Span
-from robosc.syntax.nodes import Access, Name, StateNode
+from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode
 
 
 @dataclass(frozen=True, slots=True)
 class NamedTransition:
-    """A transition, and the names of its event and communication as they are written.
-
-    ``is_guarded`` holds also for a guard that has errors.
-    """
+    """A transition, and the names of its event and communication, and its guard, as written."""
 
     transition: ResultTransition
     event: Name
     communication: Access
-    is_guarded: bool
+    guard: ExprNode | ElseNode | None
+
+    @property
+    def key(self) -> tuple[EventKind, str]:
+        """The event and the key of the communication."""
+        return self.transition.event, self.transition.communication
 
 
 def check_events(
@@ -36,18 +39,20 @@ def check_events(
     transitions: Iterable[NamedTransition],
     state: StateNode | None,
 ) -> None:
-    """Report transitions for one event of which one has no guard.
+    """Report transitions for one event of which one has no guard, and each ``else`` out of place.
 
     ``state`` is that of the transitions, None for those that apply in every state.
     """
     seen: dict[tuple[EventKind, str], list[NamedTransition]] = {}
     for new in transitions:
         result = new.transition
-        earlier = seen.setdefault((result.event, result.communication), [])
-        clash = next((e for e in earlier if not (e.is_guarded and new.is_guarded)), None)
+        earlier = seen.setdefault(new.key, [])
+        clash = next((e for e in earlier if e.guard is None or new.guard is None), None)
         cut_short = instance.types.scope.is_cut_short
-        if clash is not None and not (cut_short(result.span) or cut_short(clash.transition.span)):
-            where = f"in state '{state.name.text}'" if state else "for every state"
+        where = f"in state '{state.name.text}'" if state else "for every state"
+        if isinstance((earlier[-1] if earlier else new).guard, ElseNode):
+            _report_else(report, new, earlier, where)
+        elif clash is not None and not (cut_short(result.span) or cut_short(clash.transition.span)):
             report.add(
                 "duplicate-transition",
                 new.event.span,
@@ -91,6 +96,48 @@ def report_unavailable(
         hint = "; ".join(has)
     who = f"{only.kind.value} '{only.name}' has no" if only else "none of these communications has"
     report.add("event-not-available", name.span, f"{who} {event.value}", hint)
+
+
+def _report_else(
+    report: Report, new: NamedTransition, earlier: Sequence[NamedTransition], where: str
+) -> None:
+    what = f"for '{new.event.text}' of '{new.communication.span.text}' {where}"
+    if earlier:
+        message = f"'else' is for the last transition {what}, and this one comes behind it"
+        hint = "put the transition with 'else' behind all others for this event"
+        notes = [Note("the 'else' is here", earlier[-1].transition.span)]
+    else:
+        message = f"'else' needs a transition before it {what}"
+        hint = "leave out 'else', or write the transitions with 'if' before this one"
+        notes = []
+    report.add("misplaced-else", new.event.span, message, hint, notes)
+
+
+def with_else(transitions: Iterable[NamedTransition]) -> tuple[ResultTransition, ...]:
+    """The transitions of one place; the guard of each ``else`` is that none of those before holds.
+
+    Their guards are taken as defined: what cannot be evaluated does not hold in either. What stands
+    behind an ``else`` for the same event, which is an error, is left out.
+    """
+    named = list(transitions)
+    covered = {new.key for new in named if isinstance(new.guard, ElseNode)}
+    complete: set[tuple[EventKind, str]] = set()
+    before: dict[tuple[EventKind, str], list[Expr]] = {}
+    found: list[ResultTransition] = []
+    for new in named:
+        result = new.transition
+        if new.key in complete:
+            continue
+        if isinstance(new.guard, ElseNode):
+            complete.add(new.key)
+            guards = before.get(new.key)
+            result = replace(result, guard=none_of(guards, new.guard.span) if guards else None)
+        elif new.key in covered and result.guard is not None:
+            guard = known_condition(result.guard)
+            before.setdefault(new.key, []).append(guard)
+            result = replace(result, guard=guard)
+        found.append(result)
+    return tuple(found)
 
 
 def check_initial(instance: Instance, report: Report, initial: Sequence[StateNode]) -> None:

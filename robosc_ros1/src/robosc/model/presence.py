@@ -6,8 +6,9 @@ around its comparisons, so that later stages have conditions that are either tru
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import replace
+from functools import reduce
 
 from robosc.language.operators import BINARY
 from robosc.model.by_identity import ByIdentity
@@ -75,6 +76,17 @@ def _decided(expr: Binary, left: Expr, right: Expr, wanted: bool) -> Expr:
         return by_right
     by_left = _truth(left, operation.decider)
     return Binary("or", by_left, by_right, _BOOLEAN, expr.span)
+
+
+def known_condition(expr: Expr) -> Expr:
+    """A condition that is defined and true where the given one is, and false elsewhere."""
+    return _truth(expr, True)
+
+
+def none_of(conditions: Iterable[Expr], span: Span) -> Expr:
+    """The condition that none of the conditions holds, each of which is always defined."""
+    parts: Iterator[Expr] = (Unary("!", condition, _BOOLEAN, span) for condition in conditions)
+    return reduce(lambda left, right: Binary("and", left, right, _BOOLEAN, span), parts)
 
 
 def otherwise(condition: Expr, alternative: Expr, span: Span) -> Expr:

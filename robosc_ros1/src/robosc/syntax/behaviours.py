@@ -17,6 +17,7 @@ from robosc.syntax.leaves import make_access, make_name, make_node, make_tuple
 from robosc.syntax.nodes import (
     AfterNode,
     AssignmentNode,
+    ElseNode,
     ResultTransitionNode,
     StateNode,
     TauNode,
@@ -45,7 +46,7 @@ def _transitions() -> dict[str, Rule]:
         built(listed(terminal(" | ".join(events), expected, make_name)), make_tuple)
         - terminal("from | to", "'from' or 'to' after the kind of event")
         - t.named_communications("the name of a communication")
-        - maybe(condition_part())
+        - maybe(terminal("else", "'else'", make_node(ElseNode)) | condition_part())
         - assignments
         - goto
     )

@@ -27,6 +27,7 @@ from robosc.syntax.nodes import (
     DataObjectNode,
     DurationNode,
     ElementNode,
+    ElseNode,
     EnumNode,
     EnumRuleNode,
     ExceptNode,
@@ -67,7 +68,8 @@ _LINE = Line()
 _TIGHT = Line(flat="")
 
 _INDEXED = ("component {name}", "?[{indexes}]")
-_CLAUSES = ("? | if {guard}", "? | do {assignments}", "? | goto {goto}")
+_EFFECT = ("? | do {assignments}", "? | goto {goto}")
+_CLAUSES = ("? | if {guard}", *_EFFECT)
 _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     FileNode: ("{kind} {name} {declarations}",),
     ComponentNode: (*_INDEXED, " {items}"),
@@ -115,6 +117,7 @@ _REQUIREMENTS = {
     "never": ("requirement never {condition}",),
     "always": ("requirement always {condition}",),
 }
+_ELSE = ("on {events} from {communications}", " | else", *_EFFECT)
 _DEFAULT_RULE = ("default | -> {value}",)
 _OBJECT_CONSTANT = ("constant {name}: {type} = {value}",)
 _PROVIDE, _PROVIDE_IF = ("provide {communication} with {data}",), ("? | if {condition}",)
@@ -176,6 +179,8 @@ class Formatter:
             case RequirementNode(kind=kind):
                 end = (" | to start",) if node.to_start else ()
                 docs = self._filled(node, (*_REQUIREMENTS[kind], *end))
+            case ResultTransitionNode(guard=ElseNode()):
+                docs = self._filled(node, _ELSE)
             case EnumRuleNode(condition=None):
                 docs = self._filled(node, _DEFAULT_RULE)
             case ConstantNode(value=DataObjectNode()):

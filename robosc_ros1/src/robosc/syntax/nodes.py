@@ -369,6 +369,11 @@ class AssignmentNode(_Node):
 
 
 @dataclass(frozen=True, slots=True)
+class ElseNode(_Node):
+    """``else`` in the place of a guard."""
+
+
+@dataclass(frozen=True, slots=True)
 class ResultTransitionNode(_Node):
     """``on EVENT, … from|to COMMUNICATION if … do … goto …``; names may be qualified.
 
@@ -377,7 +382,7 @@ class ResultTransitionNode(_Node):
 
     events: tuple[Name, ...]
     communications: tuple[Access, ...]
-    guard: ExprNode | None
+    guard: ExprNode | ElseNode | None
     assignments: tuple[AssignmentNode, ...]
     goto: Name | None
 
