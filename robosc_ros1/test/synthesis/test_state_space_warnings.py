@@ -88,12 +88,24 @@ def test_provide_statements_that_hold_together() -> None:
     (found,) = told(
         SWITCH
         + MOTOR.replace("incoming message stop", "incoming message halt").replace('"vel"', '"halt"')
-        + "provide move with { x: 1.0 } if Switch.on provide move with { x: 2.0 }"
-        " provide halt with {}"
+        + "provide move with { x: 1.0 } if Switch.on provide move with { x: 2.0 } if !Switch.off"
+        " provide halt with {} provide move with { x: 3.0 }"
     )
     assert found.code == "provide-overlap"
     assert "can hold together: after flip.response" in found.message
-    assert found.span.text == "provide move with { x: 2.0 }"
+    assert found.span.text == "provide move with { x: 2.0 } if !Switch.off"
+
+
+@pytest.mark.parametrize("condition", ["", " if Switch.on"])
+def test_what_stands_behind_provided_data_for_the_rest(condition: str) -> None:
+    (found,) = told(
+        SWITCH
+        + MOTOR.replace('"vel"', '"v"')
+        + "provide stop with {} provide move with { x: 1.0 } if Switch.off"
+        + f" provide move with {{ x: 2.0 }} provide move with {{ x: 3.0 }}{condition}"
+    )
+    assert found.code == "provide-overlap"
+    assert found.span.text == f"provide move with {{ x: 3.0 }}{condition}"
 
 
 def test_provide_statements_that_exclude_each_other() -> None:

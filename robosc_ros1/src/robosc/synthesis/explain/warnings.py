@@ -160,7 +160,10 @@ class _Examiner:
         self, key: str, provides: Sequence[Provide], command: Expr
     ) -> Iterator[Diagnostic]:
         for number, second in enumerate(provides):
-            for first in provides[:number]:
+            before = provides[:number]
+            if second.condition is None:  # it is for the rest
+                before = [p for p in before if p.condition is None]
+            for first in before:
                 both = [self._condition(p) for p in (first, second)]
                 when = self._when(conjunction([command, *both]))
                 if when is not None:
