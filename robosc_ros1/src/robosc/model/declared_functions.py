@@ -18,9 +18,10 @@ from robosc.model.expected import expected_type
 from robosc.model.expr import ElementRef, Expr, PhaseRef, StateRef, VariableRef
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
+from robosc.model.scope import report_duplicate
 from robosc.model.traversal import walk
 from robosc.model.types import Type
-from robosc.syntax.nodes import Access, AggregateNode, ExprNode, FunctionNode
+from robosc.syntax.nodes import Access, AggregateNode, ExprNode, FunctionNode, Name
 
 _MOST_TERMS = 5_000
 """More terms in one call, with those of the functions that it calls, are an error."""
@@ -35,58 +36,53 @@ class FunctionTyper:
 
     types: TypeTable
     report: Report
-    _sound: dict[int, bool] = field(default_factory=dict)
+    _arguments: dict[int, tuple[Type, ...] | None] = field(default_factory=dict)
     _open: list[FunctionNode] = field(default_factory=list)
     _level: int = 0
     _sizes: ByIdentity[int] = field(default_factory=ByIdentity)
 
     def arguments(self, node: FunctionNode) -> tuple[Type, ...] | None:
-        """The types of the arguments; None if the declaration has an error."""
-        if not self.is_sound(node):
-            return None
-        found = [self.types.of_value(parameter.type) for parameter in node.parameters]
-        return tuple(type_ for type_ in found if type_ is not None)
+        """The types of the arguments; None if the declaration has an error.
 
-    def is_sound(self, node: FunctionNode) -> bool:
-        """Whether the declaration is free of errors, which are reported on the first call."""
-        if id(node) in self._sound:
-            return self._sound[id(node)]
+        Its errors are reported when they are asked for the first time.
+        """
+        if id(node) in self._arguments:
+            return self._arguments[id(node)]
         if node in self._open:
             self.report.add(
                 "initial-not-constant", node.name.span, f"function '{node.name.text}' calls itself"
             )
-            return False
+            return None
         self._open.append(node)
-        self._sound[id(node)] = self._check(node)
+        self._arguments[id(node)] = self._checked(node)
         self._open.remove(node)
-        return self._sound[id(node)]
+        return self._arguments[id(node)]
 
-    def _check(self, node: FunctionNode) -> bool:
+    def _checked(self, node: FunctionNode) -> tuple[Type, ...] | None:
         names = [parameter.name for parameter in node.parameters]
-        for number, name in enumerate(names):
-            if any(name.text == other.text for other in names[:number]):
-                message = f"another argument is already called '{name.text}'"
-                hint = "give one of them another name"
-                self.report.add("duplicate-name", name.span, message, hint)
-                return False
+        first: dict[str, Name] = {}
+        for name in names:
+            if first.setdefault(name.text, name) is not name:
+                report_duplicate("argument", name, first[name.text].span, self.report)
+                return None
         types = [self.types.of_value(parameter.type) for parameter in node.parameters]
         known = [type_ for type_ in types if type_ is not None]
         if len(known) < len(types):
-            return False
+            return None
         given = [
             ElementRef(name.text, (), type_, name.span)
             for name, type_ in zip(names, known, strict=True)
         ]
         found = self._typed(node, given, self.report)
         if found is None:
-            return False
+            return None
         for part in walk(found):
             if isinstance(part, VariableRef | StateRef | PhaseRef):
                 span = part.span or node.name.span
                 message = f"{_ONLY}, and this depends on the state"
                 self.report.add("unknown-name", span, message, "make it an argument")
-                return False
-        return True
+                return None
+        return tuple(known)
 
     def call(self, node: FunctionNode, arguments: Sequence[Expr]) -> Expr | None:
         """The value of a sound function for these arguments; None where it has none."""

@@ -20,7 +20,6 @@ class Functions(Protocol):
     """What a scope asks of :class:`robosc.model.declared_functions.FunctionTyper`."""
 
     def arguments(self, node: FunctionNode) -> tuple[Type, ...] | None: ...
-    def is_sound(self, node: FunctionNode) -> bool: ...
     def call(self, node: FunctionNode, arguments: Sequence[Expr]) -> Expr | None: ...
 
 
@@ -79,7 +78,7 @@ class ValueScope:
             self._meaning(node)
         for function in self.functions.values():
             if self.typer is not None:
-                self.typer.is_sound(function)
+                self.typer.arguments(function)
 
     @property
     def declared(self) -> Iterable[str]:

@@ -27,7 +27,7 @@ from robosc.synthesis.bdd.relaxed import Relaxation
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 
 MOST_WORK = 10_000_000
-"""Nodes of the sets that images are taken of, all together, in one system; about a second."""
+"""Nodes of the sets that images are taken of, all together, in one system; some seconds."""
 _SHARE = 4
 """One cone may take this part of the work that is left, so that something is left for others."""
 
