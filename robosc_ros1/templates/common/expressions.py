@@ -46,6 +46,9 @@ class Expressions:
             return self.convert(arguments[0], self.evaluate(arguments[1], message))
         if operator == "each":
             return self.aggregate(arguments, message)
+        if operator == "made":
+            values = [self.evaluate(part, message) for part in arguments[1:]]
+            return dict(zip(arguments[0], values)) if arguments[0] else values
         if operator == "else":
             return self.otherwise(arguments, message)
         if operator in FUNCTIONS:
@@ -77,16 +80,21 @@ class Expressions:
             return False
 
     def aggregate(self, arguments, message):
-        """Return the value of an aggregate; elements for which it is undefined are left out."""
-        kind, name, array, body = arguments[:4]
+        """Return the value of an aggregate; elements for which it is undefined are left out.
+
+        A new array of which an element is undefined is so itself.
+        """
+        kind, (name, position), array, body = arguments[:4]
         results = []
-        for item in self.evaluate(array, message):
-            self.bound[name] = item
+        for place, item in enumerate(self.evaluate(array, message)):
+            self.bound[name], self.bound[position] = item, place
+            if not all(self.comes_true(condition, message) for condition in arguments[4:]):
+                continue
             try:
-                if all(self.evaluate(condition, message) for condition in arguments[4:]):
-                    results.append(self.evaluate(body, message))
+                results.append(self.evaluate(body, message))
             except Undefined:
-                pass
+                if kind == "[":
+                    raise
         return AGGREGATES[kind](results)
 
     def value(self, path, type_, message):

@@ -160,4 +160,6 @@ AGGREGATES = {
     "sum": add_up,
     "min": best_of(FUNCTIONS["min"]),
     "max": best_of(FUNCTIONS["max"]),
+    "first": lambda results: element(results, 0),
+    "[": list,
 }

@@ -189,6 +189,9 @@ OF_STATES = (
     "max(r for r in {0} if !Gate.opened) > 1", "any(r < 1 and lift.idle for r in {0})",
     "sum(r for r in {0} if lift.idle and Gate.closed) < 2", "count(Gate.closed for r in {0}) = 0",
     "any(r < 1 and !Gate.lifting and !Gate.opened for r in {0})",
+    "first(r for i, r in {0} if r < i or Gate.opened) > 1", "first(Gate.closed and r < 1 for r in {0})",
+    "length([r for r in {0} if lift.idle and r > 1]) = 1", "any(r < i and Gate.closed for i, r in {0})",
+    "any(lift.busy or {0}[i] < r for i, r in [r + 1 for r in {0}])",
 )  # fmt: skip
 
 

@@ -94,6 +94,25 @@ from {NAMES[0]}.{NAMES[1]}_controller_package import (  # noqa: E402
 )""",
     ),
     (
+        f"    x = first_of([f({NAMES[0]}) for i_, x_ in enumerate({NAMES[1]}) if x_ > {NAMES[2]}])",
+        f"""\
+    x = first_of(
+        [
+            f({NAMES[0]})
+            for i_, x_ in enumerate({NAMES[1]})
+            if x_ > {NAMES[2]}
+        ]
+    )""",
+    ),
+    (
+        f"    x = where(spread(lambda i_, x_: x_ > {NAMES[0]}), enumerate({NAMES[1]}[i_ - 10_000]))",
+        f"""\
+    x = where(
+        spread(lambda i_, x_: x_ > {NAMES[0]}),
+        enumerate({NAMES[1]}[i_ - 10_000]),
+    )""",
+    ),
+    (
         f"""    x = ["{"-".join(NAMES)}"]""",
         f"""\
     x = [

@@ -167,6 +167,8 @@ OF_LISTS: Mapping[str, Callable[..., Any]] = {
     "sum": lambda values: oracle_sum(values),
     "min": _extreme_of(min),
     "max": _extreme_of(max),
+    "first": lambda values: _element(values, 0),
+    "[": list,
 }
 
 
@@ -212,7 +214,7 @@ def check_operands(row: Operator, group: Mapping[str, Operator]) -> None:
         **dict.fromkeys(booleans, Operand.BOOLEAN), "=": Operand.EQUAL, "!=": Operand.EQUAL,
         "else": Operand.EQUAL, "+": Operand.SUMMAND, "has": Operand.INTEGER,
         "string": Operand.BASIC, "length": Operand.ARRAY, "element": Operand.ARRAY,
-        "section": Operand.ARRAY,
+        "section": Operand.ARRAY, "first": Operand.ANY, "[": Operand.ANY,
     }.get(row.spelling, Operand.NUMBER)  # fmt: skip
     assert row.operands is expected
     index = (Operand.INTEGER,)
@@ -263,8 +265,10 @@ def lists_of(row: Operator) -> Sequence[list[Any]]:
 
 
 def check_result(row: Operator, group: Mapping[str, Operator]) -> None:
-    if row.result in (Result.ELEMENT, Result.ARRAY):
-        assert row.spelling == {Result.ELEMENT: "element", Result.ARRAY: "section"}[row.result]
+    special = {Result.ELEMENT: {"element", "first"}, Result.ARRAY: {"section", "["}}
+    assert (row.spelling in set().union(*special.values())) is (row.result in special)
+    if row.result in special:
+        assert row.spelling in special[row.result]
         return
     seen = set()
     meaning = OF_LISTS[row.spelling] if group is AGGREGATES else MEANING[key(row)]
@@ -459,7 +463,7 @@ def check_negation(row: Operator, group: Mapping[str, Operator]) -> None:
 def check_text(row: Operator, group: Mapping[str, Operator]) -> None:
     """The name in tables of generated tests, and the text in the language."""
     assert row.name == ("negative" if group is UNARY and row.spelling == "-" else "")
-    written = {"element": "a[b]", "section": "a[b..c]"}.get(row.spelling)
+    written = {"element": "a[b]", "section": "a[b..c]", "[": "[a]"}.get(row.spelling)
     parts = [Spelled(name, 9) for name in "abc"[: len(kinds(row))]]
     names = [part.text for part in parts]
     if group in (CALLS, AGGREGATES):
@@ -469,7 +473,8 @@ def check_text(row: Operator, group: Mapping[str, Operator]) -> None:
     assert row.text.of(parts).text == expected
     if written:
         weak = [Spelled(name, 0) for name in names]
-        assert row.text.of(weak).text == "(a)" + written[1:]
+        expected = written if group is AGGREGATES else "(a)" + written[1:]
+        assert row.text.of(weak).text == expected
     assert (row.written is not None) is bool(written)
 
 
@@ -545,6 +550,8 @@ def means_the_same(row: Operator, column: str) -> bool:
     """Whether an entry that passed its check is right: it was tried with all values there are."""
     if row.spelling == "count" and column in ("scalar", "python"):
         return True  # the sum of truths
+    if row.spelling == "[" and column in ("scalar", "python"):
+        return True  # the least of one list is that list
     exhaustive = row.operands is Operand.BOOLEAN and not row.arguments
     return is_idle(row, column) or (exhaustive and column in ("scalar", "array"))
 

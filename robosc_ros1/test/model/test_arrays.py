@@ -40,6 +40,9 @@ BOOLEANS = [
     "any(any(m > p.x for m in p.more) for p in value.points)",
     "value.ranges[value.n] > 1",
     "min(r for r in value.ranges) < 1 or value.n > 2",
+    "any(r > i for i, r in value.ranges)",
+    "any(r < 1 for r in [p.more[1] - i for i, p in value.points if p.more[0] > 0])",
+    "first(p.x > p.more[i] for i, p in value.points if p.more[1] >= i)",
 ]
 NUMBERS = [
     "count(r > 1 for r in value.ranges[value.n..value.n + 2])",
@@ -48,6 +51,13 @@ NUMBERS = [
     "min(length(p.more) for p in value.points)",
     "length(value.ranges[1..3]) + length(value.points)",
     "value.ranges[-1] + sum(value.ranges[m] for m in value.points[0].more)",
+    "first(r for r in value.ranges[2..-1] if r > 0)",
+    "first(p for p in value.points if p.x >= p.y).more[0]",
+    "first(i for i, p in value.points if p.more[i] = 0) + length([r for r in value.ranges])",
+    "count(r < value.ranges[i + 1] for i, r in value.ranges)",
+    "sum(p.more[i] for i, p in value.points if p.x > i)",
+    "[value.ranges[i + value.n] for i, r in value.ranges if r > 0][-1]",
+    "max(length([m for m in p.more if m > i]) for i, p in value.points)",
 ]
 
 
@@ -77,7 +87,7 @@ clouds = st.builds(
 def outcome(function: object) -> object:
     try:
         return repr(function())  # type: ignore[operator]
-    except Undefined:
+    except IndexError:  # as Undefined is
         return "undefined"
 
 
@@ -95,7 +105,8 @@ def spelled(leaf: object) -> str:
 def test_generated_python_means_the_expression(text: str, variable: str) -> None:
     expr = assigned(text, variable)
 
-    code = compile(to_python(expr, spelled), "generated", "eval")
+    text = to_python(expr, spelled, part=lambda node, whole: access(whole, node.path))
+    code = compile(text, "generated", "eval")
 
     @settings(max_examples=40)
     @given(clouds)

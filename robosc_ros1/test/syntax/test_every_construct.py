@@ -278,6 +278,11 @@ def test_transitions_of_the_second_edition(text: str, tree: str) -> None:
         ("f(a)[i].b", "Member(Element(Call(f, [a]), i), [b])"),
         ("any(x > 0 for x in a)", "Aggregate(any, (x > 0), x, a, -)"),
         (
+            "first(x for i, x in a if i > 2).b[0]",
+            "Member(Aggregate(first, x, x, a, (i > 2), i), [b, 0])",
+        ),
+        ("length([x * 2 for x in [a]])", "Call(length, [Aggregate([, (x * 2), x, Array([a]), -)])"),
+        (
             "count(s.on for s in S[1..3] if s.x = 1 or b) < 2",
             "(Aggregate(count, s.on, s, Slice(S, 1, 3), ((s.x = 1) or b)) < 2)",
         ),

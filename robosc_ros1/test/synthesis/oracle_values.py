@@ -78,12 +78,21 @@ def evaluate(expr: Expr, read: Any) -> Any:
 def aggregate(expr: Aggregate, read: Any) -> Any:
     """What goes through an array: of elements for which something is undefined, nothing counts."""
     found = []
-    for item in evaluate(expr.array, read):
-        inside = partial(_element, expr.variable, item, read)
+    for place, item in enumerate(evaluate(expr.array, read)):
+        inside = partial(_element, {expr.variable: item, expr.position: place}, read)
+        kept = expr.condition is None
         with suppress(UndefinedValue):
-            if expr.condition is None or evaluate(expr.condition, inside):
+            kept = kept or evaluate(expr.condition, inside)
+        if kept and expr.operator == "[":
+            found.append(evaluate(expr.element, inside))
+        elif kept:
+            with suppress(UndefinedValue):
                 found.append(evaluate(expr.element, inside))
     match expr.operator:
+        case "[":
+            return found
+        case "first" if found:
+            return found[0]
         case "any":
             return any(found)
         case "all":
@@ -92,17 +101,17 @@ def aggregate(expr: Aggregate, read: Any) -> Any:
             return sum(1 for result in found if result)
         case "sum":
             return sum(found)
-    found = [number for number in found if not math.isnan(number)]
+    found = [number for number in found if str(number) != "nan"]
     if not found:
         raise UndefinedValue
     return min(found) if expr.operator == "min" else max(found)
 
 
-def _element(variable: str, item: Any, read: Any, part: Expr) -> Any:
+def _element(items: Mapping[str, Any], read: Any, part: Expr) -> Any:
     """A reference inside of an aggregate over plain numbers."""
-    if isinstance(part, ElementRef) and part.variable == variable:
+    if isinstance(part, ElementRef) and part.variable in items:
         assert part.path == ()
-        return item
+        return items[part.variable]
     return read(part)
 
 

@@ -17,6 +17,7 @@ from textwrap import wrap
 WIDTH = 100
 INDENT = "    "
 _LEVELS = (
+    ("for", "if"),
     (",",),
     ("or",),
     ("and",),
@@ -24,7 +25,7 @@ _LEVELS = (
     ("+", "-"),
     ("*", "/", "%"),
 )
-"""Where an expression is broken, the loosest first."""
+"""Where an expression is broken, the loosest first; ``for`` and ``if`` are of comprehensions."""
 _OPERATORS = frozenset(operator for level in _LEVELS for operator in level)
 _OPENING, _CLOSING = ("(", "[", "{"), (")", "]", "}")
 _HEAD = re.compile(r"(?:(?:if|elif|return|yield) |[\w.]+ = )(?=.)")
@@ -207,13 +208,22 @@ def _nested(text: str) -> Iterator[tuple[tokenize.TokenInfo, int]]:
 def _operators(text: str) -> list[tuple[str, int]]:
     """The operators and commas outside of all brackets, and where they begin."""
     found = []
-    within = False  # a lambda
+    within = parameters = False  # of a lambda
     binary = False  # whether a sign would be an operator here
+    outer = {token.string for token, depth in _nested(text) if depth == 0}
     for token, depth in _nested(text):
         name = token.string
-        if depth == 0 and name in ("lambda", ","):
-            within = name == "lambda"  # it reaches to the next comma
-        if depth == 0 and name in _OPERATORS and not within and (binary or name not in "+-"):
+        if depth == 0 and name in ("lambda", ",", ":"):
+            parameters = name == "lambda" or (parameters and name == ",")
+            within = (within and name != ",") or name == "lambda" or parameters
+        if (
+            depth == 0
+            and name in _OPERATORS
+            and not within
+            and (binary or name not in "+-")
+            # The elements of a comprehension have no commas, and its condition no other branch.
+            and (name not in ("if", ",") or (name == "if") is ("for" in outer))
+        ):
             found.append((name, token.start[1]))
         binary = name in _CLOSING or (
             token.type in (tokenize.NAME, tokenize.NUMBER, tokenize.STRING)

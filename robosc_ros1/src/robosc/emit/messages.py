@@ -26,7 +26,7 @@ from robosc.model.entities import (
     Provide,
     Robot,
 )
-from robosc.model.expr import Convert, Expr, Literal, condition_of
+from robosc.model.expr import Aggregate, Convert, Expr, Literal, condition_of
 from robosc.model.state_variables import all_expressions
 from robosc.model.traversal import all_names, may_be_undefined, path_text, walk
 from robosc.model.types import (
@@ -109,6 +109,8 @@ def _data(data: Data, type_: Type, attributes: Attributes) -> str:
         return f"[{', '.join(_data(value, element, attributes) for value in data.elements)}]"
     if isinstance(data, Literal) and isinstance(type_, ArrayType | ObjectType):
         return literal(data.value)
+    if isinstance(data, Aggregate) and data.makes_array:
+        return attributes.text(data)
     if isinstance(type_, ArrayType | ObjectType):
         return f"copied({attributes.text(data)})"
     if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):

@@ -23,6 +23,7 @@ from robosc.model.expr import (
     Expr,
     Leaf,
     Literal,
+    Made,
     Operation,
     ParameterRef,
     Part,
@@ -200,7 +201,9 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
         if isinstance(node, Convert):
             return ["convert", _type(node.type, enums), *operands]
         if isinstance(node, Aggregate):
-            return ["each", node.operator, node.variable, *operands]
+            return ["each", node.operator, [node.variable, node.position], *operands]
+        if isinstance(node, Made):
+            return ["made", list(node.names), *operands]
         if isinstance(node, Part):
             return ["part", *operands, list(node.path), _type(node.carried, enums)]
         return [node.operation.key, *operands]

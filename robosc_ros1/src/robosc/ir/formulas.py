@@ -25,6 +25,7 @@ from robosc.model.expr import (
     Holds,
     Leaf,
     Literal,
+    Made,
     Operation,
     ParameterRef,
     Part,
@@ -188,14 +189,20 @@ def to_dsl(
                 return Spelled(f"{name}({operands[0].text})", _ATOM)
             case Part(path=path):
                 return Spelled(f"{operands[0]:{_ATOM}}{_parts(path)}", _ATOM)
+            case Made(names=names):
+                parts = [text.text for text in operands]
+                named = [f"{escape(n)}: {p}" for n, p in zip(names, parts, strict=False)]
+                listed = f"{{ {', '.join(named)} }}" if names else f"[{', '.join(parts)}]"
+                return Spelled(listed, _ATOM)
             case Holds():
                 return Spelled(f"defined({text_of(asked_for(node))})", _ATOM)
         return node.operation.text.of(operands)
 
     def of_aggregate(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
-        through = f"{visit(node.element).text} for {node.variable} in {array.text}"
+        names = ", ".join(filter(None, (node.position, node.variable)))
+        through = f"{visit(node.element).text} for {names} in {array.text}"
         condition = "" if node.condition is None else f" if {visit(node.condition).text}"
-        return Spelled(f"{node.operator}({through}{condition})", _ATOM)
+        return node.operation.text.of([Spelled(f"{through}{condition}", _ATOM)])
 
     def text_of(written: Expr) -> str:
         return fold(written, of_leaf, of_operation, bound=of_aggregate).text
@@ -312,6 +319,12 @@ def to_python(
         if isinstance(node, Part):
             assert part is not None
             return Spelled(part(node, operands[0].text), PYTHON_ATOM)
+        if isinstance(node, Made):
+            parts = [text.text for text in operands]
+            names = [literal(Literal(name, StringType())) for name in node.names]
+            named = [f"{n}: {p}" for n, p in zip(names, parts, strict=False)]
+            listed = f"{{{', '.join(named)}}}" if named else f"[{', '.join(parts)}]"
+            return Spelled(listed, PYTHON_ATOM)
         if isinstance(node.type, DoubleType) and operation.python.level < PYTHON_ATOM:
             operands = tuple(
                 Spelled(f"widen({text.text})", PYTHON_ATOM) if may_be_huge(part) else text
@@ -324,16 +337,20 @@ def to_python(
 
 def _through_array(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
     """Return an aggregate as a function of a list comprehension without undefined elements."""
-    name, items = element_name(node.variable), array.text
+    name, items, of_pair = element_name(node.variable), array.text, "{}"
+    if node.position:
+        name = f"{element_name(node.position)}, {name}"
+        items, of_pair = f"enumerate({items})", "spread({})"
     element = visit(node.element)
     condition = None if node.condition is None else visit(node.condition).text
     if condition is not None and node.condition is not None and may_be_undefined(node.condition):
-        items, condition = f"where(lambda {name}: {condition}, {items})", None
+        test = of_pair.format(f"lambda {name}: {condition}")
+        items, condition = f"where({test}, {items})", None
     kept = "" if condition is None else f" if {condition}"
-    if may_be_undefined(node.element):
-        chosen = f"[{name} for {name} in {items}{kept}]" if kept else items
-        results = f"defined(lambda {name}: {element.text}, {chosen})"
-    elif element.text == name and not kept:
+    if may_be_undefined(node.element) and not node.makes_array:
+        chosen = f"[({name}) for {name} in {items}{kept}]" if kept else items
+        results = f"defined({of_pair.format(f'lambda {name}: {element.text}')}, {chosen})"
+    elif element.text == name and not kept and not node.makes_array:
         results = items
     else:
         results = f"[{element.text} for {name} in {items}{kept}]"

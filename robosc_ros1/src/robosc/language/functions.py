@@ -6,6 +6,7 @@ A function is an operation like an operator of :mod:`robosc.language.operators`,
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from robosc.language.operators import (
@@ -123,6 +124,11 @@ PART = Operator(
 )
 """A part of an object or an array, given by a path."""
 
+MADE = Operator(
+    "made", _ATOM, Operand.ANY, Result.ELEMENT, _no_function, "", _never, Text("{*}", PYTHON_ATOM)
+)
+"""An object or an array made of values; the function depends on its names."""
+
 PRESENCE = Operator(
     "holds", _ATOM, Operand.BASIC, Result.BOOLEAN, runtime.is_so, "", _never,
     python=Text("is_so(lambda: {0:0})", PYTHON_ATOM),
@@ -138,14 +144,29 @@ AGGREGATES: Mapping[str, Operator] = {
         _function("sum", (_NUMBER,), Result.NUMBER, runtime.total),
         _function("min", (_NUMBER,), Result.NUMBER, runtime.least_of),
         _function("max", (_NUMBER,), Result.NUMBER, runtime.greatest_of),
+        _function("first", (Operand.ANY,), Result.ELEMENT, runtime.first_of),
+        replace(
+            _function("[", (Operand.ANY,), Result.ARRAY, list, written=Text("[{0:0}]", _ATOM)),
+            python=Text("{*}", PYTHON_ATOM),
+        ),
     )
 }
-"""The aggregates: functions of the list of an expression's values for the elements of an array."""
+"""The aggregates: functions of the list of an expression's values for the elements of an array.
+
+``[`` makes an array of them; it is undefined if one of them is.
+"""
 
 HELPERS: Mapping[str, Callable[..., Any]] = {
     **{
         function.__name__: function
-        for function in (widen, runtime.defined, runtime.where, runtime.is_so, runtime.otherwise)
+        for function in (
+            widen,
+            runtime.defined,
+            runtime.where,
+            runtime.spread,
+            runtime.is_so,
+            runtime.otherwise,
+        )
     },
     **{
         operation.scalar.__name__: operation.scalar

@@ -31,6 +31,8 @@ def names_before(words: Sequence[str]) -> list[str]:
 def aggregate_variables(context: Context) -> dict[str, list[str]]:
     """The variables of the aggregates around a place, each with the chain of one element.
 
+    A position, which is a number, has none.
+
     In ``any(d.| for d in value.seen[1..3])`` d is value, seen, [].
     """
     words = (*context.words, *context.ahead)
@@ -41,15 +43,18 @@ def aggregate_variables(context: Context) -> dict[str, list[str]]:
             closed += 1
         elif words[place] in _CLOSING and closed:
             closed -= 1
-        elif words[place] == "(":
+        elif words[place] in ("(", "["):
             begin = _for_of(words, place + 1)
             if begin is not None:
-                found[words[begin + 1].lstrip("^")] = _element(words[begin + 3 :])
+                behind = words.index("in", begin)
+                found[words[behind - 1].lstrip("^")] = _element(words[behind + 1 :])
+                if behind > begin + 2:
+                    found[words[begin + 1].lstrip("^")] = []
     return found
 
 
 def _for_of(words: Sequence[str], begin: int) -> int | None:
-    """The place of ``for NAME in``, in the parenthesis that is open at ``begin``."""
+    """The place of ``for NAME in`` or ``for NAME, NAME in``, in the bracket open at ``begin``."""
     opened = 0
     for place in range(begin, len(words) - 3):
         if words[place] in _CLOSING:
@@ -58,7 +63,11 @@ def _for_of(words: Sequence[str], begin: int) -> int | None:
             opened -= 1
             if opened < 0:
                 break
-        elif words[place] == "for" and words[place + 2] == "in" and not opened:
+        elif (
+            words[place] == "for"
+            and not opened
+            and "in" in (words[place + 2], *words[place + 4 : place + 5])
+        ):
             return place
     return None
 
@@ -66,7 +75,11 @@ def _for_of(words: Sequence[str], begin: int) -> int | None:
 def _element(words: Sequence[str]) -> list[str]:
     """The chain of one element of the array, list or components that these words begin with."""
     if words[0] == "[":
-        return _chain(words[1:])
+        chain, begin = _chain(words[1:]), _for_of(words, 1)
+        behind = 0 if begin is None else words.index("in", begin)
+        if begin is not None and chain[:1] == [words[behind - 1].lstrip("^")]:
+            return [*_element(words[behind + 1 :]), *chain[1:]]
+        return chain
     return [*_chain(words), "[]"]
 
 

@@ -9,17 +9,17 @@ any other.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from robosc.language.functions import AGGREGATES
-from robosc.language.operators import MIRRORED, Operand
+from robosc.language.operators import MIRRORED, Operand, Result
 from robosc.model.by_identity import ByIdentity
-from robosc.model.compatibility import result_type
+from robosc.model.compatibility import describe, result_type
 from robosc.model.diagnostics import Report
 from robosc.model.evaluation import constant
-from robosc.model.expected import BOOLEAN, needs_of
+from robosc.model.expected import BOOLEAN, ExpectedType, needs_of
 from robosc.model.expr import (
     Aggregate,
     Binary,
@@ -35,8 +35,16 @@ from robosc.model.expr import (
 from robosc.model.function_calls import Check, list_literal, typed_elements
 from robosc.model.quantified import Chains, chain, compared, joined
 from robosc.model.traversal import may_be_undefined, part_of, rewritten
-from robosc.model.types import ArrayType, BooleanType, IntegerType, Type
-from robosc.syntax.nodes import Access, AggregateNode, ArrayNode, BinaryNode, ExprNode
+from robosc.model.types import ArrayType, BooleanType, EnumType, IntegerType, NoneType, Type
+from robosc.syntax.nodes import (
+    Access,
+    AggregateNode,
+    ArrayNode,
+    BinaryNode,
+    DataNode,
+    DataObjectNode,
+    ExprNode,
+)
 
 _BOOLEAN = BooleanType()
 
@@ -65,8 +73,13 @@ class Aggregates:
         # By the value that an undefined condition counts as.
         self._defined: defaultdict[bool, ByIdentity[Expr]] = defaultdict(ByIdentity)
 
-    def typed(self, node: AggregateNode) -> Expr | None:
-        """The aggregate, or the expression to which it expands; None after a reported error."""
+    def typed(
+        self, node: AggregateNode, element: Callable[[], Expr | None] | None = None
+    ) -> Expr | None:
+        """The aggregate, or the expression to which it expands; None after a reported error.
+
+        ``element`` types what an array is made of, where its variables have a meaning.
+        """
         name = node.function.text
         operation = AGGREGATES.get(name)
         if operation is None:
@@ -74,19 +87,21 @@ class Aggregates:
             message = f"'{name}' is not a function over arrays"
             self._report.add("unknown-name", node.function.span, message, hint)
             return None
-        if node.variable.text in self._bound or node.variable.text == "value":
-            message = f"'{node.variable.text}' already has another meaning here"
-            self._report.add("duplicate-name", node.variable.span, message, "give it another name")
-            return None
+        for variable in filter(None, (node.position, node.variable)):
+            again = variable is node.variable and _position_name(node) == variable.text
+            if again or variable.text in self._bound or variable.text == "value":
+                message = f"'{variable.text}' already has another meaning here"
+                self._report.add("duplicate-name", variable.span, message, "give it another name")
+                return None
         if not isinstance(node.array, ArrayNode):
             array = self._check(node.array, needs_of(Operand.ARRAY), f"'{name}'")
-            return None if array is None else self._through(node, array)
+            return None if array is None else self._through(node, array, element)
         listed = self._listed(node, node.array)
         if listed is None:
             return None
         if _is_array(node, listed[0]):
             array = list_literal(node.array, *listed, self._report)
-            return None if array is None else self._through(node, array)
+            return None if array is None else self._through(node, array, element)
         return self._expanded(node, node.array, *listed)
 
     def counted(self, node: BinaryNode) -> Counted | None:
@@ -110,35 +125,75 @@ class Aggregates:
                 return Counted(None if found is None else replace(found, span=node.span))
         return None
 
-    def _through(self, node: AggregateNode, array: Expr) -> Expr | None:
+    def _through(
+        self, node: AggregateNode, array: Expr, made_of: Callable[[], Expr | None] | None
+    ) -> Expr | None:
         assert isinstance(array.type, ArrayType)
-        parts = self._parts(node, array.type.element, is_constant_data(array))
+        parts = self._parts(node, array.type.element, is_constant_data(array), made_of)
         if parts is None:
             return None
         name, (element, condition) = node.function.text, parts
-        type_ = result_type(AGGREGATES[name].result, (element.type,))
-        return Aggregate(name, node.variable.text, array, element, condition, type_, node.span)
+        type_ = self._type(node, element)
+        if type_ is None:
+            return None
+        names = node.variable.text, array, element, condition, type_, node.span
+        return Aggregate(name, *names, _position_name(node))
+
+    def _type(self, node: AggregateNode, element: Expr) -> Type | None:
+        """The type of an aggregate over an array; None after a reported error."""
+        result = AGGREGATES[node.function.text].result
+        if result is Result.ELEMENT:
+            return element.type
+        if result is not Result.ARRAY:
+            return result_type(result, (element.type,))
+        if isinstance(element.type, EnumType):
+            message = "an array of the values of an enum cannot be made"
+            hint = "make one of what it converts from, or ask with any(…), count(…) or first(…)"
+            self._report.add("type-mismatch", node.element.span, message, hint)
+            return None
+        if isinstance(element.type, ArrayType | NoneType):
+            message = f"an array cannot be made of {describe(element.type)}"
+            self._report.add("type-mismatch", node.element.span, message)
+            return None
+        return ArrayType(element.type)
 
     def _parts(
-        self, node: AggregateNode, type_: Type, constant: bool = False
+        self,
+        node: AggregateNode,
+        type_: Type,
+        constant: bool = False,
+        made_of: Callable[[], Expr | None] | None = None,
     ) -> tuple[Expr, Expr | None] | None:
         """The typed element and condition of an aggregate; None after a reported error."""
         name = node.function.text
         self._bound[node.variable.text] = Bound(type_, constant)
-        element = self._check(node.element, needs_of(AGGREGATES[name].operands), f"'{name}'")
+        if node.position is not None:
+            self._bound[node.position.text] = Bound(IntegerType(), False)
+        needed = needs_of(AGGREGATES[name].operands)
+        element = made_of() if made_of else self._asked(node.element, needed, f"'{name}'")
         condition = None
         if node.condition is not None:
             condition = self._check(node.condition, BOOLEAN, "the 'if' of an array")
         del self._bound[node.variable.text]
+        if node.position is not None:
+            del self._bound[node.position.text]
         if element is None or (condition is None) != (node.condition is None):
             return None
         return element, condition
+
+    def _asked(self, node: DataNode, needed: ExpectedType, place: str) -> Expr | None:
+        """The typed element; None after reporting that it is an object."""
+        if not isinstance(node, DataObjectNode):
+            return self._check(node, needed, place)
+        message = "an array of objects is made in provided data only, where a field takes it"
+        self._report.add("type-mismatch", node.span, message)
+        return None
 
     # --- lists of expressions ---
 
     def _listed(self, node: AggregateNode, array: ArrayNode) -> tuple[list[Expr], Type] | None:
         """The elements of a list and their type; None after a reported error."""
-        if not _takes_elements(node):
+        if not takes_elements(node):
             return typed_elements(array, self._check, self._report)
         name = node.function.text
         expected = needs_of(AGGREGATES[name].operands)
@@ -151,7 +206,7 @@ class Aggregates:
         if name in ("any", "all"):
             conditions = self._conditions(node, elements, type_)
             operator = "or" if name == "any" else "and"
-            known = self._chains[operator] if _takes_elements(node) else None
+            known = self._chains[operator] if takes_elements(node) else None
             if conditions is None:
                 return None
             return replace(chain(operator, conditions, node.span, known), span=node.span)
@@ -177,6 +232,9 @@ class Aggregates:
         self, name: str, kind: str, numbers: Sequence[Expr], condition: bool
     ) -> tuple[str, str | None] | None:
         """Message and hint if a function of numbers cannot be expanded over these."""
+        if name in ("first", "["):
+            what = "an array" if name == "[" else "'first'"
+            return f"{what} of {kind} is only possible in provided data, without 'if'", None
         if name == "count":
             message = f"'count' over {kind} is only possible in a comparison"
             return message, "compare count(…) with a number"
@@ -237,7 +295,7 @@ class Aggregates:
 
         And whether it has an ``if``; None after a reported error.
         """
-        if _takes_elements(node):
+        if takes_elements(node):
             return elements, False
         parts = self._parts(node, type_)
         if parts is None:
@@ -246,16 +304,24 @@ class Aggregates:
         if condition is not None and asked.type == _BOOLEAN:
             operator = "=>" if node.function.text == "all" else "and"
             asked = Binary(operator, condition, asked, _BOOLEAN)
-        name = node.variable.text
-        return [_of_element(asked, name, element) for element in elements], condition is not None
+        name, position = node.variable.text, _position_name(node)
+        found = [
+            _of_element(asked, {name: element, position: Literal(place, IntegerType())})
+            for place, element in enumerate(elements)
+        ]
+        return found, condition is not None
 
 
-def _takes_elements(node: AggregateNode) -> bool:
+def takes_elements(node: AggregateNode) -> bool:
     """Whether an aggregate is over the elements of its array themselves: ``any(x for x in A)``."""
     match node.element:
         case Access(root=root, path=(), index=None):
             return root.text == node.variable.text and not root.escaped and node.condition is None
     return False
+
+
+def _position_name(node: AggregateNode) -> str:
+    return "" if node.position is None else node.position.text
 
 
 def _is_array(node: AggregateNode, elements: Sequence[Expr]) -> bool:
@@ -264,7 +330,7 @@ def _is_array(node: AggregateNode, elements: Sequence[Expr]) -> bool:
     What is asked about the elements themselves is expanded, but for a count, of which only a
     comparison can be.
     """
-    if _takes_elements(node) and not (elements and node.function.text == "count"):
+    if takes_elements(node) and not (elements and node.function.text in ("count", "first", "[")):
         return False
     return all(constant(element) is not None for element in elements)
 
@@ -274,12 +340,13 @@ def _kind(array: ArrayNode) -> str:
     return "expressions" if array.span.text.startswith("[") else "components"
 
 
-def _of_element(asked: Expr, variable: str, element: Expr) -> Expr:
-    """The expression over the variable of an aggregate, with an element in its place."""
+def _of_element(asked: Expr, values: Mapping[str, Expr]) -> Expr:
+    """The expression over the variables of an aggregate, with values in their places."""
 
     def leaf(node: Literal | Leaf) -> Expr:
-        if isinstance(node, ElementRef) and node.variable == variable:
-            return part_of(element, node.path, node.type, node.span) if node.path else element
+        if isinstance(node, ElementRef) and node.variable in values:
+            value = values[node.variable]
+            return part_of(value, node.path, node.type, node.span) if node.path else value
         return node
 
     return rewritten(asked, leaf)

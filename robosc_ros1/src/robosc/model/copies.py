@@ -29,6 +29,8 @@ from robosc.syntax.nodes import (
     BinaryNode,
     ComponentNode,
     ConditionNode,
+    DataNode,
+    DataObjectNode,
     DeclarationNode,
     ElementNode,
     ExceptNode,
@@ -286,22 +288,24 @@ class _Writer:
 
     def _over_components(
         self, node: AggregateNode, members: Iterable[str], scope: Scope
-    ) -> AggregateNode | LiteralNode:
+    ) -> AggregateNode | ArrayNode | LiteralNode:
         """The aggregate over the list of what it asks of each component."""
         operation = AGGREGATES.get(node.function.text)
         if node.condition and operation and operation.operands is not Operand.BOOLEAN:
-            message = f"'{node.function.text}' over components takes no 'if'"
+            what = "an array" if node.function.text == "[" else f"'{node.function.text}'"
+            message = f"{what} over components takes no 'if'"
             self._report.add("not-over-components", node.span, message, "leave out the 'if'")
-            return LiteralNode(0, span=node.span)
+            makes_array = node.function.text == "["
+            return ArrayNode((), span=node.span) if makes_array else LiteralNode(0, span=node.span)
         asked, name = self._asked_of(node), node.variable.text
         elements = tuple(self.node(asked, scope.inside(name, member)) for member in members)
         array = ArrayNode(elements, span=node.array.span)
         element = Access(Name(name, span=node.function.span), (), span=node.function.span)
         return replace(node, element=element, array=array, condition=None)
 
-    def _asked_of(self, node: AggregateNode) -> ExprNode:
+    def _asked_of(self, node: AggregateNode) -> DataNode:
         """What an aggregate asks of each component: its element, on its condition."""
-        if node.condition is None:
+        if node.condition is None or isinstance(node.element, DataObjectNode):
             return node.element
         if id(node) not in self._asked:
             operator = "=>" if node.function.text == "all" else "and"

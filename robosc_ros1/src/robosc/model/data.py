@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from robosc.model.aggregates import takes_elements
 from robosc.model.compatibility import check_range, coerce, describe
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.durations import duration_fields, signed_duration
 from robosc.model.entities import Data, DataArray, DataObject
 from robosc.model.expected import ExpectedType, expected_type
-from robosc.model.expr import Binary, Call, Literal
+from robosc.model.expr import Binary, Call, Expr, Literal, Made
 from robosc.model.expressions import Typer
 from robosc.model.ros.types import DURATIONS, TIMES
 from robosc.model.scope import report_duplicate
@@ -24,6 +25,7 @@ from robosc.runtime.values import NOW
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
+    AggregateNode,
     ArrayNode,
     CallNode,
     DataNode,
@@ -44,14 +46,16 @@ class DataTyper:
 
     def typed(self, node: DataNode, type_: Type, place: str) -> Data | None:
         """The data of a type; None after a reported error. ``place`` is a text for messages."""
-        if not isinstance(node, DataObjectNode | ArrayNode):
+        if not isinstance(node, DataObjectNode | ArrayNode) and not _is_made(node):
             return self._expression(node, type_, place)
         match node, type_:
             case DataObjectNode(), ObjectType():
                 return self._object(node, type_)
             case ArrayNode(), ArrayType():
                 return self._array(node, type_, place)
-        what = "an array" if isinstance(node, ArrayNode) else "an object"
+            case AggregateNode(), ArrayType():
+                return self._made(node, type_, place)
+        what = "an object" if isinstance(node, DataObjectNode) else "an array"
         self._mismatch(_opening(node.span), type_, place, f", this is {what}")
         return None
 
@@ -85,6 +89,16 @@ class DataTyper:
         elements = [self.typed(e, type_.element, f"an element of {place}") for e in node.elements]
         found = tuple(e for e in elements if e is not None)
         return DataArray(found, span=node.span) if len(found) == len(elements) else None
+
+    def _made(self, node: AggregateNode, type_: ArrayType, place: str) -> Data | None:
+        if isinstance(node.array, ArrayNode) and takes_elements(node):
+            return self._array(node.array, type_, place)
+
+        def element() -> Expr | None:
+            data = self.typed(node.element, type_.element, f"an element of {place}")
+            return None if data is None else _as_expression(data, type_.element)
+
+        return self._typer.made(node, element)
 
     def _duration(self, node: DurationNode, type_: ObjectType, place: str) -> DataObject | None:
         """A literal duration as a message of ROS: whole seconds and nanoseconds."""
@@ -154,6 +168,25 @@ class DataTyper:
 def _is_now(node: ExprNode) -> bool:
     """Whether a node is the call ``now()``."""
     return isinstance(node, CallNode) and node.span.text.replace(" ", "") == "now()"
+
+
+def _is_made(node: DataNode) -> bool:
+    return isinstance(node, AggregateNode) and node.function.text == "["
+
+
+def _as_expression(data: Data, type_: Type) -> Expr:
+    """Data within an array that is made."""
+    match data, type_:
+        case DataObject(fields=fields), ObjectType(properties=properties):
+            types = dict(properties)
+            parts = tuple(_as_expression(part, types[name]) for name, part in fields)
+            return Made(tuple(name for name, _ in fields), parts, type_)
+        case DataArray(elements=elements), ArrayType(element=inner):
+            return Made((), tuple(_as_expression(part, inner) for part in elements), type_)
+    assert not isinstance(data, DataObject | DataArray)
+    if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
+        return Binary("*", data, Literal(1.0, type_), type_, data.span)
+    return data
 
 
 def _opening(span: Span) -> Span:

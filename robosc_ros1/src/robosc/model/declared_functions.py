@@ -116,7 +116,7 @@ class FunctionTyper:
 
 def _apart(body: ExprNode, outside: Set[str]) -> ExprNode:
     """The body with other names for its aggregates' variables that have one of those outside."""
-    inside = {node.variable.text for node in _aggregates(body)} if outside else set()
+    inside = {name for node in _aggregates(body) for name in _bound(node)} if outside else set()
     names = {name: f"{name}_" for name in inside & outside}
     while clashes := {name for name, other in names.items() if other in inside | outside}:
         names |= {name: f"{names[name]}_" for name in clashes}
@@ -131,14 +131,18 @@ def _aggregates(node: Any) -> Iterator[AggregateNode]:
         yield from _aggregates(part)
 
 
+def _bound(node: AggregateNode) -> Iterator[str]:
+    """The names that an aggregate gives to positions and elements."""
+    yield from (name.text for name in (node.position, node.variable) if name is not None)
+
+
 def _renamed(node: Any, names: dict[str, str]) -> Any:
     if isinstance(node, tuple):
         return tuple(_renamed(part, names) for part in node)
     changes = {name: _renamed(part, names) for name, part in _parts(node).items()}
-    named = {Access: "root", AggregateNode: "variable"}.get(type(node))
-    if named is not None:
-        name = getattr(node, named)
-        changes[named] = replace(name, text=names.get(name.text, name.text))
+    for named in {Access: ("root",), AggregateNode: ("position", "variable")}.get(type(node), ()):
+        if (name := getattr(node, named)) is not None:
+            changes[named] = replace(name, text=names.get(name.text, name.text))
     return replace(node, **changes) if changes else node
 
 

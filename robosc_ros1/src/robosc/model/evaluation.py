@@ -21,6 +21,7 @@ from robosc.model.expr import (
     Expr,
     Leaf,
     Literal,
+    Made,
     Operation,
     ParameterRef,
     Part,
@@ -55,14 +56,14 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
         return found
 
     def aggregate(node: Aggregate, array: Value, visit: Callable[[Expr], Value]) -> Value:
-        results: list[Value] = []
-        for item in cast(Iterable[Value], array):
-            bound[node.variable] = item
-            try:
-                if node.condition is None or visit(node.condition):
-                    results.append(visit(node.element))
-            except Undefined:
-                continue  # an element for which it is undefined does not count
+        condition, results = node.condition, cast(list[Value], [])
+        for position, item in enumerate(cast(Iterable[Value], array)):
+            bound.update({node.variable: item, node.position: position})
+            if condition is not None and not is_so(lambda: visit(condition)):
+                continue
+            # An element for which it is undefined does not count, but in a new array.
+            with suppress(*(() if node.makes_array else (Undefined,))):
+                results.append(visit(node.element))
         result: Value = node.operation.scalar(results)
         return result
 
@@ -101,6 +102,8 @@ def scalar_of(node: Operation) -> Callable[..., Value]:
     match node:
         case Convert(type=type_):
             return partial(converted, type_)
+        case Made():
+            return lambda *values: node.of(values)
         case Part():
             return lambda whole: _as_read(part_of_value(whole, node.path), node.carried)
     return node.operation.scalar
@@ -127,7 +130,18 @@ def converted(enum: EnumType, value: Any) -> Value:
 
 def constant(expr: Expr) -> Value | None:
     """The value of a constant expression; None for others, and for infinite numbers and NaN."""
-    if not all(isinstance(part, Literal | Operation) for part in walk(expr)):
+    parts = list(walk(expr))
+    bound = {
+        name
+        for part in parts
+        if isinstance(part, Aggregate)
+        for name in (part.variable, part.position)
+    }
+    if not all(
+        isinstance(part, Literal | Operation)
+        or (isinstance(part, ElementRef) and part.variable in bound)
+        for part in parts
+    ):
         return None
     if any(True for _ in parameters_of(expr)):
         return None  # in the rules of an enum

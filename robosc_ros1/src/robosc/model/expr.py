@@ -10,11 +10,12 @@ from an expression bottom-up (a value, a text, the states where it holds) is an 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, TypeAlias, cast
+from typing import Any, ClassVar, TypeAlias, cast
 
-from robosc.language.functions import AGGREGATES, CALLS, CONVERSION, PART, PRESENCE
-from robosc.language.operators import BINARY, UNARY, Operator
+from robosc.language.functions import AGGREGATES, CALLS, CONVERSION, MADE, PART, PRESENCE
+from robosc.language.operators import BINARY, UNARY, Operator, Result
 from robosc.model.types import BooleanType, EnumRule, EnumType, StringType, Type, Value
 from robosc.runtime.settings import parameter_name
 from robosc.source import Span
@@ -250,7 +251,10 @@ class Count(ElementRef):
 
 @dataclass(frozen=True, slots=True)
 class Aggregate:
-    """``any(element for variable in array if condition)``; the operator is of ``AGGREGATES``."""
+    """``any(element for variable in array if condition)``; the operator is of ``AGGREGATES``.
+
+    ``position`` is the variable for the position in the array, from 0; empty if there is none.
+    """
 
     operator: str
     variable: str
@@ -259,6 +263,12 @@ class Aggregate:
     condition: Expr | None
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
+    position: str = ""
+
+    @property
+    def makes_array(self) -> bool:
+        """Whether it is an array, which is undefined if one of its elements is."""
+        return self.operation.result is Result.ARRAY
 
     @property
     def operation(self) -> Operator:
@@ -324,9 +334,28 @@ class Holds:
         return (self.operand,)
 
 
+@dataclass(frozen=True, slots=True)
+class Made:
+    """An object made of named values, ``{ x: a, y: b }``, or an array of them if none has a name.
+
+    It is an element of an array that is made in data: ``[{ x: p.x } for p in path]``.
+    """
+
+    names: tuple[str, ...]
+    operands: tuple[Expr, ...]
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+    operator: ClassVar[str] = MADE.spelling
+    operation: ClassVar[Operator] = MADE
+
+    def of(self, values: Sequence[Any]) -> Any:
+        """The object or array with these values: a dict or a tuple."""
+        return dict(zip(self.names, values, strict=True)) if self.names else tuple(values)
+
+
 Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ParameterRef | ValueRef | TestRef | ElementRef
 """A part of an expression that reads something."""
-Operation: TypeAlias = Unary | Binary | Call | Aggregate | Convert | Part | Holds
+Operation: TypeAlias = Unary | Binary | Call | Aggregate | Convert | Part | Made | Holds
 Expr: TypeAlias = Literal | Leaf | Operation
 
 TRUE = Literal(True, BooleanType())
@@ -335,8 +364,8 @@ FALSE = Literal(False, BooleanType())
 
 def is_constant_data(expr: Expr) -> bool:
     """Whether an array or object is a constant or a part of one."""
-    while isinstance(expr, Call | Part):
-        expr = expr.operands[0]
+    while isinstance(expr, Call | Part | Aggregate):
+        expr = expr.element if isinstance(expr, Aggregate) else expr.operands[0]
     return isinstance(expr, Literal) or (isinstance(expr, ElementRef) and expr.constant)
 
 

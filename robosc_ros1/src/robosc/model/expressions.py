@@ -18,7 +18,7 @@ name is ``ambiguous-name``, and the user writes ``Enum.value`` or ``Component.na
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -161,6 +161,10 @@ class Typer:
             self._mismatch(node, found.type, expected, place)
             return None
         return found
+
+    def made(self, node: AggregateNode, element: Callable[[], Expr | None]) -> Expr | None:
+        """An array in data; ``element`` types what it is made of. None after a reported error."""
+        return self._aggregates.typed(node, element)
 
     def _mismatch(self, node: ExprNode, given: Type, expected: ExpectedType, place: str) -> None:
         self._report.add(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import cast
+from typing import Any, cast
 
 from robosc.model.by_identity import ByIdentity
 from robosc.model.compatibility import coerce, describe, is_basic
@@ -15,7 +15,7 @@ from robosc.model.durations import is_long_enough
 from robosc.model.entities import Data, DataArray, DataObject
 from robosc.model.evaluation import constant
 from robosc.model.expected import BOOLEAN
-from robosc.model.expr import Expr, Literal, ParameterRef, RosParameter
+from robosc.model.expr import Aggregate, Expr, Literal, ParameterRef, RosParameter
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
 from robosc.model.tables import SymbolTable
@@ -167,6 +167,8 @@ def _value(data: Data, type_: Type, what: str, span: Span, report: Report) -> Va
         case DataArray(elements=elements), ArrayType(element=element):
             parts = [_value(part, element, what, span, report) for part in elements]
             return None if None in parts else cast(Value, tuple(parts))
+        case Aggregate(), ArrayType() if data.makes_array and (made := constant(data)) is not None:
+            return _value(_as_data(made, type_, data.span or span), type_, what, span, report)
     assert not isinstance(data, DataObject | DataArray)
     value = constant(data)
     if value is None or value is NOW:
@@ -184,3 +186,14 @@ def _value(data: Data, type_: Type, what: str, span: Span, report: Report) -> Va
     literal = coerce(Literal(value, type_), type_)
     assert isinstance(literal, Literal)
     return literal.value
+
+
+def _as_data(value: Any, type_: Type, span: Span) -> Data:
+    """The value of a constant as data, whose parts are checked."""
+    match type_:
+        case ObjectType(properties=properties) if isinstance(value, dict):
+            types = dict(properties)
+            return DataObject(tuple((n, _as_data(v, types[n], span)) for n, v in value.items()))
+        case ArrayType(element=element):
+            return DataArray(tuple(_as_data(part, element, span) for part in value), span=span)
+    return Literal(value, type_, span)

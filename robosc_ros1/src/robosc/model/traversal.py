@@ -17,6 +17,7 @@ from robosc.model.expr import (
     Holds,
     Leaf,
     Literal,
+    Made,
     Operation,
     ParameterRef,
     Part,
@@ -97,6 +98,8 @@ def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
             return replace(node, argument=operands[0])
         case Part():
             return part_of(operands[0], node.path, node.type, node.span)
+        case Made():
+            return replace(node, operands=operands)
         case Holds():
             return replace(node, operand=operands[0])
         case Aggregate():
@@ -139,7 +142,7 @@ def may_be_undefined(expr: Expr) -> bool:
                 path
             ):
                 return True
-            case Call(operator="element") | Aggregate(operator="min" | "max"):
+            case Call(operator="element") | Aggregate(operator="min" | "max" | "first"):
                 return True
         if isinstance(part, Operation):
             stack.extend(part.operands)

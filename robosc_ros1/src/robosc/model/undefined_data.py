@@ -236,7 +236,7 @@ class _Nothing:
     def _aggregate(self, expr: Aggregate) -> object | None:
         if isinstance(expr.array, Literal) and expr.condition is None:
             return None
-        if expr.operator in ("min", "max"):
+        if expr.operator in ("min", "max", "first"):
             return _UNDEFINED
         is_slice = isinstance(expr.array, Call) and expr.array.operator == "section"
         return {"any": False, "all": True}.get(expr.operator) if is_slice else None

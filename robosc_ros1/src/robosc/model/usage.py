@@ -16,6 +16,7 @@ from robosc.model.expr import (
     Expr,
     Leaf,
     Literal,
+    Made,
     Operation,
     ValueRef,
     condition_of,
@@ -141,5 +142,10 @@ def _sent(data: Data) -> Iterator[Path]:
         case DataArray(elements=elements):
             for inner in elements:
                 yield from _sent(inner)
+        case Aggregate(element=Made() as inner) if data.makes_array:
+            yield from _sent(inner)
+        case Made(names=names, operands=parts) if names:
+            for name, part in zip(names, parts, strict=True):
+                yield from ((name, *path) for path in _sent(part))
         case _:
             yield ()

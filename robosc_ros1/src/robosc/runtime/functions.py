@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from numbers import Real
-from typing import Callable, Iterable, List, Sequence
+from typing import Callable, Iterable, List, Sequence, Tuple
 
 from .values import Undefined, Value, widen
 
@@ -152,6 +152,11 @@ def where(condition: Callable[[Value], bool], array: Iterable[Value]) -> List[Va
     return found
 
 
+def spread(function: Callable[..., Value]) -> Callable[[Tuple[int, Value]], Value]:
+    """Return a function of a position and an element as one of their pair."""
+    return lambda pair: function(*pair)
+
+
 def otherwise(value: Callable[[], Value], alternative: Callable[[], Value]) -> Value:
     """Return the value, or the alternative if the value is undefined or not a number.
 
@@ -179,6 +184,15 @@ def total(numbers: Iterable[Value]) -> Value:
         except OverflowError:  # a double, and an integer too large for one
             result = widen(result) + widen(number)
     return result
+
+
+def first_of(values: Sequence[Value]) -> Value:
+    """Return the first of several values.
+
+    Raises:
+        Undefined: there are none.
+    """
+    return element(values, 0)
 
 
 def least_of(numbers: Sequence[Value]) -> Value:

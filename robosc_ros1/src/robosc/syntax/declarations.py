@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, cast
 
-from pyparsing import ParserElement
+from pyparsing import ParserElement, ZeroOrMore
 
 from robosc.errors import listing
 from robosc.language.attributes import Attribute, Value, attributes_of
@@ -31,6 +31,7 @@ from robosc.syntax.expressions import Expression
 from robosc.syntax.leaves import make_name, make_node, make_tuple
 from robosc.syntax.nodes import (
     ActionNode,
+    AggregateNode,
     ArrayNode,
     CommunicationNode,
     ConditionNode,
@@ -42,6 +43,7 @@ from robosc.syntax.nodes import (
     FunctionNode,
     InterfaceNode,
     MessageNode,
+    Name,
     ObjectNode,
     ParameterNode,
     PropertyNode,
@@ -242,7 +244,27 @@ def _datum(inner: ParserElement) -> ParserElement:
     filled = listed(field) - symbol("}", "',' or '}'")
     braces = symbol("{") - either([symbol("}"), filled], "a property name or '}'")
     made = built(braces, make_node(DataObjectNode, fixed=0))
-    elements = listed(inner) - symbol("]", "',' or ']'")
-    brackets = symbol("[") - either([symbol("]"), elements], "a value or ']'")
-    array = built(brackets, make_node(ArrayNode, fixed=0))
+    filled = inner + either([_through_array(), ZeroOrMore(symbol(",") - inner)], "',' or ']'")
+    brackets = symbol("[") - either(
+        [symbol("]"), filled - symbol("]", "',' or ']'")], "a value or ']'"
+    )
+    array = built(brackets, _make_array)
     return either([made, array, Expression("a value")], "a value or '{'")
+
+
+def _through_array() -> ParserElement:
+    """``for position, variable in array if condition``, behind the element of a made array."""
+    expected = "a name and 'in' after 'for'"
+    names = t.name(expected) + maybe(symbol(",") - t.name(expected)) - keyword("in", expected)
+    chosen = keyword("if") - Expression("a condition after 'if'")
+    return keyword("for") - names - Expression("an array after 'in'") - maybe(chosen)
+
+
+def _make_array(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
+    span = reading.span(start, end)
+    if len(parts) < 2 or not isinstance(parts[1], Name):
+        return ArrayNode(tuple(parts), span=span)
+    element, first, second, array, condition = parts
+    position, variable = (None, first) if second is None else (first, second)
+    function = make_name(reading, start, start + 1, [])
+    return AggregateNode(function, element, variable, array, condition, position, span=span)

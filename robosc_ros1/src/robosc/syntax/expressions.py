@@ -29,7 +29,7 @@ _OPERAND = pattern(
 _CALLED = pattern("(?! true | false | and | or ) QUALIFIED '('")
 _PARTS = pattern("(?: '.' WORD | '[' INTEGER ']' )+")
 _IN = pattern("in '{'")
-_FOR = pattern("for NAME in")
+_FOR = pattern("for NAME (?: ',' NAME )? in")
 _PREFIX = {kind_of(symbol): symbol for symbol in UNARY}
 _INFIX = {kind: symbol for symbol in BINARY for kind in kinds_of(symbol)}
 _FOREIGN = {kind_of(symbol): symbol for symbol in FOREIGN}
@@ -37,15 +37,19 @@ _IF, _FOR_WORD = frozenset(kinds_of("if")), frozenset(kinds_of("for"))
 
 _CLOSING = {
     "group": ")", "call": ")", "arguments": ")", "over": ")", "filter": ")",
-    "index": "]", "slice": "]", "array": "]", "set": "}",
+    "index": "]", "slice": "]", "array": "]", "elements": "]", "made": "]", "chosen": "]",
+    "set": "}",
 }  # fmt: skip
 """The closing character of each kind of bracket.
 
 A call with a comma becomes ``arguments``, one with ``for`` becomes ``over`` (an aggregate), and
-``filter`` behind the aggregate's ``if``.
+``filter`` behind the aggregate's ``if``. An array becomes ``elements``, ``made`` and ``chosen``.
 """
+_WITH_COMMA = {"call": "arguments", "array": "elements"}
+_WITH_FOR = {"call": "over", "array": "made"}
+_WITH_IF = {"over": "filter", "made": "chosen"}
 _OPENING = {")": "(", "]": "[", "}": "{"}
-_LISTS = ("call", "arguments", "array", "set")
+_LISTS = ("call", "arguments", "array", "elements", "set")
 
 
 class Expression(Empty):
@@ -139,7 +143,7 @@ class _Scanner:
             if kind and kind == _CLOSING.get(what):
                 self._close(at)
                 at += 1
-                if kind == "]" and (parts := _PARTS.match(kinds, at)):
+                if what != "group" and (parts := _PARTS.match(kinds, at)):
                     self.steps.append(("parts", at, parts.end(), ""))
                     at = parts.end()
                 continue
@@ -162,24 +166,28 @@ class _Scanner:
         kind = self.kinds[at : at + 1]
         if kind == "," and what in _LISTS:
             self.steps.append(("comma", at, at + 1, ""))
-            self.brackets[-1] = ("arguments" if what == "call" else what, self.brackets[-1][1])
+            self._becomes(_WITH_COMMA.get(what, what))
             return at + 1, "a value after ','"
         if kind == kind_of("..") and what == "index":
             self.steps.append(("comma", at, at + 1, ""))
-            self.brackets[-1] = ("slice", self.brackets[-1][1])
+            self._becomes("slice")
             return at + 1, "an index after '..'"
-        if kind in _FOR_WORD and what == "call":
+        if kind in _FOR_WORD and what in _WITH_FOR:
             match = _FOR.match(self.kinds, at)
             if match is None:
                 raise Stop(self.kinds, at + 1, "expected a name and 'in' after 'for'")
             self.steps.append(("for", at, match.end(), ""))
-            self.brackets[-1] = ("over", self.brackets[-1][1])
+            self._becomes(_WITH_FOR[what])
             return match.end(), "an array after 'in'"
-        if kind in _IF and what == "over":
+        if kind in _IF and what in _WITH_IF:
             self.steps.append(("comma", at, at + 1, ""))
-            self.brackets[-1] = ("filter", self.brackets[-1][1])
+            self._becomes(_WITH_IF[what])
             return at + 1, "a condition after 'if'"
         return None
+
+    def _becomes(self, what: str) -> None:
+        """Say what kind of bracket the innermost open one has turned out to be."""
+        self.brackets[-1] = (what, self.brackets[-1][1])
 
     def _refuse(self, kind: str, at: int) -> None:
         """Raise Stop if the expression cannot end at a token."""

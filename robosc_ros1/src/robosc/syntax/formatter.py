@@ -303,9 +303,12 @@ class Formatter:
 
     def _aggregate(self, node: AggregateNode) -> Doc:
         begin = self.words.index
-        docs: list[Doc] = [self.words.take(), self.words.take()]
+        docs: list[Doc] = [self.words.take()]
+        if node.function.text != "[":
+            docs.append(self.words.take())
         inside = [_TIGHT, *self._filled(node, ("{element}",)), _LINE]
-        inside += self._filled(node, ("for {variable} in {array}",))
+        names = "{position}, {variable}" if node.position else "{variable}"
+        inside += self._filled(node, (f"for {names} in {{array}}",))
         if node.condition is not None:
             inside += [_LINE, *self._filled(node, ("if {condition}",))]
         return self.words.group(begin, [*docs, Indent(inside), _TIGHT, self.words.take()])

@@ -102,13 +102,19 @@ class CallNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class AggregateNode(_Node):
-    """``any(element for variable in array if condition)``, and ``function`` for ``any``."""
+    """``any(element for variable in array if condition)``, and ``function`` for ``any``.
+
+    The function of ``[element for variable in array]`` is written ``[``. ``position`` is the name
+    before that of the element: ``for position, variable in array``. In provided data an array can
+    be made of objects.
+    """
 
     function: Name
-    element: ExprNode
+    element: DataNode
     variable: Name
     array: ExprNode
     condition: ExprNode | None
+    position: Name | None = None
 
 
 @dataclass(frozen=True, slots=True)

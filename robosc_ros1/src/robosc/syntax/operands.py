@@ -100,7 +100,7 @@ class _Bracket:
     base: _Operand | None
     count: int
     parts: list[_Operand] = field(default_factory=list)
-    variable: Name | None = None
+    names: list[Name] = field(default_factory=list)
 
 
 class _Builder:
@@ -133,10 +133,10 @@ class _Builder:
         self._reduce(0)
         self.brackets[-1].parts.append(self._finished(self.operands.pop()))
 
-    def bind(self, variable: Name) -> None:
-        """Make the open bracket an aggregate with this variable."""
+    def bind(self, names: list[Name]) -> None:
+        """Make the open bracket an aggregate with this variable, or a position and a variable."""
         self.comma()
-        self.brackets[-1].variable = variable
+        self.brackets[-1].names = names
 
     def close(self, end: int) -> None:
         self._reduce(0)
@@ -271,10 +271,13 @@ def _bracketed(reading: Reading, bracket: _Bracket, span: Span) -> ExprNode:
     """The node of a bracket other than a parenthesis."""
     nodes = tuple(cast(ExprNode, part.node) for part in bracket.parts)
     base = bracket.base.node if bracket.base else None
-    if bracket.variable is not None:
+    if bracket.names:
         function = make_name(reading, bracket.start, bracket.start + 1, [])
         condition = nodes[2] if len(nodes) > 2 else None
-        return AggregateNode(function, nodes[0], bracket.variable, nodes[1], condition, span=span)
+        *position, variable = bracket.names
+        return AggregateNode(
+            function, nodes[0], variable, nodes[1], condition, *position[:1], span=span
+        )
     if bracket.what == "call":
         function_ = make_access(reading, bracket.start, bracket.end - 1, [])
         return CallNode(function_, nodes, span=span)
@@ -312,7 +315,8 @@ def build_expression(reading: Reading, start: int, end: int, parts: list[Any]) -
         elif what == "comma":
             builder.comma()
         elif what == "for":
-            builder.bind(make_name(reading, at + 1, at + 2, []))
+            names = range(at + 1, behind - 1, 2)
+            builder.bind([make_name(reading, name, name + 1, []) for name in names])
         elif what == "parts":
             builder.parts(at, behind)
         else:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import prod
+from typing import Any
 
 from robosc.ir.formulas import conjunction, disjunction, negation
 from robosc.model.evaluation import evaluate
@@ -30,7 +31,7 @@ from robosc.model.expr import (
     Unary,
 )
 from robosc.model.traversal import fold, may_be_undefined, parameters_of, walk, with_operands
-from robosc.model.types import ArrayType, BooleanType, Value, domain
+from robosc.model.types import ArrayType, BooleanType, Type, Value, domain
 
 
 def reads_states(expr: Expr) -> bool:
@@ -124,7 +125,7 @@ def _shortened(expr: Expr) -> Expr:
             return known or every
     constant = all(isinstance(part, Literal) for part in expr.operands)
     if constant and not any(True for _ in parameters_of(expr)):
-        return Literal(evaluate(expr, _nothing), expr.type)
+        return _literal(evaluate(expr, _nothing), expr.type)
     return expr
 
 
@@ -145,9 +146,14 @@ def _of_none(expr: Aggregate) -> Literal | None:
     none = expr.condition == FALSE or (
         expr.element == {"any": FALSE, "count": FALSE, "all": TRUE}.get(expr.operator)
     )
-    if not none or expr.operator in ("min", "max"):
+    if not none or expr.operator in ("min", "max", "first"):
         return None
-    return Literal(expr.operation.scalar([]), expr.type)
+    return _literal(expr.operation.scalar([]), expr.type)
+
+
+def _literal(value: Any, type_: Type) -> Literal:
+    found: Any = tuple(value) if isinstance(value, list) else value
+    return Literal(found, type_)
 
 
 def _present(expr: Holds, operand: Expr) -> Expr:
