@@ -111,6 +111,7 @@ FUNCTIONS = {
     "length": len,
     "element": lambda array, index: element(array, index),
     "section": lambda array, first, last: section(array, first, last),
+    "sector": lambda *scan: sector(*scan),
 }
 
 
@@ -129,6 +130,23 @@ def section(array, first, last):
         return [array[i] for i in range(count) if places[0] <= i <= places[1]]
     behind = [array[i] for i in range(count) if i >= places[0]]
     return behind + [array[i] for i in range(count) if i <= places[1]]
+
+
+def sector(ranges, start, step, first, last):
+    """Return the ranges of a scan between two angles, in their order; after whole turns an angle is
+    the same, and a thousandth of a step does not count."""
+    start, step, first, last = map(double, (start, step, first, last))
+    turn = 2 * math.pi
+    width = min(last - first if last >= first else (last - first) % turn, turn)
+    if not 0 < abs(step) <= turn or not math.isfinite(start + first + last):
+        return []
+    found = []
+    for place in range(len(ranges)):
+        angle = (start + place * step - first) % turn
+        angle = angle - turn if turn - angle <= abs(step) / 1000 else angle
+        if angle <= width + abs(step) / 1000:
+            found.append((angle, place))
+    return [ranges[place] for _, place in sorted(found)]
 
 
 def add_up(numbers):

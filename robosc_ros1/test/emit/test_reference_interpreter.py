@@ -119,7 +119,9 @@ ARGUMENTS = {
 @pytest.mark.parametrize("function", CALLS.values(), ids=CALLS)
 def test_functions_mean_the_same(shadow: SimpleNamespace, function: Operator) -> None:
     interpreter = shadow.Shadow.__new__(shadow.Shadow)
-    for values in product(*(ARGUMENTS[kind] for kind in function.arguments)):
+    # All combinations of what is best are enough of a function with many arguments.
+    few = slice(None) if len(function.arguments) < 4 else slice(2, None, 4)
+    for values in product(*(ARGUMENTS[kind][few] for kind in function.arguments)):
         tree = [function.key, *(["literal", value] for value in values)]
         expected = outcome(lambda values=values: function.scalar(*values))
         assert same(outcome(lambda tree=tree: interpreter.evaluate(tree)), expected), values

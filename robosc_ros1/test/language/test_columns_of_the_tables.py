@@ -42,6 +42,12 @@ VALUES: Mapping[Operand, Sequence[Any]] = {
     Operand.BASIC: (True, False, "text", 3, -0.5),
     Operand.ARRAY: ((), (1, 2.5), tuple(range(7))),
 }
+SCANS = [
+    (tuple(range(count)), start, step, first, last)
+    for count in (0, 1, 7, 12)
+    for start, step in [(-1.5, 0.5), (1, -0.25), (0.0, math.pi / 6), (0, 0), (NAN, 1), (0.0, INF)]
+    for first, last in [(-0.5, 0.5), (0, 1), (2.0, -2.0), (-INF, 0), (-9, 9.5), (10**400, 1)]
+]
 LOOSEST_FIRST = (
     ("else",), ("=>",), ("or",), ("and",), ("=", "!="), ("<", "<=", ">", ">="), ("+", "-"),
     ("*", "/", "%"),
@@ -102,6 +108,24 @@ def _section(array: Sequence[Any], first: int, last: int) -> list[Any]:
     return [array[n] for n in (*range(max(low, 0), count), *range(min(high + 1, count)))]
 
 
+def _sector(ranges: Sequence[Any], start: Any, step: Any, first: Any, last: Any) -> list[Any]:
+    """The rays whose angle is in the sector after some whole turns, asked one by one."""
+    start, step, first, last = map(_double, (start, step, first, last))
+    turn = 2 * math.pi
+    width = min(last - first if last >= first else (last - first) % turn, turn)
+    if not 0 < abs(step) <= turn or not math.isfinite(start + first + last):
+        return []
+    found = []
+    for place, value in enumerate(ranges):
+        # From the first angle of the sector, where a thousandth of a step does not count.
+        angle = (start + place * step - first) % turn
+        if turn - angle <= abs(step) / 1000:
+            angle -= turn
+        if angle <= width + abs(step) / 1000:
+            found.append((angle, value))
+    return [value for _, value in sorted(found)]
+
+
 def _extreme(best: Callable[..., Any]) -> Callable[..., Any]:
     def apply(*values: Any) -> Any:
         return NAN if any(v != v for v in values) else best(values)
@@ -159,6 +183,7 @@ MEANING: Mapping[str, Callable[..., Any]] = {
     "length": lambda a: sum(1 for _ in a),
     "element": _element,
     "section": _section,
+    "sector": _sector,
 }
 OF_LISTS: Mapping[str, Callable[..., Any]] = {
     "any": lambda values: True in values,
@@ -199,6 +224,9 @@ def kinds(row: Operator) -> tuple[Operand, ...]:
 
 def values_of(row: Operator) -> Iterator[tuple[Any, ...]]:
     """Operands of an operation, of its kinds and of one type where it needs that."""
+    if row.spelling == "sector":
+        yield from SCANS
+        return
     for values in product(*(VALUES[kind] for kind in kinds(row))):
         if len({isinstance(v, str) for v in values}) == 1 or row.arguments:
             yield values
@@ -214,11 +242,14 @@ def check_operands(row: Operator, group: Mapping[str, Operator]) -> None:
         **dict.fromkeys(booleans, Operand.BOOLEAN), "=": Operand.EQUAL, "!=": Operand.EQUAL,
         "else": Operand.EQUAL, "+": Operand.SUMMAND, "has": Operand.INTEGER,
         "string": Operand.BASIC, "length": Operand.ARRAY, "element": Operand.ARRAY,
-        "section": Operand.ARRAY, "first": Operand.ANY, "[": Operand.ANY,
+        "section": Operand.ARRAY, "sector": Operand.ARRAY, "first": Operand.ANY, "[": Operand.ANY,
     }.get(row.spelling, Operand.NUMBER)  # fmt: skip
     assert row.operands is expected
     index = (Operand.INTEGER,)
-    more = {"has": index, "element": index, "section": index * 2}.get(row.spelling, ())
+    numbers = (Operand.NUMBER,) * 4
+    more = {"has": index, "element": index, "section": index * 2, "sector": numbers}.get(
+        row.spelling, ()
+    )
     pair = (Operand.NUMBER,) if row.spelling in ("hypot", "atan2", *VARIADIC) else ()
     is_function = group in (CALLS, AGGREGATES)
     of_lists = () if group is AGGREGATES else pair
@@ -265,7 +296,7 @@ def lists_of(row: Operator) -> Sequence[list[Any]]:
 
 
 def check_result(row: Operator, group: Mapping[str, Operator]) -> None:
-    special = {Result.ELEMENT: {"element", "first"}, Result.ARRAY: {"section", "["}}
+    special = {Result.ELEMENT: {"element", "first"}, Result.ARRAY: {"section", "sector", "["}}
     assert (row.spelling in set().union(*special.values())) is (row.result in special)
     if row.result in special:
         assert row.spelling in special[row.result]

@@ -146,7 +146,7 @@ def test_every_operation_on_its_own(operation: str) -> None:
 
 def test_every_operation_of_the_tables_is_among_them() -> None:
     named = {word for text in OPERATIONS for word in re.findall(r"[a-z]\w+|[^\w\s().\"]+", text)}
-    of_data = {"length", "element", "section"}
+    of_data = {"length", "element", "section", "sector"}
     assert {*UNARY, *BINARY, *CALLS} - of_data <= named
 
 

@@ -299,7 +299,7 @@ KEPT = """
         ("x := value.x", "S.x > limit", "S.x > limit", "it reads a parameter"),
         ("levels := value.levels", "S.levels[S.n] > 0", "S.levels[S.n] > 0",
          "it reads a computed or negative index"),
-        ("levels := value.levels[1..2]", "S.levels[0] > 0", "S.levels[0] > 0", "it reads a slice"),
+        ("levels := value.levels[1..2]", "S.levels[0] > 0", "S.levels[0] > 0", "it reads a part of an array"),
         ("levels := value.levels", "any(l > 0 for l in S.levels)", "any(l > 0 for l in S.levels)",
          "it goes through the elements of an array"),
         ("x := value.x", "abs(S.x) > 1", "abs(S.x) > 1", "it calls abs(…)"),

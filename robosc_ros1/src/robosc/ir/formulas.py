@@ -38,7 +38,7 @@ from robosc.model.expr import (
 )
 from robosc.model.presence import asked_for, with_presence_written
 from robosc.model.quantified import chain
-from robosc.model.traversal import fold, may_be_undefined, walk, with_operands
+from robosc.model.traversal import fold, may_be_undefined, walk, with_operands, without_last
 from robosc.model.types import (
     ArrayType,
     BooleanType,
@@ -196,6 +196,8 @@ def to_dsl(
                 return Spelled(listed, _ATOM)
             case Holds():
                 return Spelled(f"defined({text_of(asked_for(node))})", _ATOM)
+            case Call(operator="sector", operands=(ranges, *_)) if scan := without_last(ranges):
+                operands = (Spelled(text_of(scan), _ATOM), *operands[-2:])
         return node.operation.text.of(operands)
 
     def of_aggregate(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:

@@ -91,11 +91,14 @@ FUNCTIONS: Mapping[str, Operator] = {
 }
 """The functions by spelling; type checking replaces ``defined`` by PRESENCE."""
 
-GEOMETRY: Mapping[str, tuple[int, str, str]] = {
-    "yaw": (1, "xyzw", "a quaternion"),
-    "distance": (2, "xyz", "a point"),
+_SCAN = ("ranges", "angle_min", "angle_increment")
+GEOMETRY: Mapping[str, tuple[int, int, tuple[str, ...], str]] = {
+    "yaw": (1, 0, tuple("xyzw"), "a quaternion"),
+    "distance": (2, 0, tuple("xyz"), "a point"),
+    "sector": (1, 2, _SCAN, "a laser scan"),
 }
-"""Functions of objects: how many they take, with which fields, and what these are in words.
+"""Functions of objects: how many objects and numbers they take, the fields of the objects, and what
+these are in words.
 
 Names are resolved to what they are made of (:mod:`robosc.model.geometry`).
 """
@@ -109,6 +112,7 @@ _PARTS = (
         "section", (Operand.ARRAY, _INTEGER, _INTEGER), Result.ARRAY, runtime.section,
         written=Text("{0:9}[{1:0}..{2:0}]", _ATOM),
     ),
+    _function("sector", (Operand.ARRAY, *[_NUMBER] * 4), Result.ARRAY, runtime.sector),
 )  # fmt: skip
 
 CALLS: Mapping[str, Operator] = {**_COMPUTED, **{part.spelling: part for part in _PARTS}}

@@ -1,8 +1,8 @@
-"""``yaw`` of a quaternion and ``distance`` of two points, as what they are made of."""
+"""``yaw``, ``distance`` and ``sector``, as functions of what their objects are made of."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from robosc.language.functions import GEOMETRY
@@ -13,7 +13,7 @@ from robosc.model.evaluation import part_of_value
 from robosc.model.expected import ExpectedType, needs_of
 from robosc.model.expr import Binary, Call, Expr, Literal
 from robosc.model.traversal import part_of
-from robosc.model.types import DoubleType, IntegerType, ObjectType
+from robosc.model.types import ArrayType, DoubleType, ObjectType, is_number
 from robosc.source import Span
 from robosc.syntax.nodes import CallNode, ExprNode
 
@@ -25,20 +25,24 @@ def typed_geometry(
 ) -> Expr | None:
     """The expression for which a call of a function in ``GEOMETRY`` stands; None after an error."""
     name = node.function.root.text
-    number, fields, words = GEOMETRY[name]
-    if len(node.arguments) != number:
-        count = f"{number} argument{'s' * (number > 1)}"
+    objects, numbers, fields, words = GEOMETRY[name]
+    if len(node.arguments) != objects + numbers:
+        count = f"{objects + numbers} argument{'s' * (objects + numbers > 1)}"
         message = f"'{name}' takes {count}, not {len(node.arguments)}"
         report.add("type-mismatch", node.span, message)
         return None
     parts = []
-    for argument in node.arguments:
+    for argument in node.arguments[:objects]:
         found = check(argument, needs_of(Operand.ANY), f"'{name}'")
         if found is None:
             return None
         if not _has(found, fields):
             message = f"'{name}' needs {words}, not {describe(found.type)}"
             hint = f"an object with the numbers {', '.join(fields)}"
+            if fields[0] == "ranges":
+                hint = (
+                    f"an object with an array of numbers 'ranges', and {' and '.join(fields[1:])}"
+                )
             report.add("type-mismatch", argument.span, message, hint)
             return None
         if (missing := _missing(found, fields)) is not None:
@@ -46,17 +50,30 @@ def typed_geometry(
             report.add("unknown-member", argument.span, message)
             return None
         parts.append([_part(found, field, node.span) for field in fields])
-    return _yaw(*parts[0]) if name == "yaw" else _distance(*parts)
+    angles = [check(a, needs_of(Operand.NUMBER), f"'{name}'") for a in node.arguments[objects:]]
+    given = [angle for angle in angles if angle is not None]
+    if len(given) < len(angles):
+        return None
+    match name:
+        case "sector":
+            operands = (*parts[0], *given)
+            return Call("sector", operands, parts[0][0].type, node.span)
+        case "yaw":
+            return _yaw(*parts[0])
+    return _distance(*parts)
 
 
-def _has(expr: Expr, fields: str) -> bool:
+def _has(expr: Expr, fields: Sequence[str]) -> bool:
     type_ = expr.type
-    return isinstance(type_, ObjectType) and all(
-        isinstance(type_.property(field), DoubleType | IntegerType) for field in fields
-    )
+    if not isinstance(type_, ObjectType):
+        return False
+    types = {field: type_.property(field) for field in fields}
+    ranges = types.pop("ranges", ArrayType(_DOUBLE))
+    numbers = [*types.values(), ranges.element if isinstance(ranges, ArrayType) else None]
+    return all(part is not None and is_number(part) for part in numbers)
 
 
-def _missing(expr: Expr, fields: str) -> str | None:
+def _missing(expr: Expr, fields: Sequence[str]) -> str | None:
     """A field that a constant leaves out; None if it has all."""
     if not isinstance(expr, Literal):
         return None
@@ -65,11 +82,11 @@ def _missing(expr: Expr, fields: str) -> str | None:
 
 
 def _part(whole: Expr, field: str, span: Span) -> Expr:
-    if isinstance(whole, Literal):
-        return Literal(part_of_value(whole.value, (field,)), _DOUBLE, span)
     assert isinstance(whole.type, ObjectType)
     type_ = whole.type.property(field)
     assert type_ is not None
+    if isinstance(whole, Literal):
+        return Literal(part_of_value(whole.value, (field,)), type_, span)
     return part_of(whole, (field,), type_, span)
 
 

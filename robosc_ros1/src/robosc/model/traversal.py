@@ -123,6 +123,16 @@ def part_of(
     return Part(whole, path, type_, span)
 
 
+def without_last(part: Expr) -> Expr | None:
+    """The object of which an expression reads a field; None if it reads none."""
+    match part:
+        case ValueRef(path=(*before, str())) | ElementRef(path=(*before, str())):
+            return replace(part, path=tuple(before))
+        case Part(operand=operand, path=(*before, str())):
+            return replace(part, path=tuple(before)) if before else operand
+    return None
+
+
 def may_be_undefined(expr: Expr) -> bool:
     """Whether an expression can be undefined: it reads optional data or an array's element."""
     stack = [expr]

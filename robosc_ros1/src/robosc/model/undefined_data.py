@@ -238,7 +238,7 @@ class _Nothing:
             return None
         if expr.operator in ("min", "max", "first"):
             return _UNDEFINED
-        is_slice = isinstance(expr.array, Call) and expr.array.operator == "section"
+        is_slice = isinstance(expr.array, Call) and expr.array.operator in ("section", "sector")
         return {"any": False, "all": True}.get(expr.operator) if is_slice else None
 
     def _decided(self, expr: Binary) -> object | None:

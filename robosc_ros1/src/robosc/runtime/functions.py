@@ -133,6 +133,45 @@ def section(array: Sequence[Value], first: int, last: int) -> List[Value]:
     return list(array[start:]) + list(array[:end])
 
 
+_TURN = 2 * math.pi
+_TOLERANCE = 1e-3
+"""The part of the angle between two rays by which both ends of a sector are extended: scans have
+their angles as single-precision numbers."""
+
+
+def sector(
+    ranges: Sequence[Value], angle_min: Value, angle_increment: Value, first: Value, last: Value
+) -> List[Value]:
+    """Return the ranges of a scan between two angles in radians, both included, in that order.
+
+    Angles that differ by whole turns are the same. If ``last`` is below ``first``, the sector
+    includes the angle pi. There are none if an angle is not finite, or the increment is 0.
+    """
+    step, begin = abs(widen(angle_increment)), widen(first)
+    backwards = angle_increment < 0
+    count = len(ranges)
+    start = widen(angle_min) - (count - 1) * step if backwards else widen(angle_min)
+    width = widen(last) - begin
+    if not (0 < step <= _TURN and math.isfinite(start) and math.isfinite(width)):
+        return []
+    width = min(width if width >= 0 else width % _TURN, _TURN)
+    begin = (begin - start) % _TURN  # from the ray with the least angle
+    found: List[Value] = []
+    free = count  # of the rays from here on none has been found yet
+    for turn in range(-int(count * step / _TURN), 2):
+        low = (begin - turn * _TURN) / step - _TOLERANCE
+        high = low + width / step + 2 * _TOLERANCE
+        if low >= count or high < 0:
+            continue
+        one, behind = max(math.ceil(low), 0), min(math.floor(min(high, count)) + 1, free)
+        free = min(free, one)
+        if one < behind:
+            here = slice(count - behind, count - one) if backwards else slice(one, behind)
+            part = list(ranges[here])
+            found += reversed(part) if backwards else part
+    return found
+
+
 def defined(function: Callable[[Value], Value], array: Iterable[Value]) -> List[Value]:
     """Return the results of a function for the elements, without undefined ones."""
     results = []

@@ -36,8 +36,8 @@ def why_free(term: TestRef | ChoiceRef) -> str:
     if any(isinstance(part, Aggregate) for part in parts):
         return "it goes through the elements of an array"
     called = [part.operator for part in parts if isinstance(part, Call)]
-    if "section" in called:
-        return "it reads a slice"
+    if "section" in called or "sector" in called:
+        return "it reads a part of an array"
     if "element" in called:
         return "it reads a computed or negative index"
     read = set(_read(parts))
