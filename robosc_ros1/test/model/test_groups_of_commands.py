@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from model.model_text import faults, resolve
+from model.model_text import behaviour_of, faults, resolve
+
+from robosc.language.events import EventKind
+from robosc.source import Source
+from robosc.syntax.format import format_text
 
 ROBOT = """
 component EStop {
@@ -70,6 +74,61 @@ def test_groups_of_preferences(group: str) -> None:
     assert [key for key in before.preferred if key != "Lamp.ping"] == GROUPS[group]
     assert set(before.preferred).isdisjoint(before.over)
     assert {*before.preferred, *before.over} == {*ALL, "Lamp.ping"}
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_groups_of_transitions(group: str) -> None:
+    """Each event of each command that has it, in the order of the group."""
+    watch = (
+        "component Watch {{ behaviour {{ variable n: boolean initial marked state s {{ {} }} }} }}"
+    )
+    text = f"{ROBOT} {watch.format(f'on request to {group} do n := true')}"
+    (state,) = behaviour_of(resolve(text), "Watch").states
+    assert [t.communication for t in state.transitions] == GROUPS[group]
+    having = [key for key in GROUPS[group] if key == "Base.dock"]
+    text = f"{ROBOT} {watch.format(f'on error, cancel from {group} do n := true')}"
+    if having:
+        (state,) = behaviour_of(resolve(text), "Watch").states
+        found = [(t.event, t.communication) for t in state.transitions]
+        assert found == [(EventKind.ERROR, "Base.dock"), (EventKind.CANCEL, "Base.dock")]
+    else:
+        assert ("event-not-available", "error") in faults(text)
+
+
+def test_an_outgoing_message_is_named_beside_a_group() -> None:
+    watch = """
+    component Watch { behaviour {
+        variable last: boolean
+        initial marked state s { on response from { button, Base } except drive do last := true }
+    } }
+    """
+    (state,) = behaviour_of(resolve(f"{ROBOT} {watch}"), "Watch").states
+    assert [t.communication for t in state.transitions] == ["EStop.button", "Base.dock"]
+
+
+def test_the_own_component_is_a_group_and_each_of_several_means_itself() -> None:
+    watch = """
+    component Lamp[1..2] {
+        incoming message on with identifier: "/on{index}", type: none
+        incoming message off with identifier: "/off{index}", type: none
+        behaviour {
+            variable last: boolean
+            initial marked state s { on request to Lamp except on do last := true }
+        }
+    }
+    """
+    robot = resolve(f"{ROBOT} {watch}")
+    for n in (1, 2):
+        (state,) = behaviour_of(robot, f"Lamp[{n}]").states
+        assert [t.communication for t in state.transitions] == [f"Lamp[{n}].off"]
+
+
+def test_the_layout_of_groups_in_transitions() -> None:
+    text = (
+        "robot R{component P{behaviour{on error  from all except{Base,drive}except halt goto a}}}"
+    )
+    layout = "on error from all except { Base, drive } except halt goto a\n"
+    assert layout in format_text(Source("m", text))
 
 
 def test_groups_in_copies_of_statements() -> None:

@@ -19,7 +19,7 @@ from robosc.lsp.offers import (
     keywords,
     listed_events,
 )
-from robosc.lsp.statement_offers import SENT, StatementOffers
+from robosc.lsp.statement_offers import ALL_COMMANDS, SENT, StatementOffers
 from robosc.model.types import ArrayType, ObjectType, Type
 
 _TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
@@ -162,7 +162,9 @@ class _Completer(StatementOffers):
             yield from keywords(("to",) if last == "request" else ("from", "to"))
         elif last in ("from", "to"):
             yield from self._communications(listed_events(words))
+            yield ALL_COMMANDS
         else:
+            yield from keywords(("except",) if {"if", "do", "goto"}.isdisjoint(words) else ())
             guard = "else" if "else" in words else "if"
             yield from keywords(("else",) if words[-2] in ("from", "to") else ())
             yield from self._clauses((guard, "do", "goto"))

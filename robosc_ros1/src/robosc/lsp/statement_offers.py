@@ -12,7 +12,7 @@ from robosc.lsp.snippets import SNIPPETS
 from robosc.model.file_resolver import FileContents
 from robosc.model.types import Type
 
-_ALL = Candidate("all", "keyword", "all commands of the robot", rank=2)
+ALL_COMMANDS = Candidate("all", "keyword", "all commands of the robot", rank=2)
 SENT = (EventKind.REQUEST, EventKind.CANCEL)
 """The events of what the controller sends."""
 
@@ -107,7 +107,7 @@ class StatementOffers(MemberOffers):
         words, last = self._context.words, self._context.last
         if len(words) == 1:
             yield from self._communications(SENT, rank=0)
-            yield _ALL
+            yield ALL_COMMANDS
             yield from keywords(("never", "always"))
             yield from self._expression(None)
             return
@@ -123,14 +123,14 @@ class StatementOffers(MemberOffers):
                 return
         elif last == "disables":
             yield from self._communications(SENT)
-            yield _ALL
+            yield ALL_COMMANDS
             return
         yield from self._expression_or_more()
 
     def _preference(self) -> Iterator[Candidate]:
         if self._context.last in ("prefer", "over", "except"):
             yield from self._communications(SENT)
-            yield _ALL
+            yield ALL_COMMANDS
         elif "over" not in self._context.words:
             yield from keywords(("over", "except"))
         else:

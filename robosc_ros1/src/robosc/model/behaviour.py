@@ -15,7 +15,6 @@ from robosc.model.behaviour_rules import (
     report_unavailable,
     with_else,
 )
-from robosc.model.communications import resolve_listed
 from robosc.model.compatibility import check_range, coerce, default_value, describe
 from robosc.model.diagnostics import Report
 from robosc.model.durations import DURATION, is_long_enough
@@ -32,6 +31,7 @@ from robosc.model.evaluation import constant
 from robosc.model.expected import ANY, BOOLEAN, expected_type
 from robosc.model.expr import Expr, is_constant_data
 from robosc.model.expressions import Typer
+from robosc.model.groups import GroupResolver
 from robosc.model.incoming import Incoming, is_value, no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.reach import check_reach
@@ -201,7 +201,8 @@ class BehaviourResolver:
     def _results(self, node: ResultTransitionNode) -> list[NamedTransition]:
         """One transition for each event of each communication that has it."""
         scope = self._instance.types.scope
-        listed, whole = resolve_listed(node.communications, self._symbols, scope, self._report)
+        groups = GroupResolver(self._symbols, scope, self._report)
+        listed, whole = groups.listed(node.communications)
         self._is_sound &= whole
         goto = self._goto(node.goto)
         found: list[NamedTransition] = []

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from robosc.errors import Note
 from robosc.model.diagnostics import Report
 from robosc.model.scope import FileScope
@@ -37,23 +35,6 @@ def resolve_communication(
         "write its name, or Component.name",
     )
     return None
-
-
-def resolve_listed(
-    accesses: Iterable[Access], symbols: SymbolTable, scope: FileScope, report: Report
-) -> tuple[list[tuple[Access, CommunicationInfo]], bool]:
-    """The communications of a list, each once, and whether none of them has an error."""
-    whole = True
-    found: dict[str, tuple[Access, CommunicationInfo]] = {}
-    for access in accesses:
-        info = resolve_communication(access, symbols, scope, report)
-        if info is None:
-            whole = False
-        elif info.key in found:
-            report_repeated(access, found[info.key][0].span, report)
-        else:
-            found[info.key] = access, info
-    return list(found.values()), whole
 
 
 def report_repeated(access: Access, first: Span, report: Report) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import TypeAlias
 
 from robosc.language.events import Kind
 from robosc.model.communications import SENT, report_repeated, resolve_communication
@@ -11,6 +12,8 @@ from robosc.model.scope import FileScope
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.source import Span
 from robosc.syntax.nodes import Access, ExceptNode, Group
+
+_Members: TypeAlias = dict[str, tuple[Access, CommunicationInfo]]
 
 
 def is_all(access: Access) -> bool:
@@ -41,48 +44,74 @@ class GroupResolver:
         commands ``left_out`` are no part. In a library, ``all`` may be nobody: its commands are
         those of the robot that imports it.
         """
-        found: dict[str, Span | None] = {}
+        found, whole = self._resolved(
+            group,
+            lambda access: self.command(access, code, why),
+            left_out=left_out,
+            may_be_empty=may_be_empty,
+        )
+        return tuple(found) if whole else None
+
+    def listed(self, group: Group) -> tuple[list[tuple[Access, CommunicationInfo]], bool]:
+        """The communications of a transition, each once, and whether none of them has an error.
+
+        Each is there with what names it first. Outgoing messages are named one by one.
+        """
+        found, whole = self._resolved(group, self._communication)
+        return list(found.values()), whole
+
+    def _resolved(
+        self,
+        group: Group,
+        named: Callable[[Access], CommunicationInfo | None],
+        *,
+        left_out: Iterable[str] = (),
+        may_be_empty: bool = False,
+    ) -> tuple[_Members, bool]:
+        """The members of a group by key, each with its place, and whether there is no error.
+
+        ``named`` resolves the name of one of them.
+        """
+        found: _Members = {}
+        own_names: dict[str, Span] = {}
         whole = True
         for item in group:
             if isinstance(item, ExceptNode):
-                return self._without(found, item, code, why) if whole else None
+                return self._without(found, item, named) if whole else (found, False)
             members = self._members(item)
-            if members is None:
-                whole &= self._add_named(item, found, code, why)
-            else:
+            if members is not None:
                 whole &= may_be_empty or self._has_commands(item, members)
-                found.update((m.key, None) for m in members if m.key not in {*found, *left_out})
-        return tuple(found) if whole else None
+                new = [m for m in members if m.key not in {*found, *left_out}]
+                found.update((m.key, (item, m)) for m in new)
+            elif (info := named(item)) is None:
+                whole = False
+            elif info.key in own_names:
+                report_repeated(item, own_names[info.key], self._report)
+            else:
+                own_names[info.key] = item.span
+                found.setdefault(info.key, (item, info))
+        return found, whole
 
     def _without(
-        self, found: Iterable[str], node: ExceptNode, code: str, why: str
-    ) -> tuple[str, ...] | None:
+        self,
+        found: _Members,
+        node: ExceptNode,
+        named: Callable[[Access], CommunicationInfo | None],
+    ) -> tuple[_Members, bool]:
         """What is left of a group."""
-        others = self.commands(node.communications, code, why, may_be_empty=True)
-        if others is None:
-            return None
-        left = tuple(key for key in found if key not in others)
-        if not left and self._scope.node.kind == "robot":
+        others, whole = self._resolved(node.communications, named, may_be_empty=True)
+        left = {key: member for key, member in found.items() if key not in others}
+        if whole and not left and self._scope.node.kind == "robot":
             self._report.add("unknown-communication", node.span, "nothing is left of the group")
-            return None
-        return left
+            return left, False
+        return left, whole
 
-    def _add_named(
-        self, access: Access, found: dict[str, Span | None], code: str, why: str
-    ) -> bool:
-        """Add one command by its name; False after an error."""
-        info = self.command(access, code, why)
-        if info is None:
-            return False
-        if (first := found.get(info.key)) is None:
-            found[info.key] = access.span
-            return True
-        report_repeated(access, first, self._report)
-        return True
+    def _communication(self, access: Access) -> CommunicationInfo | None:
+        return resolve_communication(access, self._symbols, self._scope, self._report)
 
     def command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:
         """The command of a name; None after an error."""
-        info = resolve_communication(access, self._symbols, self._scope, self._report)
+        info = self._communication(access)
         if info is not None and info.kind is Kind.OUTGOING:
             message = f"'{info.name}' is an outgoing message: {why}"
             self._report.add(code, access.span, message, SENT.format(info.name))

@@ -45,7 +45,7 @@ def _transitions() -> dict[str, Rule]:
     result = (
         built(listed(terminal(" | ".join(events), expected, make_name)), make_tuple)
         - terminal("from | to", "'from' or 'to' after the kind of event")
-        - t.named_communications("the name of a communication")
+        - t.communications("the name of a communication")
         - maybe(terminal("else", "'else'", make_node(ElseNode)) | condition_part())
         - assignments
         - goto

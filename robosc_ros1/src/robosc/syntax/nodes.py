@@ -387,7 +387,7 @@ class ResultTransitionNode(_Node):
     """
 
     events: tuple[Name, ...]
-    communications: tuple[Access, ...]
+    communications: Group
     guard: ExprNode | ElseNode | None
     assignments: tuple[AssignmentNode, ...]
     goto: Name | None
