@@ -165,7 +165,14 @@ class RandomBehaviours(RandomExpressions):
 
     def tau(self, component: RandomComponent, place: Place) -> str:
         guard = f" if {self.boolean(Scope(component.name))}" if self.chance(60) else ""
-        return f"transition{guard}{self.goto(component, place, 90)}"
+        goto = self.goto(component, place, 90)
+        # By a generator of their own: the rest of the model does not depend on them.
+        drawn, self.rng = self.rng, random.Random(f"{component.name} {place.state} {guard}{goto}")
+        scope = Scope(component.name)
+        finite = [v for v in component.variables if v.type.values and self.chance(30)]
+        assigned = [f"{v.name} := {self.assigned(v, scope)}" for v in finite]
+        self.rng = drawn
+        return f"transition{guard}{' do ' + ', '.join(assigned) if assigned else ''}{goto}"
 
     # --- requirements and data ---------------------------------------------------------------
 

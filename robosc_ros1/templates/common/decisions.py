@@ -170,8 +170,8 @@ def abstraction(plant):
     guards, assigned = [], []
     for component in plant["components"]:
         judged += [tau["guard"] for tau in component["taus"]]
-        for transition in component["transitions"] + component["afters"]:
-            guards.append(transition["guard"])
+        guards += [t["guard"] for t in component["transitions"] + component["afters"]]
+        for transition in component["transitions"] + component["afters"] + component["taus"]:
             for variable, tree in transition["assign"]:
                 assigned.append((component["name"] + "." + variable, tree))
     kept, compared = set(variables_of(guards)), set(variables_of(judged))

@@ -13,7 +13,7 @@ from collections import Counter, deque
 
 from cases import Cases
 from contents import part_of
-from decisions import abstraction, holds_in, nearness
+from decisions import abstraction, nearness
 from expressions import reads_value
 from operations import Undefined
 from shadow import Wrong
@@ -342,9 +342,9 @@ class Guide:
         """Return the internal transition that a component takes; None if none is enabled."""
         state = shadow.states[component["name"]]
         for tau in component["taus"]:
-            if tau["from"] in (None, state) and tau["goto"] not in (None, state):
+            if tau["from"] in (None, state):
                 cases |= self.cases.of_step(shadow, component["name"], tau)
-                if tau["guard"] is None or holds_in(shadow, tau["guard"]):
+                if shadow.effect(component["name"], tau) is not None:
                     return tau
         return None
 

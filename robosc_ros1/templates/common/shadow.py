@@ -151,12 +151,25 @@ class Shadow(Expressions):
                 continue
             if self.states[component] != before or (tau["goto"] or before) != after:
                 continue
-            if tau["guard"] is None or self.evaluate(tau["guard"]):
-                self.states[component] = after
+            found = self.effect(component, tau)
+            if found is not None:
+                self.states, self.variables = found
                 if tau["goto"] is not None:
                     self._enter(component)
                 return
         raise Wrong("%s: %s is not possible" % (step_text("tau", component, index), path))
+
+    def effect(self, component, tau):
+        """Return the states and variables after an internal transition that leaves the component's
+        state; None if it is not taken: its guard is false, a range is left, or nothing changes."""
+        if not self._possible([tau], None):
+            return None
+        states, variables = dict(self.states), dict(self.variables)
+        try:
+            self._follow(component, [tau], None, states, variables)
+        except Wrong:
+            return None
+        return None if (states, variables) == (self.states, self.variables) else (states, variables)
 
     def wait_over(self, component, index, path):
         """Apply a delayed transition of a component."""

@@ -104,9 +104,10 @@ def test_parts_of_a_component(text: str, tree: str) -> None:
         ("initial state a { }", "State(a, True, False, [])"),
         ("marked state a { }", "State(a, False, True, [])"),
         ("initial marked state a { }", "State(a, True, True, [])"),
-        ("transition", "Tau(-, -)"),
-        ("transition goto b", "Tau(-, b)"),
-        ("transition if a > 3 goto b", "Tau((a > 3), b)"),
+        ("transition else do n := 1", "Tau(Else(), [Assignment(n, 1)], -)"),
+        ("transition", "Tau(-, [], -)"),
+        ("transition goto b", "Tau(-, [], b)"),
+        ("transition if a > 3 goto b", "Tau((a > 3), [], b)"),
         ("on request to a", "ResultTransition([request], [a], -, [], -)"),
         ("on response from A.b goto c", "ResultTransition([response], [A.b], -, [], c)"),
         (
@@ -131,7 +132,7 @@ def test_parts_of_a_behaviour(text: str, tree: str) -> None:
 
 def test_transitions_belong_to_their_state() -> None:
     text = "component A { behaviour { state s { on error from a goto t transition goto s } } }"
-    state = "State(s, False, False, [ResultTransition([error], [a], -, [], t), Tau(-, s)])"
+    state = "State(s, False, False, [ResultTransition([error], [a], -, [], t), Tau(-, [], s)])"
     assert declarations(text) == [f"Component(A, [Behaviour([{state}])])"]
 
 

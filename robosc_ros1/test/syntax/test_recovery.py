@@ -77,7 +77,7 @@ model.rscd:12:20: error[syntax]: expected 'request', 'response', 'feedback', 'er
 model.rscd:13:43: error[syntax]: expected 'on', 'transition', 'after' or '}'
    13 |                 on response from a goto t if x
       |                                           ^^ 'if' comes before 'do' and 'goto'
-model.rscd:14:28: error[syntax]: expected 'if', 'goto', 'on', 'transition', 'after' or '}'
+model.rscd:14:28: error[syntax]: expected 'if', 'do', 'goto', 'on', 'transition', 'after' or '}'
    14 |                 transition iff x goto t
       |                            ^^^ did you mean 'if'?
 model.rscd:17:20: error[syntax]: 'initial' comes before 'marked'
@@ -328,7 +328,7 @@ def test_the_rest_of_the_file_is_in_the_tree() -> None:
     assert tree is not None
     assert [shown(d) for d in tree.declarations] == [
         "Component(A, [Message(outgoing, d, -, none, -), Behaviour([State(s, True, False,"
-        " [ResultTransition([response], [a], -, [], t), Tau(-, -),"
+        " [ResultTransition([response], [a], -, [], t), Tau(-, [], -),"
         " ResultTransition([error], [c], -, [], s)]), State(t, True, True, []),"
         " State(u, False, False, [])])])",
         "Object(T, [Property(z, integer)])",

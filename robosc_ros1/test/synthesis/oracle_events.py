@@ -119,9 +119,10 @@ class OracleEvents:
         for component in self.automata:
             behaviour = component.behaviour
             assert behaviour is not None
-            written = list(behaviour.transitions)
+            written = [*behaviour.transitions, *(tau.transition for tau in behaviour.taus)]
             for state in behaviour.states:
                 written.extend(state.transitions)
+                written.extend(tau.transition for tau in state.taus)
                 written.extend(waiting.transition for waiting in state.afters)
             found.extend((component.name, transition) for transition in written)
         return found
@@ -132,14 +133,16 @@ class OracleEvents:
         conditions: list[Expr] = [r.condition for r in robot.requirements]
         conditions += [p.condition for p in robot.provides if p.condition is not None]
         conditions += [t.guard for _, t in self.all_transitions if t.guard is not None]
-        for component in self.automata:
-            behaviour = component.behaviour
-            assert behaviour is not None
-            taus = list(behaviour.taus)
-            for state in behaviour.states:
-                taus.extend(state.taus)
-            conditions += [tau.guard for tau in taus if tau.guard is not None]
         found = {read for condition in conditions for read in _variables_in(condition)}
+        for component in self.automata:
+            assert component.behaviour is not None
+            found |= {
+                f"{component.name}.{assignment.variable}"
+                for place in (None, *component.behaviour.states)
+                for tau in (place or component.behaviour).taus
+                if place is None or tau.transition.goto in (None, place.name)
+                for assignment in tau.transition.assignments
+            }
         while True:
             more = set(found)
             for name, transition in self.all_transitions:

@@ -48,13 +48,20 @@ class OraclePlant(OracleEvents):
     def _step_tau(self, state: OracleState, event: Event, after: dict[Any, Any]) -> None:
         behaviour = self.robot.component(event.key).behaviour
         assert behaviour is not None
+        component = self.robot.component(event.key)
         here = self.get(state, "at", event.key)
         present = next(s for s in behaviour.states if s.name == here)
         for tau in (*behaviour.taus, *present.taus):
-            if tau.index == event.index and (tau.guard is None or self.holds(tau.guard, state)):
-                if tau.goto is not None:
-                    after["at", event.key] = tau.goto
-                return
+            transition = tau.transition
+            if tau.index != event.index or not (
+                transition.guard is None or self.holds(transition.guard, state)
+            ):
+                continue
+            self._assign(component, [transition], state, Occurrence(event), after)
+            changes = any(state[self.where[slot]] != value for slot, value in after.items())
+            if transition.assignments and not changes:
+                raise Impossible
+            return
         raise Impossible
 
     def _step_after(

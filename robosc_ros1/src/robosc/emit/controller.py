@@ -343,12 +343,13 @@ class _Builder:
         (automaton,) = event.automata
         variable = self.plant.variables[automaton.variable]
         location = self.attributes.locations[event.key]
-        entries = self.attributes.entries.get(event.key)
         conditions: list[PythonCode] = []
         body = []
+        writes: dict[str, None] = {}
         for edges in alike(automaton.edges):
             edge = edges[0]
-            moved = [e for e in edges if e.source != e.target]  # others would change nothing
+            # Others would change nothing.
+            moved = [e for e in edges if e.source != e.target or e.updates]
             if not moved:
                 continue
             parts = [self.reactions.location_test(variable, [e.source for e in moved])]
@@ -358,13 +359,15 @@ class _Builder:
                     self.shown.append(shown)
                     code = self.attributes.code(condition)
                     parts.append(replace(code, text=self.attributes.operand(shown)))
+            parts += self.reactions.ranges(edge)
             conditions.append(joined("and", parts))
-            target = variable.values[edge.target]
+            effects, written = self.reactions.effects(event, moved)
+            writes.update(dict.fromkeys(written))
             body += [
                 f"if {conditions[-1].text or 'True'}:",
-                f'    before, self.{location} = self.{location}, "{target}"',
-                *([] if entries is None else [f"    self.{entries} += 1"]),
-                f'    return before + "->{target}"',
+                f"    before = self.{location}",
+                *(f"    {line}" for line in effects),
+                f'    return before + "->{variable.values[edge.target]}"',
             ]
         return TauView(
             event.name,
@@ -373,7 +376,7 @@ class _Builder:
             place(event.span),
             (*body, "return None") if body else (),
             _read_by(conditions),
-            (location,) if entries is None else (location, entries),
+            tuple(writes),
         )
 
 

@@ -6,7 +6,6 @@ import ast
 from math import prod
 
 from robosc.emit.literals import literal
-from robosc.ir.automaton import VariableKind
 from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
 from robosc.runtime.model import Parameter
@@ -44,19 +43,14 @@ def imports_of(source: str) -> tuple[tuple[str, tuple[str, ...]], ...]:
 def bound_of_steps(supervisor: Supervisor) -> int:
     """Internal transitions that can follow one another without coming back to a state.
 
-    Synthesis knows the exact number unless the system is large or they have no end. Else: own
-    steps change nothing but their components' states, so there are no more situations than
-    combinations of those, nor than reachable states.
+    Synthesis knows the exact number unless the system is large or they have no end. Else there are
+    no more situations than combinations of what they change, nor than reachable states.
     """
     if supervisor.step_bound is not None:
         return max(1, supervisor.step_bound)
     plant = supervisor.plant
-    variables = {p.variable for e in plant.events if e.kind is EventKind.TAU for p in e.automata}
-    combinations = prod(
-        variable.size
-        for index, variable in enumerate(plant.variables)
-        if index in variables and variable.kind is VariableKind.LOCATION
-    )
+    written = {v for e in plant.events if e.kind is EventKind.TAU for v in e.writes}
+    combinations = prod(plant.sizes(written))
     return max(1, min(combinations, supervisor.controlled_states or combinations, STEP_LIMIT))
 
 

@@ -158,10 +158,13 @@ def _transition(transition: AnyTransition, enums: dict[str, EnumType]) -> Json:
         own["delay"] = tree(transition.delay)
     elif transition.communication is not None:
         own = {"event": transition.kind.value, "communication": transition.communication}
-    found = {"from": transition.source, **own, "guard": tree(transition.guard)}
-    if transition.kind is not EventKind.TAU:
-        found["assign"] = [[a.variable, tree(a.value)] for a in transition.assignments]
-    return found | {"goto": transition.target}
+    return {
+        "from": transition.source,
+        **own,
+        "guard": tree(transition.guard),
+        "assign": [[a.variable, tree(a.value)] for a in transition.assignments],
+        "goto": transition.target,
+    }
 
 
 def _provided(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:

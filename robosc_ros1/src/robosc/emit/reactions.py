@@ -91,6 +91,13 @@ class Reactions:
                 changed[busy] = None
         return ReactionView(tuple(body), tuple(changed))
 
+    def effects(self, event: Event, edges: list[Edge]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The statements of an event's one transition, where it is taken, and what they write."""
+        (automaton,) = event.automata
+        branch = replace(self._branch(event, automaton, edges), condition=PythonCode(""))
+        _, *lines = _body([_LocalReaction(automaton.component, (branch,))])
+        return tuple(lines), tuple(effect.attribute for effect in branch.effects)
+
     def _branch(self, event: Event, automaton: LocalAutomaton, edges: list[Edge]) -> _Branch:
         edge = edges[0]
         effects = []
@@ -196,7 +203,7 @@ class Reactions:
             ways = []
             free = True
             for edges in alike(automaton.edges):
-                inside = joined("and", self._ranges(edges[0]) if ranges else ())
+                inside = joined("and", self.ranges(edges[0]) if ranges else ())
                 where = self._edge_condition(location, edges)
                 free = free and not inside
                 both = joined("and", [where, inside])
@@ -218,7 +225,8 @@ class Reactions:
         open_edges = {e.source for e in automaton.edges if e.guard is None}
         return len(open_edges) == location.size
 
-    def _ranges(self, edge: Edge) -> Iterator[PythonCode]:
+    def ranges(self, edge: Edge) -> Iterator[PythonCode]:
+        """The conditions under which what an edge assigns stays in its ranges."""
         for index, expr in edge.updates:
             variable = self.variables.get(self.plant.variables[index].name)
             if variable is not None and not within(expr, variable.type):

@@ -38,8 +38,6 @@ def _comparisons(robot: Robot) -> Iterator[tuple[str, float]]:
 
 
 def _in_behaviour(behaviour: Behaviour, robot: Robot) -> Iterator[tuple[str, float]]:
-    for tau in behaviour.all_taus:
-        yield from _compared(tau.guard, "")
     for transition in behaviour.all_transitions:
         name = robot.display_names.get(transition.communication, "")
         event = f"{name}.{transition.event.value}"

@@ -47,13 +47,12 @@ def _on_event(source: str | None, found: ResultTransition) -> AnyTransition:
 
 
 def _internal(source: str | None, tau: Tau) -> AnyTransition:
-    taken = tau.guard, (), tau.span
-    return AnyTransition(source, tau.goto, EventKind.TAU, None, tau.index, None, *taken)
+    return replace(_on_event(source, tau.transition), communication=None, index=tau.index)
 
 
 def _delayed(source: str, after: After) -> AnyTransition:
     found = _on_event(source, after.transition)
-    return replace(found, communication=None, index=after.index, delay=after.delay, span=after.span)
+    return replace(found, communication=None, index=after.index, delay=after.delay)
 
 
 def as_written(expr: Expr, robot: Robot) -> str:

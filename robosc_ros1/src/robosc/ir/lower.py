@@ -33,9 +33,19 @@ from robosc.model.entities import (
     Robot,
     Tau,
 )
-from robosc.model.expr import TRUE, ChoiceRef, Expr, Leaf, TestRef, ValueRef, VariableRef
+from robosc.model.expr import (
+    TRUE,
+    Binary,
+    ChoiceRef,
+    Expr,
+    Leaf,
+    TestRef,
+    ValueRef,
+    VariableRef,
+)
+from robosc.model.presence import known_condition
 from robosc.model.traversal import operands
-from robosc.model.types import Value, domain
+from robosc.model.types import BooleanType, Value, domain
 
 _MOST_VALUES = 2**20
 """The largest number of values of a variable or of a part of an event's value."""
@@ -170,15 +180,30 @@ class _Lowering:
     def _edge(self, component: Component, location: int, taken: Taken) -> Edge:
         transition = taken.transition
         guards = [self.view.expression(guard) for guard in taken.guards]
+        updates = tuple(self._updates(component, transition))
+        target = self._target(component, location, transition.goto)
+        if updates and target == location and transition.event is EventKind.TAU:
+            guards.append(self._changes_something(updates))
         return Edge(
             location,
             conjunction(guards) if guards else None,
-            tuple(self._updates(component, transition)),
+            updates,
             transition.assignments,
-            self._target(component, location, transition.goto),
+            target,
             transition.goto is not None,
             taken.level,
             transition.span,
+        )
+
+    def _changes_something(self, updates: Iterable[tuple[int, Expr]]) -> Expr:
+        """Return the condition that an internal transition, which stays, changes a variable.
+
+        One that changes nothing would be taken without end.
+        """
+        return disjunction(
+            known_condition(Binary("!=", reference_to(variable), value, BooleanType()))
+            for index, value in updates
+            if (variable := self.robot.variables.get(self.variables[index].name)) is not None
         )
 
     def _updates(
@@ -218,7 +243,7 @@ class _Lowering:
     def _after_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         afters = [(a, n) for n, state in enumerate(behaviour.states) for a in state.afters]
         for after, location in sorted(afters, key=lambda item: item[0].index):
-            yield self._event_of(component, after, after.transition, (location,))
+            yield self._event_of(component, after, (location,))
 
     def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         everywhere = range(len(behaviour.states))
@@ -226,37 +251,41 @@ class _Lowering:
         for location, state in enumerate(behaviour.states):
             taus.extend((tau, (location,)) for tau in state.taus)
         for tau, locations in sorted(taus, key=lambda item: item[0].index):
-            transition = ResultTransition(
-                EventKind.TAU, component.name, tau.guard, (), tau.goto, span=tau.span
-            )
-            yield self._event_of(component, tau, transition, locations)
+            yield self._event_of(component, tau, locations)
 
     def _event_of(
         self,
         component: Component,
         source: After | Tau,
-        transition: ResultTransition,
         locations: Sequence[int],
     ) -> Event:
         """Return the event of a transition that belongs to one component only."""
+        transition = source.transition
         kind = transition.event
         guards = () if transition.guard is None else (transition.guard,)
         taken = Taken(transition, guards, "state" if len(locations) == 1 else "automaton")
         edges = tuple(self._edge(component, location, taken) for location in locations)
         variable = self.variable_index[VariableKind.LOCATION, component.name]
         automaton = LocalAutomaton(component.name, variable, edges, kind.synchronised)
+        parameters = tuple(self._parameters((automaton,), (kind, component.name)))
+        if parameters and kind is EventKind.TAU:
+            where = f"{transition.span.source.path}:{transition.span.line}"
+            raise StateSpaceError(
+                f"{where}: the outcome of this internal transition is open, for a comparison of"
+                " data reads what it assigns: assign a constant, or use 'after'"
+            )
         return Event(
             kind=kind,
             name=component.name,
             key=component.name,
             index=source.index,
             controllable=kind.controllable,
-            parameters=tuple(self._parameters((automaton,), (kind, component.name))),
+            parameters=parameters,
             phase=None,
             automata=(automaton,),
             requirement=None,
             requirements=(),
-            span=source.span,
+            span=transition.span,
         )
 
 

@@ -129,7 +129,9 @@ class _Completer(StatementOffers):
             case "on":
                 yield from self._on()
             case "transition":
-                yield from self._clauses(("if", "goto"))
+                guard = "else" if "else" in words else "if"
+                yield from keywords(("else",) if len(words) == 1 else ())
+                yield from self._clauses((guard, "do", "goto"))
             case "after":
                 yield from self._after()
 

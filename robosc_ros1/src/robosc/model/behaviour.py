@@ -12,6 +12,8 @@ from robosc.model.behaviour_rules import (
     check_hiding,
     check_initial,
     check_repeated_events,
+    check_staying,
+    internal_with_else,
     report_unavailable,
     with_else,
 )
@@ -64,6 +66,8 @@ class BehaviourResolver:
         self._taus = 0
         self._afters = 0
         self._event_spans: dict[tuple[int, EventKind], Span] = {}
+        self._rest: set[tuple[int, EventKind]] = set()
+        """The offsets and events of transitions with ``else``."""
         self._is_sound = True
 
     def resolve(self, node: BehaviourNode) -> Behaviour:
@@ -72,7 +76,7 @@ class BehaviourResolver:
         variables = [v for v in map(self._variable, declared) if v is not None]
         states: list[State] = []
         named: list[NamedTransition] = []
-        taus: list[Tau] = []
+        taus: list[tuple[Tau, TauNode]] = []
         for item in node.items:
             match item:
                 case StateNode():
@@ -82,10 +86,11 @@ class BehaviourResolver:
                 case ResultTransitionNode():
                     named += self._results(item)
                 case TauNode():
-                    taus.append(self._tau(item))
+                    taus.append((self._tau(item), item))
         check_events(self._instance, self._report, named, None)
+        own = internal_with_else(taus, None, self._report)
         behaviour = Behaviour(
-            tuple(variables), tuple(states), with_else(named), tuple(taus), span=node.span
+            tuple(variables), tuple(states), with_else(named), own, span=node.span
         )
         self._check_states(node, behaviour)
         return behaviour
@@ -161,15 +166,16 @@ class BehaviourResolver:
         items = node.transitions
         nodes = [item for item in items if isinstance(item, ResultTransitionNode)]
         named = [new for node_ in nodes for new in self._results(node_)]
-        taus = [self._tau(item) for item in items if isinstance(item, TauNode)]
+        taus = [(self._tau(item), item) for item in items if isinstance(item, TauNode)]
         afters = [self._after(item) for item in items if isinstance(item, AfterNode)]
         check_events(self._instance, self._report, named, node)
+        own = internal_with_else(taus, node, self._report)
         return State(
             node.name.text,
             node.initial,
             node.marked,
             with_else(named),
-            tuple(taus),
+            own,
             tuple(after for after in afters if after is not None),
             span=node.name.span,
         )
@@ -178,7 +184,11 @@ class BehaviourResolver:
         self._taus += 1
         incoming = no_value("an internal transition carries no value")
         guard = self._guard(node.guard, incoming)
-        return Tau(self._taus, guard, self._goto(node.goto), span=node.span)
+        assignments = self._assignments(node.assignments, incoming)
+        goto = self._goto(node.goto)
+        name = self._instance.name
+        taken = ResultTransition(EventKind.TAU, name, guard, assignments, goto, span=node.span)
+        return Tau(self._taus, taken)
 
     def _after(self, node: AfterNode) -> After | None:
         self._afters += 1
@@ -196,7 +206,7 @@ class BehaviourResolver:
         happening = ResultTransition(
             EventKind.AFTER, name, guard, assignments, goto, span=node.span
         )
-        return After(self._afters, delay, happening, span=node.span)
+        return After(self._afters, delay, happening)
 
     def _results(self, node: ResultTransitionNode) -> list[NamedTransition]:
         """One transition for each event of each communication that has it."""
@@ -216,6 +226,8 @@ class BehaviourResolver:
                     event, info.key, guard, assignments, goto, span=node.span
                 )
                 found.append(NamedTransition(transition, name, access, node.guard))
+                if isinstance(node.guard, ElseNode):
+                    self._rest.add((node.span.start, event))
             if not having:
                 self._clauses(node, Incoming(None, known=False))  # for their own errors
                 self._is_sound = False
@@ -313,7 +325,8 @@ class BehaviourResolver:
             return
         initial = [s for s in self._instance.states.values() if s.initial]
         check_initial(self._instance, self._report, initial)
-        check_hiding(behaviour, self._event_spans, self._report)
+        check_staying(self._instance, behaviour, self._report)
+        check_hiding(behaviour, self._event_spans, self._rest, self._report)
         if initial and self._is_sound:
             start = [s.name.text for s in initial]
             check_reach(self._instance, behaviour, start, self._report)

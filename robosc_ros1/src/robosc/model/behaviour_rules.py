@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from robosc.errors import Note
 from robosc.language.events import EventKind, Kind
 from robosc.model.communications import SENT
+from robosc.model.compatibility import describe
 from robosc.model.diagnostics import Report, first_of
-from robosc.model.entities import Behaviour, ResultTransition
+from robosc.model.entities import Behaviour, ResultTransition, Tau
 from robosc.model.expr import Expr, ValueRef
 from robosc.model.presence import known_condition, none_of
 from robosc.model.tables import CommunicationInfo, Instance
 from robosc.model.traversal import walk
+from robosc.model.types import domain
 from robosc.source import Span
-from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode
+from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode, TauNode
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +142,57 @@ def with_else(transitions: Iterable[NamedTransition]) -> tuple[ResultTransition,
     return tuple(found)
 
 
+def internal_with_else(
+    named: Sequence[tuple[Tau, TauNode]], state: StateNode | None, report: Report
+) -> tuple[Tau, ...]:
+    """The internal transitions of one place, with the guard of an ``else`` as in :func:`with_else`.
+
+    Reports an ``else`` out of place. ``state`` is None for those of every state.
+    """
+    where = f"in state '{state.name.text}'" if state else "for every state"
+    last = next((n for n, (_, node) in enumerate(named) if isinstance(node.guard, ElseNode)), None)
+    if last is None:
+        return tuple(tau for tau, _ in named)
+    rest, node = named[last]
+    before = [tau for tau, _ in named[:last]]
+    guards = [known_condition(t.transition.guard) for t in before if t.transition.guard]
+    if not before or len(guards) < len(before):
+        report.add(
+            "misplaced-else",
+            node.span,
+            f"'else' needs internal transitions with 'if' before it {where}, and no others",
+            "leave out 'else', or give each internal transition before this one its 'if'",
+        )
+        return tuple(tau for tau, _ in named)
+    for _, other in named[last + 1 :]:
+        report.add(
+            "misplaced-else",
+            other.span,
+            f"'else' is for the last internal transition {where}, and this one comes behind it",
+            "put the transition with 'else' behind all others",
+            [Note("the 'else' is here", node.span)],
+        )
+    guarded = zip([*before, rest], [*guards, none_of(guards, node.span)], strict=True)
+    return tuple(replace(tau, transition=replace(tau.transition, guard=g)) for tau, g in guarded)
+
+
+def check_staying(instance: Instance, behaviour: Behaviour, report: Report) -> None:
+    """Report what internal transitions assign that may stay in their state, if it is not finite.
+
+    One that changes nothing is never taken, and only a change of the plant's state is one.
+    """
+    for assignment in (a for taken in behaviour.staying for a in taken.assignments):
+        type_ = instance.variables[assignment.variable]
+        if type_ is not None and domain(type_) is None:
+            report.add(
+                "not-finite",
+                assignment.span,
+                f"'{assignment.variable}' is {describe(type_)}; an internal transition that may"
+                " stay in its state is taken whenever it changes something finite",
+                "let it go to another state, or assign a boolean, an enum or an integer(0..9)",
+            )
+
+
 def check_initial(instance: Instance, report: Report, initial: Sequence[StateNode]) -> None:
     """Report a behaviour with several initial states, or none."""
     name = instance.name
@@ -165,11 +218,15 @@ def check_initial(instance: Instance, report: Report, initial: Sequence[StateNod
 
 
 def check_hiding(
-    behaviour: Behaviour, event_spans: Mapping[tuple[int, EventKind], Span], report: Report
+    behaviour: Behaviour,
+    event_spans: Mapping[tuple[int, EventKind], Span],
+    rest: Container[tuple[int, EventKind]],
+    report: Report,
 ) -> None:
     """Report transitions of a state that hide one of the behaviour for the same event.
 
-    ``event_spans`` maps the offset of a transition and its event to the span of the event's name.
+    ``event_spans`` maps the offset of a transition and its event to the span of the event's name;
+    ``rest`` has those with ``else``.
     """
     common: dict[tuple[EventKind, str], list[ResultTransition]] = {}
     for transition in behaviour.transitions:
@@ -178,7 +235,8 @@ def check_hiding(
         seen = set()
         for transition in state.transitions:
             key = (transition.event, transition.communication)
-            hidden = [t for t in common.get(key, ()) if _hides(transition, t)]
+            is_rest = (transition.span.start, transition.event) in rest
+            hidden = [t for t in common.get(key, ()) if _hides(transition, is_rest, t)]
             if not hidden or key in seen:
                 continue
             seen.add(key)
@@ -198,14 +256,14 @@ def check_hiding(
             )
 
 
-def _hides(own: ResultTransition, common: ResultTransition) -> bool:
+def _hides(own: ResultTransition, is_rest: bool, common: ResultTransition) -> bool:
     """Whether a transition of a state makes one of the behaviour ineffective there.
 
     It does not if its guard reads an optional value: the other one is for events without a value.
+    The one with ``else`` (``is_rest``) is for those, too.
     """
-    if own.guard is not None and any(
-        isinstance(part, ValueRef) and part.optional for part in walk(own.guard)
-    ):
+    reads = () if own.guard is None or is_rest else walk(own.guard)
+    if any(isinstance(part, ValueRef) and part.optional for part in reads):
         return False
     assigned = {a.variable for a in own.assignments}
     return (

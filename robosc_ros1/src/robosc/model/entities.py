@@ -137,12 +137,13 @@ class ResultTransition:
 
 @dataclass(frozen=True, slots=True)
 class Tau:
-    """An internal transition (controllable); ``index`` counts those of the component from 1."""
+    """An internal transition (controllable); ``index`` counts those of the component from 1.
+
+    The event of ``transition`` is ``tau``, and its communication the component's name.
+    """
 
     index: int
-    guard: Expr | None
-    goto: str | None
-    span: Span = _span()
+    transition: ResultTransition
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +157,6 @@ class After:
     index: int
     delay: Expr
     transition: ResultTransition
-    span: Span = _span()
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,18 +184,20 @@ class Behaviour:
 
     @property
     def all_transitions(self) -> Iterator[ResultTransition]:
-        """All but internal transitions: those of every state, then state by state."""
+        """Those of every state, then state by state."""
         yield from self.transitions
+        yield from (tau.transition for tau in self.taus)
         for state in self.states:
             yield from state.transitions
+            yield from (tau.transition for tau in state.taus)
             yield from (after.transition for after in state.afters)
 
     @property
-    def all_taus(self) -> Iterator[Tau]:
-        """The internal transitions: those of every state, then state by state."""
-        yield from self.taus
+    def staying(self) -> Iterator[ResultTransition]:
+        """The internal transitions that may lead to the state that they leave."""
+        yield from (tau.transition for tau in self.taus)
         for state in self.states:
-            yield from state.taus
+            yield from (t.transition for t in state.taus if t.transition.goto in (None, state.name))
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,13 +220,8 @@ class Component:
 
     @property
     def transitions(self) -> Iterator[ResultTransition]:
-        """All but internal transitions: those of every state, then state by state."""
+        """Those of every state, then state by state."""
         return iter(()) if self.behaviour is None else self.behaviour.all_transitions
-
-    @property
-    def taus(self) -> Iterator[Tau]:
-        """The internal transitions: those of every state, then state by state."""
-        return iter(()) if self.behaviour is None else self.behaviour.all_taus
 
 
 @dataclass(frozen=True, slots=True)

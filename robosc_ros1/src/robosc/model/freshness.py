@@ -127,8 +127,7 @@ def _uses_up(behaviour: Behaviour, command: str, message: str) -> bool:
     entries -= {
         (EventKind.RESPONSE, message), (EventKind.ERROR, command), (EventKind.CANCEL, command)
     }  # fmt: skip
-    by_itself = any(tau.goto in enabled for tau in behaviour.all_taus)
-    return bool(enabled) and left and not (at_first or entries or by_itself)
+    return bool(enabled) and left and not (at_first or entries)
 
 
 def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:

@@ -57,7 +57,7 @@ def _successors(state: State, behaviour: Behaviour) -> set[str]:
     }
     common = (t for t in behaviour.transitions if (t.event, t.communication) not in hiding)
     targets = [t.goto for t in (*state.transitions, *common)]
-    targets += [t.goto for t in (*state.taus, *behaviour.taus)]
+    targets += [tau.transition.goto for tau in (*state.taus, *behaviour.taus)]
     targets += [after.transition.goto for after in state.afters]
     return {t for t in targets if t is not None}
 

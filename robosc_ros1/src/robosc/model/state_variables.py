@@ -25,10 +25,11 @@ from robosc.source import Span
 def select_state_variables(robot: Robot, report: Report) -> Robot:
     """The robot with ``Variable.in_state`` set; report assigned values that are not finite.
 
-    A variable belongs to the state if a guard, a requirement or a provide condition reads it, or
-    the right-hand side of an assignment to a finite variable of the state. A variable with an
-    infinite domain is abstracted to the comparisons in which it stands: a variable that is copied
-    to it belongs to the state as well, but those from which its value is computed do not.
+    A variable belongs to the state if a guard, a requirement or a provide condition reads it, an
+    internal transition that may stay in its state assigns it, or the right-hand side of an
+    assignment to a finite variable of the state reads it. A variable with an infinite domain is
+    abstracted to the comparisons in which it stands: a variable that is copied to it belongs to the
+    state as well, but those from which its value is computed do not.
     """
     data = {key for key, variable in robot.variables.items() if domain(variable.type) is None}
     readers = _state_readers(robot, data)
@@ -58,6 +59,10 @@ def _state_readers(robot: Robot, data: Collection[str]) -> dict[str, Span]:
         sources.setdefault(key, []).extend(r for r in parts if isinstance(r, VariableRef))
     work = [r for r in walk_all(_deciding(robot)) if isinstance(r, VariableRef)]
     work.reverse()
+    for component, assignment in _assigned_in_place(robot):
+        key = f"{component.name}.{assignment.variable}"
+        readers.setdefault(key, assignment.span)
+        work.extend(sources[key])
     while work:
         ref = work.pop()
         if ref.key not in readers and ref.span is not None:
@@ -70,12 +75,19 @@ def _deciding(robot: Robot) -> Iterator[Expr]:
     """Guards, requirements and provide conditions: the expressions that enable events."""
     for component in robot.components:
         yield from (t.guard for t in component.transitions if t.guard is not None)
-        yield from (t.guard for t in component.taus if t.guard is not None)
     for requirement in robot.requirements:
         yield requirement.condition
     for provide in robot.provides:
         if provide.condition is not None:
             yield provide.condition
+
+
+def _assigned_in_place(robot: Robot) -> Iterator[tuple[Component, Assignment]]:
+    """The assignments of internal transitions that may stay in their state."""
+    for component in robot.components:
+        if component.behaviour is not None:
+            for transition in component.behaviour.staying:
+                yield from ((component, assignment) for assignment in transition.assignments)
 
 
 def _assignments(robot: Robot) -> Iterator[tuple[Component, Assignment]]:

@@ -116,7 +116,6 @@ def _needed(robot: Robot) -> set[str]:
             for assignment in transition.assignments:
                 key = f"{component.name}.{assignment.variable}"
                 sources.setdefault(key, []).append(assignment.value)
-        read += [tau.guard for tau in component.taus if tau.guard is not None]
     for provide in robot.provides:
         read += [] if provide.condition is None else [provide.condition]
         read += data_expressions(provide.data)
@@ -146,15 +145,17 @@ def _lets_happen(robot: Robot, key: str, value: object) -> bool:
     return False
 
 
+_DECIDED = (EventKind.REQUEST, EventKind.TAU)
+
+
 def _conditions_of_commands(robot: Robot) -> Iterator[tuple[Expr, bool]]:
     """What commands depend on, each with what it must come to."""
     for requirement in robot.requirements:
         yield requirement.condition, not requirement.forbids
     for component in robot.components:
         for transition in component.transitions:
-            if transition.event is EventKind.REQUEST and transition.guard is not None:
+            if transition.event in _DECIDED and transition.guard is not None:
                 yield transition.guard, True
-        yield from ((tau.guard, True) for tau in component.taus if tau.guard is not None)
     yield from ((p.condition, True) for p in robot.provides if p.condition is not None)
 
 

@@ -40,18 +40,19 @@ def _transitions() -> dict[str, Rule]:
         make_node(AssignmentNode),
     )
     assignments = maybe(built(keyword("do") - listed(assignment), make_tuple), ())
+    guard = maybe(terminal("else", "'else'", make_node(ElseNode)) | condition_part())
     events = words_of(Role.EVENT)
     expected = listing((f"'{word}'" for word in events), "or") + " after 'on'"
     result = (
         built(listed(terminal(" | ".join(events), expected, make_name)), make_tuple)
         - terminal("from | to", "'from' or 'to' after the kind of event")
         - t.communications("the name of a communication")
-        - maybe(terminal("else", "'else'", make_node(ElseNode)) | condition_part())
+        - guard
         - assignments
         - goto
     )
     after = t.duration("a duration after 'after'") - maybe(condition_part()) - assignments - goto
-    tau = maybe(condition_part()) + goto
+    tau = guard + assignments + goto
     return {
         "on": Rule(result, make_node(ResultTransitionNode), tail=_clauses_missing),
         "transition": Rule(tau, make_node(TauNode), tail=_clauses_missing),
@@ -61,13 +62,11 @@ def _transitions() -> dict[str, Rule]:
 
 def _clauses_missing(node: Any) -> tuple[str, ...]:
     """The clauses that could still be added at the end of a transition, for messages."""
-    assigns = not isinstance(node, TauNode)
     if node.goto:
         return ()
-    if assigns and node.assignments:
+    if node.assignments:
         return ("','", "'goto'")
-    clauses = ("'do'", "'goto'") if assigns else ("'goto'",)
-    return clauses if node.guard else ("'if'", *clauses)
+    return ("'do'", "'goto'") if node.guard else ("'if'", "'do'", "'goto'")
 
 
 def _state(block: Block, first: str) -> Rule:
@@ -112,7 +111,7 @@ def behaviour_rule() -> Block:
     transitions = _transitions()
     advice = (
         (pattern("if"), "'if' comes before 'do' and 'goto'"),
-        (pattern("do"), "'do' comes before 'goto', and only after 'on'"),
+        (pattern("do"), "'do' comes before 'goto'"),
         (pattern("':='"), "write '=' for an initial value"),
     )
     state_block = Block(items_of("state", transitions, advice=advice))

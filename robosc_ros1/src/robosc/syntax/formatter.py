@@ -91,7 +91,7 @@ _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     StateNode: ("?{initial} ", "?{marked} ", "state {name} {transitions}"),
     ResultTransitionNode: ("on {events} from {communications}", *_CLAUSES),
     AfterNode: ("after {duration}", *_CLAUSES),
-    TauNode: ("transition", "? | if {guard}", "? | goto {goto}"),
+    TauNode: ("transition", *_CLAUSES),
     AssignmentNode: ("{target} := {value}",),
     PreferNode: ("prefer {preferred} | over {over}",),
     StopNode: ("stop with {communication}",),

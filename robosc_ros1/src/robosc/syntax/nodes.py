@@ -395,9 +395,10 @@ class ResultTransitionNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class TauNode(_Node):
-    """``transition if … goto …``: an internal transition."""
+    """``transition if … do … goto …``: an internal transition."""
 
-    guard: ExprNode | None
+    guard: ExprNode | ElseNode | None
+    assignments: tuple[AssignmentNode, ...]
     goto: Name | None
 
 

@@ -137,11 +137,6 @@ class ViewBuilder:
                     yield component, transition
 
     def _deciding(self) -> Iterator[tuple[Scope, Expr]]:
-        for component in self.robot.components:
-            if component.behaviour is not None:
-                for tau in component.behaviour.all_taus:
-                    if tau.guard is not None:
-                        yield None, tau.guard
         for component, transition in self._transitions():
             scope = transition.event, transition.communication
             if transition.guard is not None:

@@ -5,8 +5,8 @@ none is possible. A round is a function on states with images and preimages, so 
 :mod:`robosc.synthesis.explain.properties` are fixpoints:
 
 - a step ends from the states from which rounds lead to a state at rest;
-- its end depends on the order if, for some component, either of two locations can be the last one
-  (internal transitions change nothing but locations);
+- its end depends on the order if, for some state variable that internal transitions change, either
+  of two values can be the last one;
 - the states from which a marked state at rest is reachable are found backward from those.
 """
 
@@ -30,12 +30,11 @@ _MOST_NODES = 2**23
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _TauEdge:
-    """An internal transition from one location: where it is taken, target, location variables."""
+class _TauMove:
+    """A disjunct of an internal transition under the supervisor, and where it is taken."""
 
+    disjunct: Disjunct
     before: Bdd
-    target: Bdd
-    location: Bdd
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,7 +69,7 @@ class SymbolicController:
             for event in self.engine.events
             if self.plant.events[event.number].controllable
         }
-        moves = [self._moves(event.number, enabled) for event in self._taus_of_plant()]
+        moves = [self._moves(event, enabled) for event in self._taus_of_plant()]
         self._taus = [several for several in moves if several]
         self._moving = self.manager.union(move.before for tau in self._taus for move in tau)
         self._inputs = {
@@ -98,19 +97,13 @@ class SymbolicController:
         events = self.plant.events
         return [e for e in self.engine.events if events[e.number].kind is EventKind.TAU]
 
-    def _moves(self, number: int, enabled: dict[int, Bdd]) -> list[_TauEdge]:
-        (automaton,) = self.plant.events[number].automata
-        variable, value = automaton.variable, self.encoding.value
-        location = self.encoding.now([variable])
-        moves = [
-            _TauEdge(
-                enabled[number] & value(variable, edge.source),
-                value(variable, edge.target),
-                location,
-            )
-            for edge in automaton.edges
-            if edge.source != edge.target  # the controller does not take what changes nothing
-        ]
+    def _moves(self, event: EventRelation, enabled: dict[int, Bdd]) -> list[_TauMove]:
+        moves = []
+        for disjunct in event.disjuncts:
+            if not disjunct.stays:  # the controller does not take what changes nothing
+                relation = disjunct.relation & enabled[event.number]
+                before = self.manager.exists(relation, disjunct.after)
+                moves.append(_TauMove(replace(disjunct, relation=relation), before))
         return [move for move in moves if move.before != self._false]
 
     def _steps(self, events: Sequence[EventRelation], enabled: dict[int, Bdd]) -> _Steps:
@@ -157,9 +150,7 @@ class SymbolicController:
             left = states
             moved = []
             for move in tau:
-                moved.append(
-                    self.manager.and_exists(states, move.before, move.location) & move.target
-                )
+                moved.append(self.engine.relations.image(move.disjunct, states))
                 left = left & ~move.before
             states = self.manager.union([left, *moved])
         return states
@@ -170,13 +161,10 @@ class SymbolicController:
             left = states
             came = []
             for move in tau:
-                came.append(self._back(move, states))
+                came.append(self.engine.relations.preimage(move.disjunct, states))
                 left = left & ~move.before
             states = self.manager.union([left, *came])
         return states
-
-    def _back(self, move: _TauEdge, states: Bdd) -> Bdd:
-        return self.manager.and_exists(states, move.target, move.location) & move.before
 
     def _completed(self, starts: Bdd) -> Bdd:
         """Return the states at rest in which steps from ``starts`` end."""
@@ -251,8 +239,7 @@ class SymbolicController:
     def _differing(self) -> tuple[tuple[PlantState, ...], PlantState, PlantState] | None:
         """Return the chain to a step that can end in two states, and both, if there is one."""
         ends = self.states & ~self._moving
-        taus = self._taus_of_plant()
-        written = {self.plant.events[e.number].automata[0].variable for e in taus}
+        written = {variable for event in self._taus_of_plant() for variable in event.writes}
         for variable in sorted(written):
             seen = self._false
             for index in range(self.plant.variables[variable].size):
@@ -269,14 +256,13 @@ class SymbolicController:
     def _any_before(self, states: Bdd) -> Bdd:
         for tau in self._taus:
             for move in tau:
-                states = states | self._back(move, states)
+                states = states | self.engine.relations.preimage(move.disjunct, states)
         return states
 
     def _any_after(self, states: Bdd) -> Bdd:
         for tau in self._taus:
             for move in tau:
-                moved = self.manager.and_exists(states, move.before, move.location)
-                states = states | (moved & move.target)
+                states = states | self.engine.relations.image(move.disjunct, states)
         return states
 
     # --- chains

@@ -9,8 +9,8 @@ from robosc.language.events import EventKind
 def longest_locally(plant: Plant) -> int | None:
     """Return the sum of the components' longest paths of internal transitions, guards ignored.
 
-    It bounds a run-to-completion step, since internal transitions change nothing but locations.
-    None if those of a component form a cycle.
+    It bounds a run-to-completion step if none of them assigns anything and stays in its state.
+    None if there is such a one, or if those of a component form a cycle.
     """
     import networkx as nx  # imported on demand: the import takes longer than most syntheses
 
@@ -21,7 +21,7 @@ def longest_locally(plant: Plant) -> int | None:
                 ((a.component, edge.source), (a.component, edge.target))
                 for a in event.automata
                 for edge in a.edges
-                if edge.source != edge.target
+                if edge.source != edge.target or edge.updates
             )
     if not nx.is_directed_acyclic_graph(graph):
         return None

@@ -57,7 +57,7 @@ class _Examiner:
     def _moves(self, tau: Guard) -> Expr:
         """Return the condition under which the controller takes an internal transition."""
         (automaton,) = tau.event.automata
-        moving = tuple(edge for edge in automaton.edges if edge.source != edge.target)
+        moving = tuple(e for e in automaton.edges if e.source != e.target or e.updates)
         event = replace(tau.event, automata=(replace(automaton, edges=moving),))
         return conjunction([tau.expr, possible(self.plant, event)])
 

@@ -84,6 +84,7 @@ PLANT = {
                     "from": "open",
                     "index": 1,
                     "guard": ["=", ["variable", "Count.items"], ["literal", 4]],
+                    "assign": [],
                     "goto": "full",
                 },
             ],

@@ -409,7 +409,8 @@ class GauntletController(Controller):
     def step_1_of_count(self):
         """Take internal transition 1 of Count (gauntlet.rscd:32); None if it is not enabled."""
         if self.count == "open" and self.count_items == 4:
-            before, self.count = self.count, "full"
+            before = self.count
+            self.count = "full"
             return before + "->full"
         return None
 

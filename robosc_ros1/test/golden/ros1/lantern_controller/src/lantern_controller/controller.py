@@ -115,14 +115,16 @@ class LanternController(Controller):
     def step_1_of_flame(self):
         """Take internal transition 1 of Flame (lantern.rscd:21); None if it is not enabled."""
         if self.flame == "sparking" and self.sky_light == "dark":
-            before, self.flame = self.flame, "burning"
+            before = self.flame
+            self.flame = "burning"
             return before + "->burning"
         return None
 
     def step_2_of_flame(self):
         """Take internal transition 2 of Flame (lantern.rscd:22); None if it is not enabled."""
         if self.flame == "sparking" and self.sky_light != "dark":
-            before, self.flame = self.flame, "cold"
+            before = self.flame
+            self.flame = "cold"
             return before + "->cold"
         return None
 
