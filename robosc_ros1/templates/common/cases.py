@@ -12,7 +12,7 @@ from contents import field_of, plain
 from decisions import Decision, Places, differing, holds_in
 from expressions import trees_of, variables_of
 from operations import Undefined
-from shadow import Wrong, step_text
+from shadow import Wrong, stands_in, step_text
 
 KNOWN = 500
 """The size of the cache of results of :meth:`Cases.telling_numbers`."""
@@ -94,7 +94,8 @@ class Cases:
                     place = "%s on %s of %s" % (component, kind, names[key])
                     name = ("transition", component, kind, key, number)
                     own = transition["from"]
-                    for state in shadow.components[component]["states"] if own is None else [own]:
+                    states = shadow.components[component]["states"]
+                    for state in (s for s in states if stands_in(s, own)):
                         yield "%s in %s" % (place, state), (*name, state)
                     guard = self._guards.get(id(transition))
                     yield from _parts(place, (*name, own or _ANY), guard)
@@ -117,7 +118,7 @@ class Cases:
             found |= self.of_command(shadow, kind, key)
         for component in self._plant["components"]:
             for tau in component["taus"]:
-                if tau["from"] in (None, shadow.states[component["name"]]):
+                if stands_in(shadow.states[component["name"]], tau["from"]):
                     found |= self.of_step(shadow, component["name"], tau)
         return found
 
@@ -195,7 +196,7 @@ class Cases:
             state = shadow.states[component]
             taken = shadow.transitions(component, kind, key, content)
             for number, transition in enumerate(transitions):
-                if transition["from"] not in (None, state):
+                if not stands_in(state, transition["from"]):
                     # Only its source state prevents it.
                     if not taken and holds_in(shadow, transition["guard"] or TRUE, content):
                         found.add(("transition", component, kind, key, number, "not in", state))

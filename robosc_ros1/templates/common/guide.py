@@ -16,7 +16,7 @@ from contents import part_of
 from decisions import abstraction, nearness
 from expressions import reads_value
 from operations import Undefined
-from shadow import Wrong
+from shadow import Wrong, stands_in
 
 SAMPLES = 64
 """The random messages of each kind that are drawn at once."""
@@ -135,10 +135,8 @@ class Guide:
     def see_step(self, shadow, sort, component, index):
         """Record that a component takes an internal or delayed transition."""
         for transition in shadow.components[component][sort]:
-            if transition["index"] == index and transition["from"] in (
-                None,
-                shadow.states[component],
-            ):
+            here = stands_in(shadow.states[component], transition["from"])
+            if transition["index"] == index and here:
                 self._see(self.cases.of_step(shadow, component, transition))
 
     def _see(self, cases):
@@ -342,7 +340,7 @@ class Guide:
         """Return the internal transition that a component takes; None if none is enabled."""
         state = shadow.states[component["name"]]
         for tau in component["taus"]:
-            if tau["from"] in (None, state):
+            if stands_in(state, tau["from"]):
                 cases |= self.cases.of_step(shadow, component["name"], tau)
                 if shadow.effect(component["name"], tau) is not None:
                     return tau

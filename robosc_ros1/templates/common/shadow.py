@@ -28,6 +28,11 @@ def step_text(sort, component, index):
     return "%s %d of %s" % ("after" if sort == "after" else "internal transition", index, component)
 
 
+def stands_in(state, place):
+    """Whether a state is the one with the path ``place`` or stands in it; None: in every state."""
+    return place is None or state == place or state.startswith(place + ".")
+
+
 class Shadow(Expressions):
     """The state of the model: ``states``, ``variables``, ``busy``, ``fresh``.
 
@@ -147,7 +152,7 @@ class Shadow(Expressions):
         """Apply an internal transition of a component."""
         before, after = path.split("->")
         for tau in self.components[component]["taus"]:
-            if tau["index"] != index or tau["from"] not in (None, before):
+            if tau["index"] != index or not stands_in(before, tau["from"]):
                 continue
             if self.states[component] != before or (tau["goto"] or before) != after:
                 continue
@@ -247,19 +252,20 @@ class Shadow(Expressions):
     def transitions(self, component, kind, key, content):
         """Return the transitions that a component takes; assignments of later ones take precedence.
 
-        A transition of the whole automaton without ``goto`` is taken together with one of the
-        state; for requests those of the state, if any, apply alone.
+        Those of the state come first, then those of the states around it and of the whole
+        automaton. One without ``goto`` is taken together with one that comes before; for requests
+        the first that have some apply alone.
         """
-        mentions = self.mentions[kind, key][component]
         state = self.states[component]
-        local = [t for t in mentions if t["from"] == state]
-        common = [t for t in mentions if t["from"] is None]
-        if kind == "request":
-            return self._possible(local or common, content)[:1]
-        own = self._possible(local, content)[:1]
-        if own:
-            common = [t for t in common if t["goto"] is None]
-        return self._possible(common, content)[:1] + own
+        here = [t for t in self.mentions[kind, key][component] if stands_in(state, t["from"])]
+        taken = []
+        for place in sorted({t["from"] or "" for t in here}, key=len, reverse=True):
+            level = [t for t in here if (t["from"] or "") == place]
+            if kind == "request":
+                return self._possible(level, content)[:1]
+            level = [t for t in level if not taken or t["goto"] is None]
+            taken = self._possible(level, content)[:1] + taken
+        return taken
 
     def _possible(self, transitions, content):
         found = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -115,6 +116,37 @@ def test_definition(
     assert found is not None
     text = LIBRARY if file == "base.rscd" else ROBOT
     assert (Path(found.source.path).name, found.line) == (file, line_of(text, line))
+
+
+DOCK = """\
+robot D {
+    component Base {
+        outgoing message low with type: boolean
+        incoming message go with type: none
+        behaviour {
+            initial marked state idle { on response from low goto dock.far }
+            state dock {
+                on response from low goto idle
+                initial state near { on request to go goto far }
+                state far { on request to go goto near }
+            }
+        }
+    }
+    requirement go needs Base.dock.far or Base.near or Base.dock
+}
+"""
+
+
+@pytest.mark.parametrize(("name", "uses"), [("dock", 4), ("near", 3), ("far", 4)])
+def test_states_in_states_are_renamed_wherever_they_are_named(
+    desk: Desk, tmp_path: Path, name: str, uses: int
+) -> None:
+    path = tmp_path / "dock.rscd"
+    analysis = open_text(desk, path, DOCK)
+    symbol = named(analysis, f"state {name}", 6).symbol
+    (edits,) = rename(desk, str(path), symbol, "other").values()
+    assert len(edits) == uses
+    assert applied(analysis.source, edits) == re.sub(rf"\b{name}\b", "other", DOCK)
 
 
 def test_references_count_imports_as_one(desk: Desk, tmp_path: Path) -> None:

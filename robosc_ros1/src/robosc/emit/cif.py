@@ -196,15 +196,15 @@ class _Writer:
     ) -> Iterator[tuple[Edge, Expr, list[Expr]]]:
         """Edges with their guards, and the guards of earlier edges that may hold together with it.
 
-        Of several edges the first is taken, where CIF may take any. Within one level guards never
-        hold together; those of a state and of the whole automaton may.
+        Of several edges the first is taken, where CIF may take any. With the same levels guards
+        never hold together.
         """
         found: list[tuple[Edge, Expr]] = []
         for edge in automaton.edges:
             guard = holds(edge.guard, occurrence.values) if edge.source == location else FALSE
             if guard == FALSE:
                 continue
-            before = [other for earlier, other in found if earlier.level != edge.level]
+            before = [other for earlier, other in found if earlier.levels != edge.levels]
             if TRUE in before:
                 return
             yield edge, guard, before

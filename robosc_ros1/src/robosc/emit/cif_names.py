@@ -115,7 +115,7 @@ class CifScope:
         return self._phases[communication]
 
     def location(self, component: str, state: Value) -> str:
-        return self._local(component, f"location {state}", str(state))
+        return self._local(component, f"location {state}", str(state).replace(".", "_"))
 
     def own_name(self, variable: CifVariable) -> str:
         """The name of a variable in its automaton."""

@@ -60,13 +60,14 @@ class _Arrow:
     target: str
     label: str
     controllable: bool
+    box: str = ""
+    """The box of states that it leaves, if it leaves all in it."""
 
 
-def _cluster(title: str, body: Iterable[str]) -> list[str]:
-    name = _quoted(f"cluster {title}")
+def _cluster(name: str, body: Iterable[str], title: str = "") -> list[str]:
     return [
-        f"  subgraph {name} {{",
-        f"    label={_quoted(title)}; color=gray;",
+        f"  subgraph {_quoted(f'cluster {name}')} {{",
+        f"    label={_quoted(title or name)}; color=gray;",
         *(f"    {line}" for line in body),
         "  }",
     ]
@@ -85,14 +86,15 @@ def _start(name: str) -> Iterator[str]:
 
 def _arrows(arrows: Sequence[_Arrow]) -> Iterator[str]:
     """Arrows with the same ends become one, its label with a line for each."""
-    groups: dict[tuple[str, str, bool], list[str]] = {}
+    groups: dict[tuple[str, str, bool, str], list[str]] = {}
     for arrow in arrows:
-        key = arrow.source, arrow.target, arrow.controllable
+        key = arrow.source, arrow.target, arrow.controllable, arrow.box
         groups.setdefault(key, []).append(arrow.label)
-    for (source, target, controllable), labels in groups.items():
+    for (source, target, controllable, box), labels in groups.items():
         style = "solid" if controllable else "dashed"
         label = _quoted("\n".join(dict.fromkeys(labels)))
-        yield f"{_quoted(source)} -> {_quoted(target)} [label={label}, style={style}];"
+        tail = f", ltail={_quoted(box)}" if box else ""
+        yield f"{_quoted(source)} -> {_quoted(target)} [label={label}, style={style}{tail}];"
 
 
 # --- components ----------------------------------------------------------------------------------
@@ -103,19 +105,41 @@ def _automaton(robot: Robot, component: Component, behaviour: Behaviour) -> Iter
         return f"{component.name}.{state}"
 
     everywhere = f"{component.name} {_EVERY_STATE}"
-    for state in behaviour.states:
-        yield _node(place(state.name), state.name, state.marked)
-        if state.initial:
-            yield from _start(place(state.name))
+    yield from _states_in(component.name, behaviour, "")
     if behaviour.transitions or behaviour.taus:
         yield f"{_quoted(everywhere)} [label={_quoted(_EVERY_STATE)}, shape=plaintext];"
     arrows = []
     for transition in sorted(transitions(behaviour), key=lambda t: t.source is None):
-        source = everywhere if transition.source is None else place(transition.source)
-        target = source if transition.target is None else place(transition.target)
         label = "\n".join(_label(robot, transition))
-        arrows.append(_Arrow(source, target, label, transition.kind.controllable))
+        sources = [everywhere]
+        box = ""
+        if transition.source is not None:
+            inside = [s.name for s in behaviour.states if s.is_in(transition.source)]
+            if transition.target not in (None, *inside) and inside != [transition.source]:
+                box = f"cluster {place(transition.source)}"
+            sources = [place(name) for name in (inside[:1] if box else inside)]
+        for source in sources:
+            target = source if transition.target is None else place(transition.target)
+            arrows.append(_Arrow(source, target, label, transition.kind.controllable, box))
     yield from _arrows(arrows)
+
+
+def _states_in(component: str, behaviour: Behaviour, inside: str) -> Iterator[str]:
+    """The states that stand in one with a path, and no deeper; "" stands for all."""
+    boxes = {outer.name for outer in behaviour.composites}
+    prefix = f"{inside}." if inside else ""
+    paths = (s.name for s in behaviour.states if s.is_in(inside or None))
+    heads = (prefix + path.removeprefix(prefix).partition(".")[0] for path in paths)
+    for path in dict.fromkeys(heads):
+        name = f"{component}.{path}"
+        if path in boxes:
+            body = _states_in(component, behaviour, path)
+            yield from _cluster(name, body, path.removeprefix(prefix))
+            continue
+        state = next(s for s in behaviour.states if s.name == path)
+        yield _node(name, path.removeprefix(prefix), state.marked)
+        if state.initial:
+            yield from _start(name)
 
 
 def _label(robot: Robot, transition: AnyTransition) -> Iterator[str]:

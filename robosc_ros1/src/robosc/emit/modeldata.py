@@ -129,11 +129,18 @@ def _comparisons(variable: Variable, plant: Plant) -> dict[str, Json]:
 
 
 def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Json]:
-    """All transitions; ``from`` None stands for every state, ``to`` None for staying."""
+    """All transitions; ``from`` None stands for every state, ``to`` None for staying.
+
+    That of a state with states in it leaves each of those.
+    """
     names = robot.display_names
+    inside = {
+        outer.name: [state.name for state in behaviour.states if state.is_in(outer.name)]
+        for outer in behaviour.composites
+    }
     return [
         {
-            "from": t.source,
+            "from": source,
             "to": t.target,
             "event": _event(t.kind, names.get(t.communication or "", component), t.index),
             "guard": None if t.guard is None else to_dsl(t.guard, robot),
@@ -142,4 +149,5 @@ def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Jso
         }
         | ({} if t.delay is None else {"delay": as_written(t.delay, robot)})
         for t in transitions(behaviour)
+        for source in inside.get(t.source or "", [t.source])
     ]

@@ -173,7 +173,7 @@ def _diagrams(robot: Robot) -> list[DiagramView]:
             f"{state.name} --> {t.target or state.name} : {_label(t, robot)}"
             for state in behaviour.states
             for t in transitions(behaviour)
-            if t.source in (None, state.name)
+            if state.is_in(t.source)
         ]
         views.append(DiagramView(component.name, tuple(dict.fromkeys(lines))))
     return views

@@ -16,7 +16,8 @@ from robosc.source import Span
 class AnyTransition:
     """A transition on an event of a communication, after a delay, or an internal one.
 
-    ``source`` None: it leaves every state; ``target`` None: it stays. ``communication`` is the key
+    ``source`` None: it leaves every state; of a state with states in it, each of those. ``target``
+    None: it stays. ``communication`` is the key
     of one; None for others, which ``index`` counts from 1.
     """
 
@@ -32,9 +33,12 @@ class AnyTransition:
 
 
 def transitions(behaviour: Behaviour) -> Iterator[AnyTransition]:
-    """Those of every state, then state by state."""
+    """Those of every state, of states with states in them, then state by state."""
     yield from (_on_event(None, t) for t in behaviour.transitions)
     yield from (_internal(None, tau) for tau in behaviour.taus)
+    for outer in behaviour.composites:
+        yield from (_on_event(outer.name, t) for t in outer.transitions)
+        yield from (_internal(outer.name, tau) for tau in outer.taus)
     for state in behaviour.states:
         yield from (_on_event(state.name, t) for t in state.transitions)
         yield from (_internal(state.name, tau) for tau in state.taus)

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from itertools import product
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 from robosc.ir.counting import counts, tighter
 from robosc.ir.finite.view import FiniteView, reference_to
@@ -121,8 +121,9 @@ class Edge:
     ``updates`` are the assignments to state variables: (index, right-hand side over the state
     before the event). ``assignments`` are those of the model, which the controller executes: they
     include data-only variables and the exact data. ``target`` is a location; ``enters``: the edge
-    has a ``goto``, so that the location is entered even if it is the source. ``level``: a
-    transition of the state, of the whole automaton, or one of each taken together.
+    has a ``goto``, so that the location is entered even if it is the source. ``levels`` are those
+    of its guards, 0 for the state's own: edges of one location with the same levels exclude each
+    other.
     """
 
     source: int
@@ -131,7 +132,7 @@ class Edge:
     assignments: tuple[Assignment, ...]
     target: int
     enters: bool
-    level: Literal["state", "automaton", "both"]
+    levels: tuple[int, ...]
     span: Span = field(compare=False, repr=False)
 
 

@@ -191,7 +191,7 @@ class _Lowering:
             transition.assignments,
             target,
             transition.goto is not None,
-            taken.level,
+            taken.levels,
             transition.span,
         )
 
@@ -248,8 +248,9 @@ class _Lowering:
     def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         everywhere = range(len(behaviour.states))
         taus: list[tuple[Tau, Sequence[int]]] = [(tau, everywhere) for tau in behaviour.taus]
-        for location, state in enumerate(behaviour.states):
-            taus.extend((tau, (location,)) for tau in state.taus)
+        for place in behaviour.places:
+            inside = [n for n in everywhere if behaviour.states[n].is_in(place.name)]
+            taus.extend((tau, inside) for tau in place.taus)
         for tau, locations in sorted(taus, key=lambda item: item[0].index):
             yield self._event_of(component, tau, locations)
 
@@ -263,7 +264,7 @@ class _Lowering:
         transition = source.transition
         kind = transition.event
         guards = () if transition.guard is None else (transition.guard,)
-        taken = Taken(transition, guards, "state" if len(locations) == 1 else "automaton")
+        taken = Taken(transition, guards, ())
         edges = tuple(self._edge(component, location, taken) for location in locations)
         variable = self.variable_index[VariableKind.LOCATION, component.name]
         automaton = LocalAutomaton(component.name, variable, edges, kind.synchronised)

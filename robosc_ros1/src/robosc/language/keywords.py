@@ -83,9 +83,9 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("stop", declaration, ("robot",))
     yield Keyword("for", clause, ("robot", "for"))
     yield Keyword("variable", declaration, ("behaviour",))
-    yield Keyword("initial", modifier, ("behaviour",))
-    yield Keyword("marked", modifier, ("behaviour",))
-    yield Keyword("state", declaration, ("behaviour",))
+    yield Keyword("initial", modifier, _TRANSITIONS)
+    yield Keyword("marked", modifier, _TRANSITIONS)
+    yield Keyword("state", declaration, _TRANSITIONS)
     yield Keyword("on", clause, _TRANSITIONS)
     yield Keyword("transition", clause, _TRANSITIONS)
     yield Keyword("after", clause, ("state",))
@@ -139,7 +139,7 @@ _MEANINGS = {
     "variable": "What a component remembers besides its state.",
     "initial": "The state in which the component starts.",
     "marked": "A state in which the component may rest: one must remain reachable for ever.",
-    "state": "A state of the component, with the transitions that leave it.",
+    "state": "A state of the component, with the transitions that leave it, or states in it.",
     "on": "What an event does: `on response from scan do near := value goto seen`.",
     "transition": "An internal transition, which the controller takes as soon as it is possible.",
     "after": "What happens when the component has been in the state for that long.",

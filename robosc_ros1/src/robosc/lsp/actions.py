@@ -128,7 +128,9 @@ def _behaviour(component: object) -> BehaviourNode | None:
 
 def _state(component: object, name: str) -> StateNode | None:
     behaviour = _behaviour(component)
-    states = (i for i in (behaviour.items if behaviour else ()) if isinstance(i, StateNode))
+    states = [i for i in (behaviour.items if behaviour else ()) if isinstance(i, StateNode)]
+    for state in states:  # appended to below
+        states.extend(state.states)
     return next((state for state in states if state.name.text == name), None)
 
 

@@ -130,7 +130,7 @@ def _item(node: _Node) -> OutlineItem:
             return _named(node, "communication", kind)
         case StateNode():
             detail = " ".join(["initial"] * node.initial + ["marked"] * node.marked)
-            return _named(node, "state", detail)
+            return _named(node, "state", detail, node.states)
         case RequirementNode():
             label = " ".join(node.span.text.split()).removeprefix("requirement ")
             return OutlineItem(label, "requirement", "requirement", node.span, node.span)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
 
 from robosc.errors import Note
 from robosc.language.events import EventKind
@@ -24,6 +25,7 @@ from robosc.model.entities import (
     After,
     Assignment,
     Behaviour,
+    CompositeState,
     ResultTransition,
     State,
     Tau,
@@ -37,7 +39,7 @@ from robosc.model.groups import GroupResolver
 from robosc.model.incoming import Incoming, is_value, no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.reach import check_reach
-from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
+from robosc.model.tables import CommunicationInfo, Instance, SymbolTable, path_of
 from robosc.model.targets import Targets
 from robosc.model.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value
 from robosc.source import Span
@@ -65,6 +67,10 @@ class BehaviourResolver:
         self._report = report
         self._taus = 0
         self._afters = 0
+        self._inside = ""
+        """The path of the state in which a transition stands."""
+        self._levels: dict[int, _Level] = {}
+        self._composites: dict[str, CompositeState] = {}
         self._event_spans: dict[tuple[int, EventKind], Span] = {}
         self._rest: set[tuple[int, EventKind]] = set()
         """The offsets and events of transitions with ``else``."""
@@ -74,23 +80,14 @@ class BehaviourResolver:
         """The behaviour without the parts that have errors."""
         declared = self._instance.variable_nodes.values()
         variables = [v for v in map(self._variable, declared) if v is not None]
-        states: list[State] = []
-        named: list[NamedTransition] = []
-        taus: list[tuple[Tau, TauNode]] = []
-        for item in node.items:
-            match item:
-                case StateNode():
-                    state = self._state(item)
-                    if self._instance.states.get(item.name.text) is item:
-                        states.append(state)
-                case ResultTransitionNode():
-                    named += self._results(item)
-                case TauNode():
-                    taus.append((self._tau(item), item))
-        check_events(self._instance, self._report, named, None)
-        own = internal_with_else(taus, None, self._report)
+        transitions, taus, _ = self._level(node, "")
         behaviour = Behaviour(
-            tuple(variables), tuple(states), with_else(named), own, span=node.span
+            tuple(variables),
+            tuple(self._states(node, "", ())),
+            transitions,
+            taus,
+            tuple(self._composites.values()),
+            span=node.span,
         )
         self._check_states(node, behaviour)
         return behaviour
@@ -162,23 +159,60 @@ class BehaviourResolver:
 
     # --- states and transitions ------------------------------------------------------------------
 
-    def _state(self, node: StateNode) -> State:
-        items = node.transitions
-        nodes = [item for item in items if isinstance(item, ResultTransitionNode)]
-        named = [new for node_ in nodes for new in self._results(node_)]
-        taus = [(self._tau(item), item) for item in items if isinstance(item, TauNode)]
-        afters = [self._after(item) for item in items if isinstance(item, AfterNode)]
-        check_events(self._instance, self._report, named, node)
-        own = internal_with_else(taus, node, self._report)
-        return State(
-            node.name.text,
-            node.initial,
-            node.marked,
-            with_else(named),
-            own,
-            tuple(after for after in afters if after is not None),
-            span=node.name.span,
-        )
+    def _level(self, node: BehaviourNode | StateNode, path: str) -> _Level:
+        """Resolve what stands in a state, or beside all states, and in the states in it."""
+        named: list[NamedTransition] = []
+        taus: list[tuple[Tau, TauNode]] = []
+        afters: list[After | None] = []
+        inner: dict[int, _Level] = {}
+        for item in node.items:
+            self._inside = path
+            match item:
+                case StateNode():
+                    inner[id(item)] = self._level(item, path_of(item, path))
+                case ResultTransitionNode():
+                    named += self._results(item)
+                case TauNode():
+                    taus.append((self._tau(item), item))
+                case AfterNode():
+                    afters.append(self._after(item))
+        self._levels |= inner
+        state = node if isinstance(node, StateNode) else None
+        check_events(self._instance, self._report, named, state)
+        own = internal_with_else(taus, state, self._report)
+        if state is not None and state.states and afters:
+            self._report.add(
+                "misplaced",
+                next(item for item in node.items if isinstance(item, AfterNode)).span,
+                f"'after' is for states without states in them, and '{path}' has some",
+                "write it in each state that is to end so",
+            )
+        return with_else(named), own, tuple(after for after in afters if after is not None)
+
+    def _states(
+        self, node: BehaviourNode | StateNode, path: str, around: tuple[CompositeState, ...]
+    ) -> Iterator[State]:
+        """The states without states in them that stand in a node, in source order."""
+        for item in node.items:
+            if not isinstance(item, StateNode):
+                continue
+            name = path_of(item, path)
+            if self._instance.states.get(name) is not item:
+                continue
+            transitions, taus, afters = self._levels[id(item)]
+            span = item.name.span
+            if item.states:
+                outer = CompositeState(name, transitions, taus, span=span)
+                self._composites[name] = outer
+                yield from self._states(item, name, (outer, *around))
+                continue
+            levels = [self._instance.states[state.name] for state in around]
+            marked = item.marked
+            begins = item.initial
+            for level in levels:
+                marked = marked or (begins and level.marked)
+                begins = begins and level.initial
+            yield State(name, begins, marked, transitions, taus, afters, around, span=span)
 
     def _tau(self, node: TauNode) -> Tau:
         self._taus += 1
@@ -252,21 +286,25 @@ class BehaviourResolver:
             return None
         return condition_on_data(guard)
 
-    def _goto(self, name: Name | None) -> str | None:
-        if name is None:
+    def _goto(self, goto: Name | Access | None) -> str | None:
+        """The state in which a ``goto`` ends: of a state with states in it, the initial one."""
+        if goto is None:
             return None
-        own = self._instance
-        own.types.scope.names.use(name, own.states.get(name.text), own.name)
-        if name.text in self._instance.states:
-            return name.text
+        own, scope = self._instance, self._instance.types.scope
+        steps = [goto] if isinstance(goto, Name) else [goto.root, *_names(goto)]
+        path = own.nearest_state(".".join(step.text for step in steps), self._inside)
+        if path is not None:
+            parts = path.split(".")
+            for length, step in enumerate(steps, 1 + len(parts) - len(steps)):
+                scope.names.use(step, own.states[".".join(parts[:length])], own.name)
+            return own.first_leaf(path)
         self._is_sound = False
-        scope = self._instance.types.scope
-        if not scope.is_unresolved(name.text, "state"):
+        if not scope.is_unresolved(steps[-1].text, "state"):
             self._report.add(
                 "unknown-state",
-                name.span,
-                f"{self._instance.name} has no state '{name.text}'",
-                self._report.suggest(name.text, self._instance.states, "its states"),
+                goto.span,
+                f"{own.name} has no state '{goto.span.text}'",
+                self._report.suggest(goto.span.text, own.states, "its states"),
             )
         return None
 
@@ -323,13 +361,24 @@ class BehaviourResolver:
         if self._instance.types.scope.is_damaged(node.span):
             self._is_sound = False
             return
-        initial = [s for s in self._instance.states.values() if s.initial]
-        check_initial(self._instance, self._report, initial)
+        states = [s for s in node.items if isinstance(s, StateNode)]
+        sound = check_initial(self._instance, self._report, states, None)
+        for composite in self._composites:
+            around = self._instance.states[composite]
+            sound &= check_initial(self._instance, self._report, around.states, around)
         check_staying(self._instance, behaviour, self._report)
         check_hiding(behaviour, self._event_spans, self._rest, self._report)
-        if initial and self._is_sound:
-            start = [s.name.text for s in initial]
+        if sound and self._is_sound:
+            start = [s.name for s in behaviour.states if s.initial]
             check_reach(self._instance, behaviour, start, self._report)
+
+
+_Level: TypeAlias = tuple[tuple[ResultTransition, ...], tuple[Tau, ...], tuple[After, ...]]
+"""The transitions of a state, or of all states."""
+
+
+def _names(access: Access) -> Iterator[Name]:
+    return (step for step in access.path if isinstance(step, Name))
 
 
 def _has_enum(type_: Type) -> bool:

@@ -10,7 +10,7 @@ from robosc.language.events import EventKind, Kind
 from robosc.model.communications import SENT
 from robosc.model.compatibility import describe
 from robosc.model.diagnostics import Report, first_of
-from robosc.model.entities import Behaviour, ResultTransition, Tau
+from robosc.model.entities import Behaviour, CompositeState, ResultTransition, State, Tau
 from robosc.model.expr import Expr, ValueRef
 from robosc.model.presence import known_condition, none_of
 from robosc.model.tables import CommunicationInfo, Instance
@@ -193,9 +193,12 @@ def check_staying(instance: Instance, behaviour: Behaviour, report: Report) -> N
             )
 
 
-def check_initial(instance: Instance, report: Report, initial: Sequence[StateNode]) -> None:
-    """Report a behaviour with several initial states, or none."""
-    name = instance.name
+def check_initial(
+    instance: Instance, report: Report, states: Sequence[StateNode], around: StateNode | None
+) -> bool:
+    """Report several initial states, or none, in a behaviour or a state; whether there is one."""
+    name = instance.name if around is None else f"state '{around.name.text}'"
+    initial = [state for state in states if state.initial]
     for state in initial[1:]:
         report.add(
             "several-initial-states",
@@ -205,16 +208,14 @@ def check_initial(instance: Instance, report: Report, initial: Sequence[StateNod
             [Note("the first one is here", initial[0].name.span)],
         )
     if not initial:
-        states = [
-            f"initial {'marked ' if s.marked else ''}state {s.name.text}"
-            for s in instance.states.values()
-        ]
+        heads = [f"initial {'marked ' if s.marked else ''}state {s.name.text}" for s in states]
         report.add(
             "no-initial-state",
-            instance.node.name.span,
-            f"{name} has behaviour but no initial state",
-            f"write: {states[0]}" if states else "add: initial marked state idle {}",
+            instance.node.name.span if around is None else around.name.span,
+            f"{name} has {'behaviour' if around is None else 'states'} but no initial state",
+            f"write: {heads[0]}" if heads else "add: initial marked state idle {}",
         )
+    return bool(initial)
 
 
 def check_hiding(
@@ -223,37 +224,45 @@ def check_hiding(
     rest: Container[tuple[int, EventKind]],
     report: Report,
 ) -> None:
-    """Report transitions of a state that hide one of the behaviour for the same event.
+    """Report transitions of a state that hide one of an outer level for the same event.
 
     ``event_spans`` maps the offset of a transition and its event to the span of the event's name;
     ``rest`` has those with ``else``.
     """
-    common: dict[tuple[EventKind, str], list[ResultTransition]] = {}
-    for transition in behaviour.transitions:
-        common.setdefault((transition.event, transition.communication), []).append(transition)
+    seen: set[tuple[str, EventKind, str]] = set()
     for state in behaviour.states:
-        seen = set()
-        for transition in state.transitions:
-            key = (transition.event, transition.communication)
-            is_rest = (transition.span.start, transition.event) in rest
-            hidden = [t for t in common.get(key, ()) if _hides(transition, is_rest, t)]
-            if not hidden or key in seen:
-                continue
-            seen.add(key)
-            name = transition.communication.rpartition(".")[2]
-            report.add(
-                "hidden-transition",
-                event_spans[transition.span.start, transition.event],
-                f"in state '{state.name}' this hides the transition for"
-                f" '{transition.event.value}'"
-                f" of '{name}' that applies in every state",
-                None,
-                [
-                    Note(
-                        "the hidden one is here", event_spans[hidden[0].span.start, hidden[0].event]
-                    )
-                ],
-            )
+        places: tuple[State | CompositeState, ...] = (state, *state.around)
+        for depth, place in enumerate(places):
+            for transition in place.transitions:
+                key = transition.event, transition.communication
+                is_rest = (transition.span.start, transition.event) in rest
+                outer = (t for level in behaviour.levels(state)[depth + 1 :] for t in level)
+                hidden = [
+                    t
+                    for t in outer
+                    if (t.event, t.communication) == key and _hides(transition, is_rest, t)
+                ]
+                if hidden and (place.name, *key) not in seen:
+                    seen.add((place.name, *key))
+                    _report_hidden(transition, hidden[0], place.name, event_spans, report)
+
+
+def _report_hidden(
+    transition: ResultTransition,
+    hidden: ResultTransition,
+    place: str,
+    event_spans: Mapping[tuple[int, EventKind], Span],
+    report: Report,
+) -> None:
+    name = transition.communication.rpartition(".")[2]
+    report.add(
+        "hidden-transition",
+        event_spans[transition.span.start, transition.event],
+        f"in state '{place}' this hides the transition for '{transition.event.value}'"
+        f" of '{name}' that applies in every state",
+        None,
+        [Note("the hidden one is here", event_spans[hidden.span.start, hidden.event])],
+    )
 
 
 def _hides(own: ResultTransition, is_rest: bool, common: ResultTransition) -> bool:

@@ -17,7 +17,7 @@ from robosc.model.entities import Communication
 from robosc.model.expressions import Typer
 from robosc.model.incoming import no_value
 from robosc.model.ros.links import Binder, Payload, is_legal
-from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable
+from robosc.model.tables import CommunicationInfo, ComponentTable, Instance, SymbolTable, path_of
 from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.names import ros_name_fault, snake_case
 from robosc.source import Span
@@ -73,12 +73,8 @@ def _declare_behaviour(instance: Instance, node: BehaviourNode, report: Report) 
     names = instance.types.scope.names
     for item in node.items:
         match item:
-            case StateNode(name=name):
-                names.declare(item, instance.name)
-                if name.text in instance.states:
-                    _duplicate("state", item, instance.states[name.text], instance, report)
-                else:
-                    instance.states[name.text] = item
+            case StateNode():
+                _declare_state(instance, item, "", report)
             case VariableNode(name=name):
                 names.declare(item, instance.name)
                 if name.text in instance.variables:
@@ -87,6 +83,18 @@ def _declare_behaviour(instance: Instance, node: BehaviourNode, report: Report) 
                 else:
                     instance.variables[name.text] = _variable_type(instance, item, report)
                     instance.variable_nodes[name.text] = item
+
+
+def _declare_state(instance: Instance, node: StateNode, inside: str, report: Report) -> None:
+    """Enter a state and those in it; ``inside`` is the path of the one around it."""
+    instance.types.scope.names.declare(node, instance.name)
+    path = path_of(node, inside)
+    if path in instance.states:
+        _duplicate("state", node, instance.states[path], instance, report)
+        return
+    instance.states[path] = node
+    for state in node.states:
+        _declare_state(instance, state, path, report)
 
 
 def _duplicate(

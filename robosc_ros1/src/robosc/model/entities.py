@@ -160,8 +160,24 @@ class After:
 
 
 @dataclass(frozen=True, slots=True)
+class CompositeState:
+    """A state with states in it, with the transitions that leave any of those.
+
+    ``name`` is its path, ``docking.near`` for the state ``near`` of ``docking``.
+    """
+
+    name: str
+    transitions: tuple[ResultTransition, ...]
+    taus: tuple[Tau, ...]
+    span: Span = _span()
+
+
+@dataclass(frozen=True, slots=True)
 class State:
-    """A location of a component's automaton, with the transitions that leave it."""
+    """A location of a component's automaton, with the transitions that leave it.
+
+    ``name`` is its path. ``around`` are the states in which it stands, the innermost first.
+    """
 
     name: str
     initial: bool
@@ -169,7 +185,12 @@ class State:
     transitions: tuple[ResultTransition, ...]
     taus: tuple[Tau, ...]
     afters: tuple[After, ...] = ()
+    around: tuple[CompositeState, ...] = ()
     span: Span = _span()
+
+    def is_in(self, place: str | None) -> bool:
+        """Whether it is the state of a path or stands in it; None stands for every state."""
+        return place is None or self.name == place or self.name.startswith(f"{place}.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,24 +201,39 @@ class Behaviour:
     states: tuple[State, ...]
     transitions: tuple[ResultTransition, ...]
     taus: tuple[Tau, ...]
+    composites: tuple[CompositeState, ...] = ()
     span: Span = _span()
+
+    def levels(self, state: State) -> tuple[tuple[ResultTransition, ...], ...]:
+        """The transitions that apply in a state, level by level: its own first."""
+        around = (outer.transitions for outer in state.around)
+        return state.transitions, *around, self.transitions
+
+    @property
+    def places(self) -> tuple[CompositeState | State, ...]:
+        """The states with states in them, and the others."""
+        return *self.composites, *self.states
 
     @property
     def all_transitions(self) -> Iterator[ResultTransition]:
-        """Those of every state, then state by state."""
+        """Those of every state, of states with states in them, then state by state."""
         yield from self.transitions
         yield from (tau.transition for tau in self.taus)
-        for state in self.states:
-            yield from state.transitions
-            yield from (tau.transition for tau in state.taus)
-            yield from (after.transition for after in state.afters)
+        for place in self.places:
+            yield from place.transitions
+            yield from (tau.transition for tau in place.taus)
+            if isinstance(place, State):
+                yield from (after.transition for after in place.afters)
 
     @property
     def staying(self) -> Iterator[ResultTransition]:
         """The internal transitions that may lead to the state that they leave."""
         yield from (tau.transition for tau in self.taus)
-        for state in self.states:
-            yield from (t.transition for t in state.taus if t.transition.goto in (None, state.name))
+        for place in self.places:
+            for taken in (tau.transition for tau in place.taus):
+                target = taken.goto or place.name
+                if target == place.name or target.startswith(f"{place.name}."):
+                    yield taken
 
 
 @dataclass(frozen=True, slots=True)

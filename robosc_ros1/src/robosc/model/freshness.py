@@ -133,8 +133,8 @@ def _uses_up(behaviour: Behaviour, command: str, message: str) -> bool:
 def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:
     """The targets of a command's requests in a state; None is a self-loop."""
     state = next(state for state in behaviour.states if state.name == name)
-    own, shared = (
-        [t.goto for t in transitions if (t.event, t.communication) == (EventKind.REQUEST, command)]
-        for transitions in (state.transitions, behaviour.transitions)
+    levels = (
+        [t.goto for t in level if (t.event, t.communication) == (EventKind.REQUEST, command)]
+        for level in behaviour.levels(state)
     )
-    return own or shared
+    return next(filter(None, levels), [])

@@ -21,6 +21,7 @@ from robosc.syntax.nodes import (
     BinaryNode,
     FunctionNode,
     Name,
+    StateNode,
     ValueNode,
 )
 
@@ -42,11 +43,14 @@ class Meanings:
         self._types = types
         self._symbols = symbols
         self._faults = NameFaults(report, types, symbols)
-        self._named: ByIdentity[tuple[ValueNode, str]] = ByIdentity()
+        self._named: ByIdentity[tuple[ValueNode | StateNode, str]] = ByIdentity()
 
     def of(self, access: Access) -> list[Expr] | None:
         """All meanings of a name; None if an error was reported already."""
+        found: list[Expr] | None = self._state_of_path(access)
         match access.path:
+            case _ if found:
+                pass
             case ():
                 found = self._bare(access)
             case (Name() as member,):
@@ -146,14 +150,13 @@ class Meanings:
             return
         assert self._symbols is not None
         names, owner, last = self._types.scope.names, self._symbols.own, access.root
-        if not isinstance(meaning, VariableRef | StateRef):
+        if not isinstance(meaning, VariableRef):
             return  # the phase of a communication
         if access.path and isinstance(access.path[0], Name):
             owner, last = self._symbols.component(access.root.text), access.path[0]
             names.use(access.root, owner.declaration if owner is not None else None)
         assert owner is not None
-        table = owner.states if isinstance(meaning, StateRef) else owner.variable_nodes
-        names.use(last, table.get(last.text), owner.name)
+        names.use(last, owner.variable_nodes.get(last.text), owner.name)
 
     def _record_communication(self, access: Access, info: CommunicationInfo) -> None:
         names, last = self._types.scope.names, access.root
@@ -187,7 +190,7 @@ class Meanings:
     def _bare(self, access: Access) -> list[Expr] | None:
         name = access.root.text
         own = self._symbols.own if self._symbols else None
-        found = _members(own, name, access.span) if own is not None else []
+        found = self._members(own, name, access.span) if own is not None else []
         value = self._types.values.find(name)
         if found is None or (value is not None and value[1] is None):
             return None
@@ -199,7 +202,7 @@ class Meanings:
         root, name = access.root.text, member.text
         symbols = self._symbols
         component = symbols.component(root) if symbols else None
-        found = _members(component, name, access.span) if component is not None else []
+        found = self._members(component, name, access.span) if component is not None else []
         if found is None:
             return None
         enum = self._types.enum(root)
@@ -265,6 +268,42 @@ class Meanings:
         packages = self._types.type_declarations.ros.definitions.packages
         return packages.find(name.text) is not None
 
+    def _members(self, component: Instance, name: str, span: Span) -> list[Expr] | None:
+        """The variable and the state of a name; None if the variable's type has an error."""
+        found: list[Expr] = []
+        if name in component.variables:
+            type_ = component.variables[name]
+            if type_ is None:
+                return None
+            found.append(VariableRef(component.name, name, type_, span))
+        state = component.state(name)
+        return found if state is None else [*found, self._in_state(component, state, span)]
+
+    def _in_state(self, component: Instance, path: str, span: Span) -> Expr:
+        """The condition that a component is in a state, or in one of those in it."""
+        leaves = [StateRef(component.name, leaf, span) for leaf in component.leaves(path)]
+        found = chain("or", leaves, span)
+        self._named.of(found, lambda _: (component.states[path], component.name))
+        return found
+
+    def _state_of_path(self, access: Access) -> list[Expr]:
+        """``docking.near`` or ``Base.docking.near``: a state in a state; empty if it is none."""
+        names = [access.root, *(step for step in access.path if isinstance(step, Name))]
+        if self._symbols is None or len(names) != 1 + len(access.path):
+            return []
+        owner = self._symbols.component(access.root.text)
+        for component, steps in ((owner, names[1:]), (self._symbols.own, names)):
+            path = ".".join(step.text for step in steps)
+            if component is None or len(steps) < 2 or path not in component.states:
+                continue
+            use = self._types.scope.names.use
+            use(access.root, component.declaration if component is owner else None)
+            for length, step in enumerate(steps, 1):
+                inside = ".".join(s.text for s in steps[:length])
+                use(step, component.states[inside], component.name)
+            return [self._in_state(component, path, access.span)]
+        return []
+
     def _phase_of_member(self, access: Access, member: Name, phase: Name) -> list[Expr]:
         """``Arm.grab.busy``: the phase of a communication with a qualified name."""
         component = self._symbols.component(access.root.text) if self._symbols else None
@@ -315,16 +354,3 @@ def _is_whole(type_: Type | None) -> bool:
 def _last(access: Access) -> Name:
     """The last member of an access that is a name, or its root."""
     return next((p for p in reversed(access.path) if isinstance(p, Name)), access.root)
-
-
-def _members(component: Instance, name: str, span: Span) -> list[Expr] | None:
-    """The variable and the state of a name; None if the variable's type has an error."""
-    found: list[Expr] = []
-    if name in component.variables:
-        type_ = component.variables[name]
-        if type_ is None:
-            return None
-        found.append(VariableRef(component.name, name, type_, span))
-    if name in component.states:
-        found.append(StateRef(component.name, name, span))
-    return found

@@ -38,7 +38,7 @@ def check_overlaps(components: Iterable[Component], report: Report, *, library: 
             continue
         for place, first, second in _pairs(component.behaviour):
             assert first.guard is not None and second.guard is not None
-            here = {**states, component.name: [place]} if place else states
+            here = states | {component.name: [s.name for s in component.states if s.is_in(place)]}
             guards = [first.guard, second.guard]
             if not (library and _reads_the_state(guards)) and _can_hold_together(guards, here):
                 _report(component, first, second, report)
@@ -48,7 +48,8 @@ def _pairs(
     behaviour: Behaviour,
 ) -> Iterator[tuple[str | None, ResultTransition, ResultTransition]]:
     """Pairs of guarded transitions on one event, with their state; None stands for every state."""
-    places = [(None, behaviour.transitions), *((s.name, s.transitions) for s in behaviour.states)]
+    places: list[tuple[str | None, tuple[ResultTransition, ...]]] = [(None, behaviour.transitions)]
+    places += [(s.name, s.transitions) for s in behaviour.places]
     for place, transitions in places:
         guarded = [t for t in transitions if t.guard is not None]
         for first, second in combinations(guarded, 2):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from robosc.language.events import EventKind
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Behaviour, State
 from robosc.model.tables import Instance
@@ -20,7 +21,7 @@ def check_reach(
     steps = {state.name: _successors(state, behaviour) for state in behaviour.states}
     reached = _closure(initial, steps)
     for name, state in instance.states.items():
-        if name not in reached:
+        if reached.isdisjoint(instance.leaves(name)):
             report.add(
                 "unreachable-state",
                 state.name.span,
@@ -50,14 +51,15 @@ def check_reach(
 
 
 def _successors(state: State, behaviour: Behaviour) -> set[str]:
-    hiding = {
-        (t.event, t.communication)
-        for t in state.transitions
-        if t.guard is None or t.event.synchronised
-    }
-    common = (t for t in behaviour.transitions if (t.event, t.communication) not in hiding)
-    targets = [t.goto for t in (*state.transitions, *common)]
-    targets += [tau.transition.goto for tau in (*state.taus, *behaviour.taus)]
+    hiding: set[tuple[EventKind, str]] = set()
+    targets: list[str | None] = []
+    for level in behaviour.levels(state):
+        targets += [t.goto for t in level if (t.event, t.communication) not in hiding]
+        hiding |= {
+            (t.event, t.communication) for t in level if t.guard is None or t.event.synchronised
+        }
+    taus = [*state.taus, *(tau for outer in state.around for tau in outer.taus), *behaviour.taus]
+    targets += [tau.transition.goto for tau in taus]
     targets += [after.transition.goto for after in state.afters]
     return {t for t in targets if t is not None}
 

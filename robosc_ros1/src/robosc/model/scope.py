@@ -134,7 +134,7 @@ class FileScope:
         )
 
 
-def _declared(node: DeclarationNode | BehaviourNode) -> Iterator[str]:
+def _declared(node: DeclarationNode | BehaviourNode | StateNode) -> Iterator[str]:
     """The names that are declared within a declaration, apart from its own."""
     match node:
         case ComponentNode(items=items):

@@ -96,6 +96,7 @@ class CommunicationInfo:
 class Instance:
     """A component under the name that it has in the file being resolved.
 
+    ``states`` has each state under its path: ``docking.near`` is state ``near`` of ``docking``.
     ``node`` and ``types`` are those of the declaration, in a library for an import; ``prefix`` is
     the whole chain of prefixes, joined, or None after an error; ``original`` and ``library`` are
     the instance that an import refers to and its table. The tables contain the first of two equal
@@ -126,9 +127,49 @@ class Instance:
         """The variable or, if there is none, the state of a name; None if there is neither."""
         return self.variable_nodes.get(name) or self.states.get(name)
 
+    def state(self, path: str) -> str | None:
+        """The whole path of the state that a path in a condition means; None if it means none.
+
+        The end of a path will do where it is unique.
+        """
+        ending = [state for state in self.states if state.endswith(f".{path}")]
+        return path if path in self.states else ending[0] if len(ending) == 1 else None
+
+    def nearest_state(self, path: str, inside: str) -> str | None:
+        """The whole path of the state that a ``goto`` in a state names; None if it names none.
+
+        A name is looked for in the state ``inside`` and in those around it, from the innermost.
+        """
+        while inside and "." not in path:
+            if f"{inside}.{path}" in self.states:
+                return f"{inside}.{path}"
+            inside = inside.rpartition(".")[0]
+        return path if path in self.states else None
+
+    def leaves(self, path: str) -> list[str]:
+        """The paths of the states without states in them that a state is, or contains."""
+        node = self.states[path]
+        if not node.states:
+            return [path]
+        inner = [path_of(state, path) for state in node.states]
+        return [leaf for state in dict.fromkeys(inner) for leaf in self.leaves(state)]
+
+    def first_leaf(self, path: str) -> str:
+        """The state in which one begins, through the initial states in it."""
+        states = self.states[path].states
+        if not states:
+            return path
+        first = next((state for state in states if state.initial), states[0])
+        return self.first_leaf(path_of(first, path))
+
     @property
     def members(self) -> list[str]:
         return [*self.variables, *self.states]
+
+
+def path_of(state: StateNode, inside: str) -> str:
+    """The path of a state that stands in the one with the path ``inside``; "": in none."""
+    return f"{inside}.{state.name.text}" if inside else state.name.text
 
 
 @dataclass

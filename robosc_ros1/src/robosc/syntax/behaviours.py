@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from pyparsing import ParserElement
@@ -32,7 +33,7 @@ def condition_part() -> ParserElement:
 
 
 def _transitions() -> dict[str, Rule]:
-    goto = maybe(keyword("goto") - t.name("the name of a state after 'goto'"))
+    goto = maybe(keyword("goto") - t.state("the name of a state after 'goto'"))
     assignment = built(
         terminal(ACCESS, "a variable to assign to", make_access)
         - symbol(":=", "':=' after the variable")
@@ -69,8 +70,11 @@ def _clauses_missing(node: Any) -> tuple[str, ...]:
     return ("'do'", "'goto'") if node.guard else ("'if'", "'do'", "'goto'")
 
 
-def _state(block: Block, first: str) -> Rule:
-    """The rule of a state whose first keyword is ``initial``, ``marked`` or ``state``."""
+def _state(block: Callable[[], Block], first: str) -> Rule:
+    """The rule of a state whose first keyword is ``initial``, ``marked`` or ``state``.
+
+    ``block`` returns that of its items, which may be states.
+    """
     named = t.name("a name for the state")
     plain = keyword("state", f"'state' after '{first}'") - named
     flag = choice("marked", "") if first == "initial" else terminal("initial", "", _late_initial)
@@ -81,12 +85,12 @@ def _state(block: Block, first: str) -> Rule:
         also = parts.pop(0) is not None if first != "state" else False
         is_initial = first == "initial" or (first == "marked" and also)
         is_marked = first == "marked" or (first == "initial" and also)
-        name, transitions = parts
+        name, items = parts
         span = reading.span(start, end)
-        return StateNode(name, is_initial, is_marked, transitions, span=span)
+        return StateNode(name, is_initial, is_marked, items, span=span)
 
     grammar = {"initial": initial, "marked": second + plain, "state": named}[first]
-    return Rule(grammar, build, block=lambda parts: block)
+    return Rule(grammar, build, block=lambda parts: block())
 
 
 def _late_initial(reading: Reading, start: int, end: int, parts: list[Any]) -> bool:
@@ -114,12 +118,9 @@ def behaviour_rule() -> Block:
         (pattern("do"), "'do' comes before 'goto'"),
         (pattern("':='"), "write '=' for an initial value"),
     )
-    state_block = Block(items_of("state", transitions, advice=advice))
-    rules = {
-        "variable": _variable(),
-        **{word: _state(state_block, word) for word in ("initial", "marked", "state")},
-        **transitions,
-    }
+    states = {word: _state(lambda: state_block, word) for word in ("initial", "marked", "state")}
+    state_block = Block(items_of("state", {**states, **transitions}, advice=advice))
+    rules = {"variable": _variable(), **states, **transitions}
     return Block(
         items_of("behaviour", rules, advice=advice),
         child=Child(state_block, lambda node, late: None),

@@ -88,7 +88,7 @@ _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     ConditionNode: ("condition {name} = | {value}",),
     BehaviourNode: ("behaviour {items}",),
     VariableNode: ("variable {name}: {type}", "? | = {initial}"),
-    StateNode: ("?{initial} ", "?{marked} ", "state {name} {transitions}"),
+    StateNode: ("?{initial} ", "?{marked} ", "state {name} {items}"),
     ResultTransitionNode: ("on {events} from {communications}", *_CLAUSES),
     AfterNode: ("after {duration}", *_CLAUSES),
     TauNode: ("transition", *_CLAUSES),
@@ -123,7 +123,7 @@ _OBJECT_CONSTANT = ("constant {name}: {type} = {value}",)
 _PROVIDE, _PROVIDE_IF = ("provide {communication} with {data}",), ("? | if {condition}",)
 
 _PART = re.compile(r"\{(?P<field>\w+)\}|(?P<line> [|>] )|(?P<blank> )|(?P<token>[^ {]+)")
-_BLOCKS = ("declarations", "items", "properties", "rules", "transitions", "statements")
+_BLOCKS = ("declarations", "items", "properties", "rules", "statements")
 
 
 class Formatter:

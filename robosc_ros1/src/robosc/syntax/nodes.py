@@ -390,7 +390,7 @@ class ResultTransitionNode(_Node):
     communications: Group
     guard: ExprNode | ElseNode | None
     assignments: tuple[AssignmentNode, ...]
-    goto: Name | None
+    goto: Name | Access | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -399,7 +399,7 @@ class TauNode(_Node):
 
     guard: ExprNode | ElseNode | None
     assignments: tuple[AssignmentNode, ...]
-    goto: Name | None
+    goto: Name | Access | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -409,7 +409,7 @@ class AfterNode(_Node):
     duration: ExprNode
     guard: ExprNode | None
     assignments: tuple[AssignmentNode, ...]
-    goto: Name | None
+    goto: Name | Access | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -419,7 +419,12 @@ class StateNode(_Node):
     name: Name
     initial: bool
     marked: bool
-    transitions: tuple[ResultTransitionNode | TauNode | AfterNode, ...]
+    items: tuple[ResultTransitionNode | TauNode | AfterNode | StateNode, ...]
+
+    @property
+    def states(self) -> tuple[StateNode, ...]:
+        """The states that stand in it."""
+        return tuple(item for item in self.items if isinstance(item, StateNode))
 
 
 @dataclass(frozen=True, slots=True)

@@ -61,6 +61,16 @@ def name(expected: str) -> ParserElement:
     return terminal("NAME", expected, make_name)
 
 
+def state(expected: str) -> ParserElement:
+    """A state: ``idle``, or by its path ``docking.near``; leaves a Name or an Access."""
+    return terminal("QUALIFIED", expected, _build_state)
+
+
+def _build_state(reading: Reading, start: int, end: int, parts: list[Any]) -> Name | Access:
+    path: Access = make_access(reading, start, end, parts)
+    return path if path.path else path.root
+
+
 def communication(expected: str) -> ParserElement:
     """A communication: ``go``, ``Station.go`` or ``Station[i].go``; leaves an Access."""
     plain = terminal("QUALIFIED (?! '[' )", expected, make_access)

@@ -333,7 +333,7 @@ class _Examiner:
 
 def _guarded_pairs(automaton: LocalAutomaton) -> Iterator[tuple[Edge, Edge]]:
     for first, second in combinations(automaton.edges, 2):
-        if first.source != second.source or first.level != second.level or first.level == "both":
+        if first.source != second.source or first.levels != second.levels or len(first.levels) != 1:
             continue
         if first.guard is not None and second.guard is not None:
             yield first, second

@@ -1,0 +1,72 @@
+"""States in states in generated controllers, in the tests of their packages, and in exports."""
+
+from __future__ import annotations
+
+import importlib
+import random
+from pathlib import Path
+
+import pytest
+from emit.generated_code import controller_source, supervisor_of
+from emit.judged_controllers import judged, judging_modules
+from emit.test_controller_follows_the_plant import Twin, walk_through
+
+from robosc.emit.dot import dot_text
+
+MODEL = """
+robot Porter {
+    component Base {
+        outgoing message low with type: boolean
+        outgoing message stop with type: none
+        action dock with request: none, response: none, feedback: none links dock
+        behaviour {
+            variable turns: integer(0..3)
+            variable seen: boolean
+            on response from stop do seen := true
+            initial marked state idle { on response from low if value goto docking }
+            state docking {
+                on response from stop do turns := 0 goto idle
+                on response from low do seen := value
+                transition if turns = 3 do turns := 0 goto idle
+                initial state near {
+                    on request to dock do turns := turns + 1 goto moving
+                    on response from low if !value goto idle
+                }
+                state moving {
+                    on response from dock goto idle
+                    on error, cancel from dock goto near
+                }
+            }
+        }
+    }
+    component Light { incoming message shine with type: none }
+    requirement shine needs Base.docking and !Base.seen
+    requirement dock needs !Base.seen
+    interface dock use Test from actionlib
+}
+"""
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_controller_does_what_the_plant_does(seed: int) -> None:
+    walk_through(Twin(MODEL), random.Random(seed))
+
+
+@pytest.mark.slow
+def test_the_test_of_the_package_agrees(tmp_path: Path) -> None:
+    supervisor = supervisor_of(MODEL)
+    with judging_modules(tmp_path, supervisor) as judging:
+        judge = judged(judging, controller_source(supervisor))
+        assert judge.faults == []
+        rows = importlib.import_module("run_report").coverage(judge)
+        assert [row for row in rows if not row[2]] == []
+
+
+def test_the_picture_has_a_box_in_the_box() -> None:
+    lines = [line.strip() for line in dot_text(supervisor_of(MODEL).plant.robot).split("\n")]
+    box = lines.index('subgraph "cluster Base.docking" {')
+    inside = lines[box : lines.index("}", box)]
+    assert '"Base.docking.near" [label="near", peripheries=1];' in inside
+    assert any(
+        '-> "Base.idle"' in line and 'ltail="cluster Base.docking"' in line for line in lines
+    )
