@@ -24,6 +24,7 @@ from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_inde
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import order_items
 from robosc.synthesis.bdd.partition import Partition, combined, key_of
+from robosc.synthesis.bdd.rounds import early_last
 from robosc.synthesis.bdd.sources import LeafSource, touched_together
 
 
@@ -52,9 +53,9 @@ class Encoding:
         self._partitions: defaultdict[int | None, ByIdentity[Partition]] = defaultdict(ByIdentity)
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
-        for item in order_items(len(items), touched_together(plant, items)):
-            block = self._block(items[item], first)
-            self._blocks[items[item]] = block
+        order = order_items(len(items), touched_together(plant, items))
+        for item in early_last(plant, [items[number] for number in order]):
+            block = self._blocks[item] = self._block(item, first)
             first += len(block.now) + len(block.after)
         self.manager = Manager(first, memory)
         self._bits = sum(

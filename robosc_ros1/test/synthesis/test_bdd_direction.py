@@ -1,0 +1,85 @@
+"""In the order of the variables, what passes something on comes after what waits for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+
+from robosc.ir.automaton import Plant
+from robosc.ir.lower import lower
+from robosc.model.resolve import load
+from robosc.source import Source
+from robosc.synthesis.bdd import manager
+from robosc.synthesis.bdd.encoding import Encoding
+from robosc.synthesis.bdd.rounds import first_rounds
+
+STATIONS = 8
+
+
+def line(stations: Iterable[int]) -> Plant:
+    """A line in which each station takes from the buffer before it, declared in some order."""
+    parts = []
+    for n in stations:
+        taken = "do level := level - 1" if n else ""
+        parts.append(f"""
+  component Machine{n} {{
+    incoming message start{n} with type: none
+    outgoing message end{n} with type: none
+    behaviour {{
+      initial marked state idle {{ on request to start{n} goto busy }}
+      state busy {{ on response from end{n} goto idle }}
+    }}
+  }}
+  component Buffer{n} {{
+    behaviour {{
+      variable level: integer(0..3) = 0
+      initial marked state s {{
+        on request to start{n} {taken}
+        {f"on response from end{n - 1} if Machine{n - 1}.busy do level := level + 1" if n else ""}
+      }}
+    }}
+  }}""")
+        if n:
+            parts.append(f"\n  requirement start{n} needs Buffer{n}.level > 0")
+    robot, diagnostics = load(Source("line.rscd", f"robot Line {{{''.join(parts)}\n}}\n"))
+    assert robot is not None, diagnostics
+    return lower(robot)
+
+
+@pytest.mark.skipif(
+    not manager.available(), reason="the symbolic engine needs the Python package oxidd"
+)
+@pytest.mark.parametrize("stations", [range(STATIONS), range(STATIONS)[::-1]])
+def test_the_first_station_of_a_line_comes_last(stations: Iterable[int]) -> None:
+    plant = line(stations)
+    encoding = Encoding(plant, 2**26)
+    names = {variable.name: encoding.place(n) for n, variable in enumerate(plant.variables)}
+    places = [names[f"Machine{n}"] for n in range(STATIONS)]
+    assert places == sorted(places, reverse=True)
+
+
+def test_rounds_follow_the_line() -> None:
+    plant = line(range(STATIONS))
+    rounds = {plant.variables[n].name: number for n, number in first_rounds(plant).items()}
+    assert [rounds[f"Machine{n}"] for n in range(STATIONS)] == [2 * n + 1 for n in range(STATIONS)]
+    assert [rounds[f"Buffer{n}.level"] for n in range(1, STATIONS)] == [
+        2 * n for n in range(1, STATIONS)
+    ]
+
+
+def test_what_never_changes_has_no_round() -> None:
+    text = """
+robot Still {
+  component Lamp {
+    incoming message blink with type: none
+    behaviour {
+      initial marked state off { on request to blink if false goto lit }
+      state lit { on request to blink goto off }
+    }
+  }
+}
+"""
+    robot, _ = load(Source("still.rscd", text))
+    assert robot is not None
+    assert first_rounds(lower(robot)) == {}
