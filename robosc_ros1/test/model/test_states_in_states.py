@@ -12,6 +12,7 @@ from model_text import behaviour_of, faults, resolve
 
 from robosc.errors import Severity, render_all
 from robosc.ir.automaton import Plant, PlantState
+from robosc.ir.formulas import to_dsl
 from robosc.ir.lower import lower
 from robosc.ir.step import outcome, valuations
 from robosc.model.entities import Robot
@@ -251,6 +252,22 @@ def test_conditions_name_them(condition: str, states: set[str]) -> None:
     text = PARTS % (DOCK % "far") + f"requirement never {condition} and P.last"
     (requirement,) = resolve(text).requirements
     assert {p.state for p in walk(requirement.condition) if isinstance(p, StateRef)} == states
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "P.docking",
+        "P.docking.far",
+        "!P.docking",
+        "P.docking or P.idle and !P.last",
+        "P.docking and !P.docking.moving",
+        "P.tries = 1 and !P.docking => P.last",
+    ],
+)
+def test_texts_name_the_outer_state(condition: str) -> None:
+    robot = resolve(PARTS % (DOCK % "far") + f"requirement go needs {condition}")
+    assert to_dsl(robot.requirements[0].condition, robot) == condition
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Collection, Iterable
 from typing import Any, NamedTuple
 
+from robosc.ir.composites import with_composites
 from robosc.ir.counting import copies_of, with_counts
 from robosc.language.keywords import escape
 from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY, Spelled
@@ -157,7 +158,8 @@ def to_dsl(
                 VariableRef(component=component, variable=name)
                 | StateRef(component=component, state=name)
             ):
-                return f"{escape(component)}.{escape(name)}"
+                path = ".".join(map(escape, name.split(".")))
+                return f"{escape(component)}.{path}"
             case ParameterRef(parameter=parameter):
                 return ".".join(escape(part) for part in parameter.key.split("."))
             case PhaseRef(communication=key, phase=phase):
@@ -209,7 +211,8 @@ def to_dsl(
     def text_of(written: Expr) -> str:
         return fold(written, of_leaf, of_operation, bound=of_aggregate).text
 
-    return text_of(with_presence_written(exact(with_counts(expr)), not is_part))
+    named = with_composites(exact(with_counts(expr)), robot)
+    return text_of(with_presence_written(named, not is_part))
 
 
 def _is_element(argument: Expr, enum: EnumType) -> bool:
