@@ -161,7 +161,7 @@ def test_documents_are_small_and_valid(seed: int, variables: int) -> None:
             validate(document, schema)
             text = dump(document)
             assert len(text.encode()) <= LARGEST
-            texts.append(re.sub(r'"time":[0-9.]+', "", text))
+            texts.append(re.sub(r'"(begun|time)":[0-9.]+', "", text))
     half = len(texts) // 2
     assert half == 11
     assert texts[:half] == texts[half:]

@@ -186,3 +186,23 @@ def test_the_state_of_a_large_automaton_is_in_sight(
         assert begin - 1 <= left and right <= end + 1
     assert browser.run("return document.documentElement.scrollWidth <= innerWidth")
     browser.picture(f"view-automaton-{width}")
+
+
+@pytest.mark.parametrize("first", ["state", "event"])
+def test_a_node_that_begins_again_and_is_heard_late(
+    first: str, told: Told, heard: Heard, browser: Browser
+) -> None:
+    """Its first events are lost, and those that are heard have higher numbers than the last run's."""
+    begun = told.state["time"]
+    for number in range(1, 4):
+        told.step()
+        told.event |= {"number": number, "time": begun + number}
+        told.state |= {"begun": begun, "number": number, "latest": [told.event]}
+        told.to(heard)
+    browser.sees("page.events.length === 3 && page.shown.begun === arguments[0]", begun)
+    event = {**told.event, "number": 9, "time": begun + 69}
+    state = {**told.state, "begun": begun + 60, "number": 9, "latest": [event]}
+    for topic in (first, *({"state", "event"} - {first})):
+        getattr(heard, topic)(json.dumps(state if topic == "state" else event))
+        browser.sees("page.number === 9" if topic == "event" else "page.shown.number === 9")
+    assert browser.run("return page.events.map((e) => e.number)") == [9]

@@ -212,6 +212,7 @@ class Intake:
             "clocks": {self._names.get(key, key): time for key, time in left.items()},
             "controller": self.controller.copy(),
             "counters": dict(self.recorder.counters),
+            "begun": self.recorder.begun,
             "number": self.recorder.number,
             "stopped": self.stopped,
             "faults": self._time_monitor.faults + self._port.faults(),

@@ -67,6 +67,8 @@ class EventRecorder:
             "failed": 0, "late": 0, "dropped": 0,
         }  # fmt: skip
         self.number = 0
+        self.begun = round(now(), 6)
+        """When the numbers began with 1: it tells one run of a node from the next."""
 
     def record(
         self,

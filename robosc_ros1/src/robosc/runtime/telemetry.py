@@ -215,6 +215,7 @@ def state_document(
     document = {
         "version": 1,
         "robot": controller.ROBOT,
+        "begun": snapshot["begun"],
         "time": round(time.time(), 6),
         "number": snapshot["number"],
         "components": controller.components(),
@@ -316,10 +317,9 @@ class Reporter:
             faults = snapshot["faults"] + self._outlet.faults()
             if self._log_fault:
                 faults.append(self._log_fault)
-            unconnected = self._outlet.unconnected()
             whole = self._engine.settings.whole_values and self._outlet.wants_state()
-            latest = self._latest if whole else map(_short_event, self._latest)
-            document = state_document(snapshot, list(latest), faults, unconnected, whole)
+            latest = list(self._latest if whole else map(_short_event, self._latest))
+            document = state_document(snapshot, latest, faults, self._outlet.unconnected(), whole)
             self._outlet.state(dump(document))
             if self._original is not None:
                 self._outlet.legacy(dump(self._original.document(document)))

@@ -153,6 +153,7 @@ class Played:
             **state_document(machine),
             "version": 1,
             "robot": robot.name,
+            "begun": None,  # the hub tells when another play begins
             "time": round(time.time(), 6),
             "number": self._number,
             "commands": [self._command(command) for command in commands],

@@ -195,6 +195,7 @@ class Recording:
                 (c.key, c.kind): moment.tally.counts[names[c.key], c.kind]
                 for c in controller.COMMANDS
             },
+            "begun": None,  # a log may be the last part of what a node wrote
             "number": last.number,
             "clocks": {},  # a log does not say when they are due
             "stopped": moment.stopped,

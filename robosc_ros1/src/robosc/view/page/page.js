@@ -13,6 +13,7 @@ const page = {
   cards: new Map(), rows: new Map(),
   followed: new Map(), // component to the state that the events led to so far
   events: [], fresh: [], number: 0, time: 0, run: 0, later: null,
+  begun: null, // when the node began that the last state is of
   times: new Times(),
   ahead: null, // seconds by which this machine's clock is ahead of the node's
   heard: performance.now(), // when the server said something
@@ -58,6 +59,7 @@ function receive(news) {
   compareClocks(news);
   for (const document of news.events ?? []) attempt("event", () => note(document));
   if (news.state) {
+    begin(news.state.begun);
     page.state = news.state;
     attempt("state", () => keep(news.state));
     noteLater(news.state.latest ?? []);
@@ -81,6 +83,19 @@ function compareClocks(news) {
   const fresh = page.status?.good !== false;
   if (page.ahead === null) page.ahead = fresh ? ahead : 0;
   else if (fresh && (ahead < page.ahead || ahead > page.ahead + 3)) page.ahead = ahead;
+}
+
+/**
+ * A node that begins again begins anew with the numbers of events. Those of the run before are not
+ * its own, whichever numbers it had reached when the page heard of it.
+ */
+function begin(begun) {
+  if (!begun || begun === page.begun) return;
+  page.begun = begun;
+  const own = page.events.filter((document) => document.time >= begun);
+  if (own.length === page.events.length) return;
+  forget();
+  own.forEach(note);
 }
 
 function place(document) {
