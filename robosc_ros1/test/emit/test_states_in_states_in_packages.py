@@ -9,9 +9,13 @@ from pathlib import Path
 import pytest
 from emit.generated_code import controller_source, supervisor_of
 from emit.judged_controllers import judged, judging_modules
+from emit.test_cif import check
 from emit.test_controller_follows_the_plant import Twin, walk_through
+from nested_models import PARTS, nested_text, random_behaviour
 
 from robosc.emit.dot import dot_text
+from robosc.model.resolve import load
+from robosc.source import Source
 
 MODEL = """
 robot Porter {
@@ -50,6 +54,18 @@ robot Porter {
 @pytest.mark.parametrize("seed", range(3))
 def test_the_controller_does_what_the_plant_does(seed: int) -> None:
     walk_through(Twin(MODEL), random.Random(seed))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_ones_are_read_twice_and_exported(seed: int) -> None:
+    """The supervisor, and the plant in CIF, do what the second reading says."""
+    draw = random.Random(seed)
+    whole = random_behaviour(draw)
+    text = PARTS % nested_text(whole, {place.path for place in whole.all()})
+    requirement = f"requirement go needs !P.{draw.choice(whole.states).path} or P.last"
+    robot, _ = load(Source("model.rscd", f"robot Test {{ {text} {requirement} }}"))
+    assert robot is not None
+    check(robot)
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -67,8 +68,34 @@ class Occurrence:
     values: tuple[tuple[Path, Any], ...] = ()
 
 
+def _stays(transition: ResultTransition, place: str) -> bool:
+    """Whether a transition of a state may lead into that state."""
+    return transition.goto is None or f"{transition.goto}.".startswith(f"{place}.")
+
+
 def is_for(transition: ResultTransition, event: Event) -> bool:
     return transition.event is event.kind and transition.communication == event.key
+
+
+def _counting(
+    levels: Sequence[list[ResultTransition]], decided: set[str] | None
+) -> Iterator[tuple[ResultTransition, set[str]]]:
+    """What of the levels, from the innermost, may be taken, with the variables decided before.
+
+    ``decided`` is None where none of an inner level is taken for sure; else only what goes nowhere
+    goes with that one.
+    """
+    if not levels:
+        return
+    here = [t for t in levels[0] if decided is None or t.goto is None]
+    for transition in here:
+        yield transition, decided or set()
+    if all(t.guard is not None for t in here):
+        yield from _counting(levels[1:], decided)
+        return
+    for transition in here:
+        more = {a.variable for a in transition.assignments}
+        yield from _counting(levels[1:], more | (decided or set()))
 
 
 def first_phase(communication: Communication) -> str | None:
@@ -120,9 +147,10 @@ class OracleEvents:
             behaviour = component.behaviour
             assert behaviour is not None
             written = [*behaviour.transitions, *(tau.transition for tau in behaviour.taus)]
+            for place in (*behaviour.composites, *behaviour.states):
+                written.extend(place.transitions)
+                written.extend(tau.transition for tau in place.taus)
             for state in behaviour.states:
-                written.extend(state.transitions)
-                written.extend(tau.transition for tau in state.taus)
                 written.extend(waiting.transition for waiting in state.afters)
             found.extend((component.name, transition) for transition in written)
         return found
@@ -138,9 +166,9 @@ class OracleEvents:
             assert component.behaviour is not None
             found |= {
                 f"{component.name}.{assignment.variable}"
-                for place in (None, *component.behaviour.states)
+                for place in (None, *component.behaviour.composites, *component.behaviour.states)
                 for tau in (place or component.behaviour).taus
-                if place is None or tau.transition.goto in (None, place.name)
+                if place is None or _stays(tau.transition, place.name)
                 for assignment in tau.transition.assignments
             }
         while True:
@@ -164,8 +192,8 @@ class OracleEvents:
                     events.append(Event(EventKind.TIMEOUT, communication.key))
             if component.behaviour is not None:
                 taus = list(component.behaviour.taus)
-                for state in component.behaviour.states:
-                    taus.extend(state.taus)
+                for place in (*component.behaviour.composites, *component.behaviour.states):
+                    taus.extend(place.taus)
                 for tau in sorted(taus, key=lambda tau: tau.index):
                     events.append(Event(EventKind.TAU, component.name, tau.index))
                 waiting = [a for state in component.behaviour.states for a in state.afters]
@@ -209,18 +237,11 @@ class OracleEvents:
         assert component.behaviour is not None
         found: list[tuple[ResultTransition, set[str]]] = []
         for state in component.behaviour.states:
-            own = [t for t in state.transitions if is_for(t, event)]
-            common = [t for t in component.behaviour.transitions if is_for(t, event)]
-            found += [(t, set()) for t in own]
-            if not own or (
-                event.kind is not EventKind.REQUEST and all(t.guard is not None for t in own)
-            ):
-                found += [(t, set()) for t in common]
-            elif event.kind is not EventKind.REQUEST:
-                # One of the state is taken for sure, and only what goes nowhere goes with it.
-                for first in own:
-                    decided = {a.variable for a in first.assignments}
-                    found += [(t, decided) for t in common if t.goto is None]
+            levels = self._transitions_for(component, state.name, event)
+            if event.kind is EventKind.REQUEST:
+                found += [(t, set()) for t in next(filter(None, levels), [])]
+            else:
+                found += _counting(levels, None)
         return found
 
     def concerned(self, event: Event) -> list[Component]:
@@ -233,12 +254,15 @@ class OracleEvents:
     def _transitions_for(
         self, component: Component, here: str, event: Event
     ) -> tuple[list[ResultTransition], ...]:
-        """The transitions for an event: those of the state where the component is, and the common."""
+        """The transitions for an event that apply in a state, level by level from the innermost."""
         key = component.name, here, event
         if key not in self._written:
-            assert component.behaviour is not None
-            present = next(s for s in component.behaviour.states if s.name == here)
-            levels = present.transitions, component.behaviour.transitions
+            behaviour = component.behaviour
+            assert behaviour is not None
+            places = {place.name: place for place in (*behaviour.composites, *behaviour.states)}
+            steps = here.split(".")
+            inside = [places[".".join(steps[:n])] for n in range(len(steps), 0, -1)]
+            levels = [*(place.transitions for place in inside), behaviour.transitions]
             self._written[key] = tuple([t for t in level if is_for(t, event)] for level in levels)
         return self._written[key]
 
@@ -253,13 +277,14 @@ class OracleEvents:
             ]
 
         here = self.get(state, "at", component.name)
-        of_state, of_component = self._transitions_for(component, here, occurrence.event)
-        own = holding(of_state)
+        levels = self._transitions_for(component, here, occurrence.event)
         if occurrence.event.kind is EventKind.REQUEST:
-            return own if of_state else holding(of_component)
-        if own:  # what goes somewhere is hidden, and its guard may read what no occurrence has
-            return [*holding([t for t in of_component if t.goto is None]), *own]
-        return holding(of_component)
+            return holding(next(filter(None, levels), []))
+        taken: list[ResultTransition] = []
+        for level in levels:
+            # What goes somewhere is hidden, and its guard may read what no occurrence has.
+            taken = [*holding([t for t in level if not taken or t.goto is None]), *taken]
+        return taken
 
     # --- the plant ---------------------------------------------------------------------------
 

@@ -51,7 +51,8 @@ class OraclePlant(OracleEvents):
         component = self.robot.component(event.key)
         here = self.get(state, "at", event.key)
         present = next(s for s in behaviour.states if s.name == here)
-        for tau in (*behaviour.taus, *present.taus):
+        around = (o.taus for o in behaviour.composites if present.name.startswith(f"{o.name}."))
+        for tau in (*behaviour.taus, *(tau for taus in around for tau in taus), *present.taus):
             transition = tau.transition
             if tau.index != event.index or not (
                 transition.guard is None or self.holds(transition.guard, state)
@@ -108,7 +109,12 @@ class OraclePlant(OracleEvents):
             if occurrence.event.kind is EventKind.REQUEST:
                 raise Impossible
             return
-        assert len(taken) <= 2  # guards on one level exclude each other
+        levels = self._transitions_for(
+            component, self.get(state, "at", component.name), occurrence.event
+        )
+        assert all(
+            sum(t in level for t in taken) <= 1 for level in levels
+        )  # guards exclude each other
         self._assign(component, taken, state, occurrence, after)
 
     def _assign(

@@ -169,8 +169,12 @@ def _diagrams(robot: Robot) -> list[DiagramView]:
         if behaviour is None:
             continue
         initial = next(s.name for s in behaviour.states if s.initial)
-        lines = [f"[*] --> {initial}"] + [
-            f"{state.name} --> {t.target or state.name} : {_label(t, robot)}"
+        # Names in diagrams have no dots.
+        ids = {s.name: s.name.replace(".", "__") for s in behaviour.states}
+        lines = [f'state "{name}" as {word}' for name, word in ids.items() if name != word]
+        lines += [f"[*] --> {ids[initial]}"]
+        lines += [
+            f"{ids[state.name]} --> {ids[t.target or state.name]} : {_label(t, robot)}"
             for state in behaviour.states
             for t in transitions(behaviour)
             if state.is_in(t.source)
