@@ -208,9 +208,22 @@ def simulate(parser: argparse.ArgumentParser) -> None:
 
 
 def replay(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", metavar="MODEL", help="the .rscd file of a controller's node")
+    parser.add_argument("model", metavar="MODEL", help="the .rscd file of a robot")
     parser.add_argument(
-        "log", metavar="LOG", help="the event log that the node has written; - for a pipe"
+        "log",
+        metavar="LOG",
+        help="the event log that a generated node has written (- for a pipe), or a bag of either"
+        " ROS: .bag, .mcap, .db3 or the folder of a bag",
+    )
+    parser.add_argument(
+        "--parameter",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="with a bag: a parameter of the model or of its node (may be repeated)",
+    )
+    parser.add_argument(
+        "--junit", metavar="FILE", type=Path, help="with a bag: write the verdicts as JUnit XML"
     )
     _json(parser)
     _common(parser)
@@ -228,7 +241,9 @@ def view(parser: argparse.ArgumentParser) -> None:
     )
     source = parser.add_mutually_exclusive_group()
     source.add_argument("--ros", metavar="NODE", help="watch a running controller, of either ROS")
-    source.add_argument("--log", metavar="FILE", help="look through an event log of MODEL's node")
+    source.add_argument(
+        "--log", metavar="FILE", help="look through an event log of MODEL's node, or a bag"
+    )
     parser.add_argument(
         "--export",
         metavar="FILE",

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robosc import __version__, arguments, pipeline
 from robosc.codes import CODES
@@ -147,10 +147,7 @@ def _synthesize(args: Arguments) -> int:
     # The explanations are part of the result; they are not printed twice.
     explained = {explanation.diagnostic for explanation in supervisor.explanations}
     tell([*loaded.diagnostics, *(d for d in supervisor.diagnostics if d not in explained)])
-    if args.json:
-        _print_json(synthesize_document(supervisor))
-    else:
-        print(report.supervisor_text(supervisor), end="")
+    _show(args, synthesize_document, report.supervisor_text, supervisor)
     if supervisor.empty:
         complain(f"no controller can satisfy the requirements of {loaded.robot.name}")
         return EmptySupervisorError.exit_code
@@ -176,10 +173,7 @@ def _verify(args: Arguments) -> int:
     from robosc.synthesis.verify.findings import verify_document
 
     found = pipeline.verify(_load(args), args.progress)
-    if args.json:
-        _print_json(verify_document(found, step_document))
-    else:
-        print(report.verify_text(found), end="")
+    _show(args, lambda found: verify_document(found, step_document), report.verify_text, found)
     return 0 if found.verified else 1
 
 
@@ -274,15 +268,31 @@ def _simulate(args: Arguments) -> int:
 
 
 def _replay(args: Arguments) -> int:
+    from robosc.simulate.bag_files import is_bag
     from robosc.simulate.replay import replay, replay_document, replay_text
 
     if Path(args.log).suffix in MODEL_SUFFIXES and Path(args.model).suffix not in MODEL_SUFFIXES:
         args.model, args.log = args.log, args.model  # this order was the only one at first
+    if is_bag(args.log):
+        return _judge(args)
+    if args.junit is not None or args.parameter:
+        raise UsageError("--junit and --parameter are for bags: .bag, .mcap, .db3")
     found = replay(_supervise(args), args.log)
-    if args.json:
-        _print_json(replay_document(found))
-    else:
-        print(replay_text(found), end="")
+    _show(args, replay_document, replay_text, found)
+    return found.exit_code
+
+
+def _judge(args: Arguments) -> int:
+    from robosc.simulate.bag_files import target_of
+    from robosc.simulate.judgement import judge
+    from robosc.simulate.judgement_report import judgement_document, judgement_junit, judgement_text
+
+    supervisor = _supervise(args, target_of(args.log))
+    found = judge(supervisor, Path(args.log), args.parameter, args.progress)
+    args.progress.clear()
+    if args.junit is not None:
+        write_text(args.junit, judgement_junit(found))
+    _show(args, judgement_document, judgement_text, found)
     return found.exit_code
 
 
@@ -315,9 +325,10 @@ def _view(args: Arguments) -> int:
         return 0
     if args.model is None:
         raise UsageError("what is to be viewed? Give a MODEL, or a running node with --ros NODE")
+    from robosc.simulate.bag_files import target_of
     from robosc.view.start import export_log, view_log, view_model
 
-    supervisor = _supervise(args)
+    supervisor = _supervise(args, target_of(args.log))
     if args.export is not None:
         write_text(args.export, export_log(supervisor, args.log))
     elif args.log is not None:
@@ -327,21 +338,31 @@ def _view(args: Arguments) -> int:
     return 0
 
 
-def _load(args: Arguments) -> Robot:
+def _load(args: Arguments, target: pipeline.Target | None = None) -> Robot:
     """The robot of the model; its warnings are shown."""
-    loaded = pipeline.load(args.model, _options(args))
+    loaded = pipeline.load(args.model, _options(args), target)
     tell(loaded.diagnostics)
     return loaded.robot
 
 
-def _supervise(args: Arguments) -> Supervisor:
-    supervisor = pipeline.supervise(_load(args), args.progress)
+def _supervise(args: Arguments, target: pipeline.Target | None = None) -> Supervisor:
+    supervisor = pipeline.supervise(_load(args, target), args.progress)
     args.progress.clear()
     return supervisor
 
 
 def _options(args: Arguments) -> pipeline.Options:
     return pipeline.Options(tuple(args.library_path), args.strict, args.progress)
+
+
+def _show(
+    args: Arguments, document: Callable[[Any], Any], text: Callable[[Any], str], found: object
+) -> None:
+    """Print a result as JSON or as text."""
+    if args.json:
+        _print_json(document(found))
+    else:
+        print(text(found), end="")
 
 
 def _print_json(document: object) -> None:
@@ -372,8 +393,8 @@ VERBS = (
          "line_follower.rscd --execute", arguments.simulate, _simulate),
     Verb("view", "show a robot live in a browser: a model, a running node, an event log",
          "--ros /line_follower_controller", arguments.view, _view),
-    Verb("replay", "follow the event log of a controller's node through its model",
-         "line_follower.rscd events.log", arguments.replay, _replay),
+    Verb("replay", "judge a recorded bag, or the event log of a controller's node, by its model",
+         "line_follower.rscd run.bag", arguments.replay, _replay),
     Verb("lsp", "serve an editor: the language server, on standard input and output",
          "--library-path ~/models/libraries", arguments.lsp, _lsp),
 )  # fmt: skip

@@ -23,7 +23,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from robosc.runtime.model import Command, Controller, Input
-from robosc.runtime.telemetry import blocked_by
+from robosc.runtime.reasons import blocked_by
 from robosc.runtime.values import Mismatch, Undefined
 
 __all__ = ["Comparison", "Recording", "compare"]

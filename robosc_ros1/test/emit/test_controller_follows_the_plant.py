@@ -35,8 +35,8 @@ from robosc.model.types import (
 )
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Command
+from robosc.runtime.reasons import blocked_by
 from robosc.runtime.settings import Settings
-from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Mismatch
 from robosc.simulate.reasons import reasons
 

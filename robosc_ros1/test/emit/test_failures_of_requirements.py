@@ -15,7 +15,7 @@ from random_models import random_model
 from ros_support import EXAMPLES
 
 from robosc import pipeline
-from robosc.runtime.telemetry import violated
+from robosc.runtime.reasons import violated
 from robosc.runtime.values import Undefined
 
 MODELS = [m for m in sorted(EXAMPLES.rglob("*.rscd")) if re.search(r"^robot ", m.read_text(), re.M)]

@@ -47,7 +47,7 @@ THIRD_PARTY = {
     "rospy": ("view.ros1", "new.from_ros1"),
     "rosgraph": ("view.ros1", "new.from_ros1"),
     "rosservice": ("new.from_ros1",),
-    "rosbags": ("new.from_bag",),
+    "rosbags": ("simulate.bag_files",),
     "rclpy": ("view.ros2", "new.from_ros2"),
     "std_msgs": ("view.ros1", "view.ros2"),
 }

@@ -15,15 +15,9 @@ from runtime.test_order_of_commands import PreferringController
 from robosc.runtime.engine import Engine
 from robosc.runtime.eventlog import EventLog
 from robosc.runtime.model import Controller, Parameter
+from robosc.runtime.reasons import reason_text
 from robosc.runtime.settings import Settings
-from robosc.runtime.telemetry import (
-    Outlet,
-    Reporter,
-    dump,
-    event_document,
-    reason_text,
-    state_document,
-)
+from robosc.runtime.telemetry import Outlet, Reporter, dump, event_document, state_document
 
 
 class Heard(Outlet):

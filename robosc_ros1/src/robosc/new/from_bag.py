@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Set
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-from robosc.errors import UsageError
 from robosc.new.survey import UNKNOWN_NODE, RosGraph, Spacing, pauses_of
 from robosc.progress import Progress
+from robosc.simulate.bag_files import bag_errors, bag_reader
 
 _MEASURED = 60
 """Seconds from the beginning in which pauses are measured: bags may have many gigabytes."""
@@ -35,38 +34,10 @@ def read(path: Path, progress: Progress) -> tuple[RosGraph, dict[str, Spacing]]:
     Raises:
         UsageError: it cannot be read, or rosbags is not installed.
     """
-    try:
-        with _reader(path) as reader:
-            topics = [_topic(connection) for connection in reader.connections]
-            pauses = pauses_of(_arrivals(reader, progress))
-    except UsageError:
-        raise
-    except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror or error}") from error
-    except ModuleNotFoundError as error:
-        raise UsageError(
-            f"reading bags needs the Python library {error.name!r}: ./dev setup fetches it, or"
-            " pip install rosbags"
-        ) from error
-    except Exception as error:  # what a library raises for a damaged file is not documented
-        raise UsageError(
-            f"cannot read {path} as a bag: {str(error).rstrip('.')}; a recording that was not ended"
-            " is repaired by 'rosbag reindex' or 'ros2 bag reindex'"
-        ) from error
+    with bag_errors(path), bag_reader(path) as reader:
+        topics = [_topic(connection) for connection in reader.connections]
+        pauses = pauses_of(_arrivals(reader, progress))
     return _graph(topics), pauses
-
-
-def _reader(path: Path) -> AbstractContextManager[Any]:
-    from rosbags import rosbag1, rosbag2
-
-    if not path.exists():
-        raise UsageError(f"cannot read {path}: there is no such file")
-    if path.is_dir() and not (path / "metadata.yaml").exists():
-        raise UsageError(f"{path} is no bag of ROS 2: it has no metadata.yaml")
-    if path.is_file() and path.suffix not in {".bag", ".mcap", ".db3"}:
-        raise UsageError(f"{path} is no bag: .bag, .mcap, .db3, or the folder of a bag of ROS 2")
-    reader = rosbag1.Reader if path.suffix == ".bag" and path.is_file() else rosbag2.Reader
-    return reader(path)  # type: ignore[no-any-return]  # rosbags is not there when types are checked
 
 
 def _arrivals(reader: Any, progress: Progress) -> dict[str, list[float]]:

@@ -57,6 +57,8 @@ def _content(message: Any) -> Any:
     sending."""
     if isinstance(message, (list, tuple)):
         return [_content(part) for part in message]
+    if hasattr(message, "tolist"):  # arrays of ROS 2
+        return message.tolist()
     if not hasattr(message, "__slots__"):
         return message
     if _is_header(type(message)):

@@ -30,10 +30,11 @@ STOP_COMMAND = "stop command"
 
 
 class Entry(NamedTuple):
-    """One event. ``outcome`` is "applied", "mismatch", "failed" or "stopped";
-    ``tau`` is the number of an internal transition, else 0. ``shortened`` tells whether the value
-    is a short form; ``effect`` is what the event did then, or where earlier values were
-    shortened."""
+    """One event. ``outcome`` is "applied", "mismatch", "failed" or "stopped"; of a monitor also
+    "forbidden" or "violated" (``blocked_by`` tells why), and ``seen`` tells that the command is one
+    of another node. ``tau`` is the number of an internal transition, else 0.
+    ``shortened`` tells whether the value is a short form; ``effect`` is what the event did then, or
+    where earlier values were shortened."""
 
     number: int
     time: float
@@ -45,6 +46,8 @@ class Entry(NamedTuple):
     detail: Optional[str]
     shortened: bool = False
     effect: Optional[Dict[str, Any]] = None
+    seen: bool = False
+    blocked_by: Optional[List[Dict[str, Any]]] = None
 
 
 class EventRecorder:
@@ -56,7 +59,7 @@ class EventRecorder:
     def __init__(
         self, now: Callable[[], float] = time.time, controller: Optional[Controller] = None
     ) -> None:
-        self._now = now
+        self.now = now
         self._controller = controller
         self._names: Optional[Names] = None
         self._is_partial = False  # the effect of an event was recorded only in a short form
@@ -79,10 +82,19 @@ class EventRecorder:
         detail: Optional[str] = None,
         tau: int = 0,
         writes: Iterable[str] = (),
+        time: Optional[float] = None,
+        seen: bool = False,
+        blocked_by: Optional[List[Dict[str, Any]]] = None,
     ) -> None:
-        """Record an event after it was applied and wrote these attributes of the controller."""
+        """Record an event after it was applied and wrote these attributes of the controller.
+
+        ``time`` is when it was (None: now).
+        """
         self.number += 1
-        entry = Entry(self.number, self._now(), kind, name, tau, value, outcome, detail)
+        entry = Entry(
+            self.number, self.now() if time is None else time, kind, name, tau, value, outcome,
+            detail, seen=seen, blocked_by=blocked_by,
+        )  # fmt: skip
         if self._controller is None or not (
             self._fresh or self._is_partial or not is_small(value) or len(detail or "") > _LONGEST
         ):

@@ -23,9 +23,10 @@ from .inbox import Inbox
 from .matching import CommandPattern, matching_command
 from .model import Command, Controller
 from .port import Port, steady_time
+from .reasons import blocked_by, reason_text, violated
 from .scheduler import ScheduledCommand
 from .settings import Settings
-from .telemetry import blocked_by, dump, reason_text, violated
+from .telemetry import dump
 from .values import not_finite
 
 Reasons = List[Dict[str, str]]

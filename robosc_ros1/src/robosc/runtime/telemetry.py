@@ -8,30 +8,26 @@ robosc's ``docs/``; each has ``"version": 1``.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import sys
 import threading
 import time
 from collections import deque
-from typing import Any, Deque, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Deque, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from .engine import INACTIVE, Engine
 from .eventlog import EventLog
-from .model import Command, Controller, Requirement
+from .model import Controller
 from .original_state import OriginalState
+from .reasons import blocked_by
 from .recorder import Entry
 from .shortening import ROOM, Shortener, shortened_text
-from .values import Undefined, jsonable
+from .values import jsonable
 
 OK, WARN, ERROR = 0, 1, 2  # the levels of diagnostic_msgs/DiagnosticStatus, REP 107
 _LATEST = 10
 _ROOM = 16000
 """About the characters that the short forms of all variables take in a document."""
-UNEXPLAINED = (
-    "it could lead to a state from which a requirement is violated, a variable leaves its range"
-    " or no marked state can be reached, whatever the controller does"
-)
 
 
 class Outlet:
@@ -96,6 +92,10 @@ def event_document(entry: Entry) -> Dict[str, Any]:
         document["shortened"] = True
     if entry.effect is not None:
         document["effect"] = entry.effect
+    if entry.seen:
+        document["seen"] = True
+    if entry.blocked_by is not None:
+        document["blocked_by"] = entry.blocked_by
     return document
 
 
@@ -107,78 +107,6 @@ def _short_event(document: Dict[str, Any]) -> Dict[str, Any]:
     if not shorten.whole:
         short["shortened"] = True
     return short
-
-
-def blocked_by(controller: Controller, command: Command) -> List[Dict[str, Any]]:
-    """Return why a command is not enabled now; empty if it is.
-
-    Each reason has a ``kind``: "phase", "synchronisation", "range", "requirement" (with its
-    ``place``, and ``because`` which parts of it), or "synthesis" where the requirements alone would
-    allow it.
-    """
-    reasons = []
-    if command.busy is not None and getattr(controller, command.busy) is (command.kind != "cancel"):
-        word = "busy" if command.kind == "request" else "idle"
-        reasons.append({"kind": "phase", "text": "it is " + word})
-    if command.synchronisation is not None and not command.synchronisation(controller):
-        states = controller.components()
-        blocking = [name for name, is_ready in command.partners if not is_ready(controller)]
-        for name in dict.fromkeys(blocking):
-            text = "blocked by %s in %s" % (name, states[name])
-            reasons.append({"kind": "synchronisation", "text": text})
-        if not reasons:
-            reasons.append({"kind": "range", "text": "a variable would leave its range"})
-    if command.guard(controller):
-        return reasons
-    failed = violated(controller, command)
-    if command.kind == "cancel":
-        if not failed:
-            kept = [
-                {"kind": "requirement", "text": "this requirement holds: " + requirement.text,
-                 "place": requirement.place}
-                for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
-            ]  # fmt: skip
-            return reasons + (
-                kept or [{"kind": "requirement", "text": "no requirement is a reason to cancel it"}]
-            )
-        failed = []  # violated requirements allow a cancel
-    if not failed and not reasons:
-        text = command.reason or UNEXPLAINED
-        failed.append({"kind": "synthesis", "text": text})
-    return reasons + failed
-
-
-def violated(controller: Controller, command: Command) -> List[Dict[str, Any]]:
-    """Return the requirements on a command that are violated now."""
-    found: List[Dict[str, Any]] = []
-    for requirement in (controller.REQUIREMENTS[i] for i in command.requirements):
-        if not requirement.holds(controller):
-            reason = {"kind": "requirement", "text": requirement.text, "place": requirement.place}
-            because = list(_failures(controller, requirement))
-            found.append({**reason, "because": because} if because else reason)
-    return found
-
-
-def reason_text(reason: Mapping[str, Any]) -> str:
-    """Return a reason on one line, with the place of a requirement and what of it does not hold."""
-    place = " (%s)" % reason["place"] if "place" in reason else ""
-    because = ": " + ", ".join(reason["because"]) if "because" in reason else ""
-    return "%s%s%s" % (reason["text"], place, because)
-
-
-def _failures(controller: Controller, requirement: Requirement) -> Iterator[str]:
-    """Yield which parts of a requirement do not hold, with the values that they compare:
-    ``Laser.front > 0.4 is false (Laser.front is 0.3875)``."""
-    if requirement.failures is None:
-        return
-    with contextlib.suppress(Undefined):  # what comes behind it is not known, either
-        for text, values in requirement.failures(controller):
-            told = ", ".join("%s is %s" % (n, _value_text(v)) for n, v in values.items())
-            yield "%s (%s)" % (text, told) if text and told else text or told
-
-
-def _value_text(value: Any) -> str:
-    return "%.6g" % value if isinstance(value, float) else shortened_text(str(value))
 
 
 def state_document(
@@ -383,7 +311,16 @@ class Reporter:
         counters: Dict[str, int] = snapshot["counters"]
         news = [
             "%d new %s" % (counters[name] - self._last_counters.get(name, 0), name)
-            for name in ("mismatches", "errors", "failed", "undefined", "blocked", "dropped")
+            for name in (
+                "mismatches",
+                "errors",
+                "failed",
+                "undefined",
+                "blocked",
+                "forbidden",
+                "violations",
+                "dropped",
+            )
             if counters.get(name, 0) > self._last_counters.get(name, 0)
         ]
         self._last_counters = dict(counters)

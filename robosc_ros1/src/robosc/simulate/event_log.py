@@ -13,8 +13,8 @@ from robosc.errors import UsageError
 from robosc.language.events import EventKind
 from robosc.source import opened
 
-_KINDS = (*(kind.value for kind in EventKind), "stop")
-_OUTCOMES = ("applied", "mismatch", "failed", "stopped")
+_KINDS = (*(kind.value for kind in EventKind), "stop", "state")
+_OUTCOMES = ("applied", "mismatch", "failed", "stopped", "forbidden", "violated")
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,11 @@ class LogEntry:
     def shortened(self) -> bool:
         """Whether the value is a short form."""
         return bool(self.document.get("shortened"))
+
+    @property
+    def seen(self) -> bool:
+        """Whether this is a command of another node, which a monitor has seen."""
+        return bool(self.document.get("seen"))
 
     @property
     def text(self) -> str:
@@ -58,7 +63,7 @@ def read_log(log: str) -> Iterator[LogEntry]:
                 for number, line in enumerate(_lines(file), 1):
                     document = _document(line)
                     if line.strip() and (document is not None or not found):
-                        yield _entry(path, number, document)
+                        yield entry_of(path, number, document)
                         found = True
         except (OSError, ValueError) as error:
             raise UsageError(f"cannot read {path}: {_reason(error)}") from error
@@ -111,7 +116,12 @@ def _files(log: str) -> list[str]:
     return [path for _, path in sorted(older, reverse=True)] + newest
 
 
-def _entry(file: str, line: int, document: Any) -> LogEntry:
+def entry_of(file: str, line: int, document: Any) -> LogEntry:
+    """The event of a document.
+
+    Raises:
+        UsageError: it is none.
+    """
     match document:
         case {
             "version": 1,

@@ -26,9 +26,9 @@ from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
+from robosc.runtime.reasons import blocked_by
 from robosc.runtime.recorder import EventRecorder
 from robosc.runtime.settings import ParameterError, Settings, read
-from robosc.runtime.telemetry import blocked_by
 from robosc.runtime.values import Undefined, in_range
 from robosc.simulate.drawn_values import random_raw
 from robosc.simulate.event_data import Given, by_path, complete, hint

@@ -50,6 +50,40 @@ def junit_text(script: str, robot: str, cases: Sequence[Case]) -> str:
             kind = "failure" if isinstance(case.fault, Failed) else "error"
             told = ElementTree.SubElement(one, kind, message=_text(str(case.fault)))
             told.text = _text(f"{script}:{case.number}: {case.fault.kind}: {case.fault}")
+    return _document(suite)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """A statement about a recording: what contradicts it, and its place in the model."""
+
+    name: str
+    failures: Sequence[str]
+    file: str = ""
+    line: int = 0
+
+
+def suite_text(title: str, robot: str, outcomes: Sequence[Outcome]) -> str:
+    """A test suite with a test case for each outcome."""
+    failures = sum(bool(outcome.failures) for outcome in outcomes)
+    suite = ElementTree.Element(
+        "testsuite",
+        name=_text(title), tests=str(len(outcomes)), failures=str(failures), errors="0",
+    )  # fmt: skip
+    for outcome in outcomes:
+        one = ElementTree.SubElement(
+            suite, "testcase", classname=_text(robot), name=_text(outcome.name)
+        )
+        if outcome.file:
+            one.set("file", _text(outcome.file))
+            one.set("line", str(outcome.line))
+        if outcome.failures:
+            told = ElementTree.SubElement(one, "failure", message=_text(outcome.failures[0]))
+            told.text = _text("\n".join(outcome.failures))
+    return _document(suite)
+
+
+def _document(suite: ElementTree.Element) -> str:
     ElementTree.indent(suite)
     text = ElementTree.tostring(suite, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'

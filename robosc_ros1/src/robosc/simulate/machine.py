@@ -16,7 +16,7 @@ from robosc.ir.step import valuations
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
 from robosc.model.expr import Expr
-from robosc.runtime.telemetry import reason_text
+from robosc.runtime.reasons import reason_text
 from robosc.simulate.event_data import Given, given_text
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import SystemState

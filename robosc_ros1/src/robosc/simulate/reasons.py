@@ -10,7 +10,7 @@ from robosc.ir.automaton import Event, PlantState
 from robosc.ir.conjuncts import conjuncts
 from robosc.ir.step import Verdict, holds, lookup, outcome, taken_edge, valuations
 from robosc.language.events import EventKind
-from robosc.runtime.telemetry import UNEXPLAINED
+from robosc.runtime.reasons import UNEXPLAINED
 from robosc.simulate.machine import Reason
 from robosc.supervisor import Guard, Supervisor
 

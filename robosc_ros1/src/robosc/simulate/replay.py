@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from robosc.errors import UsageError, counted
@@ -19,9 +19,9 @@ from robosc.model.entities import Robot
 from robosc.model.traversal import all_names, path_text
 from robosc.model.types import ArrayType, NoneType, ObjectType, Type, domain
 from robosc.runtime.model import After, Command, Controller, Input, Tau
+from robosc.runtime.reasons import blocked_by, reason_text
 from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.shortening import Shortener
-from robosc.runtime.telemetry import blocked_by, reason_text
 from robosc.runtime.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.exact_values import data_behind, value_with_classes
@@ -150,7 +150,7 @@ class Follower:
             return
         self._next += 1
         self._stopped |= entry.outcome == "stopped"
-        if entry.outcome != "applied":
+        if entry.outcome not in ("applied", "forbidden"):
             return
         self.lost = self._follows(self._controller, entry)
         if self.lost is not None:
@@ -216,6 +216,10 @@ class Follower:
             parts = self._carried.get((input_.key, input_.kind), {})
             return _apply(controller, input_, entry.value, parts)
         command = self._commands.get((entry.name, entry.kind))
+        if entry.seen:  # what others sent was judged by the monitor that saw it
+            if command is not None and command.apply is not None and _fits(controller, command):
+                command.apply(controller)
+            return None
         if command is not None:
             stopping = entry.document.get("detail") == STOP_COMMAND
             if self._stopped and not stopping:
@@ -319,6 +323,12 @@ def _perform(
     return None
 
 
+def _fits(controller: Controller, command: Command) -> bool:
+    """Whether the components have a command now, whatever the requirements say."""
+    phase = command.busy is None or getattr(controller, command.busy) is (command.kind == "cancel")
+    return phase and _synchronises(controller, command)
+
+
 def _synchronises(controller: Controller, command: Command) -> bool:
     return command.synchronisation is None or bool(command.synchronisation(controller))
 
@@ -383,11 +393,7 @@ def replay_document(found: Replayed) -> dict[str, Any]:
         "runs": found.runs,
         "events": found.events,
         "mismatches": found.mismatches,
-        "departures": [
-            {"file": d.file, "line": d.line, "number": d.number, "event": d.event,
-             "reason": d.reason}
-            for d in found.departures
-        ],
+        "departures": [asdict(departure) for departure in found.departures],
         "missing": list(found.missing),
         "unchecked": found.unchecked,
-    }  # fmt: skip
+    }

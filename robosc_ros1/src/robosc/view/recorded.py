@@ -6,9 +6,11 @@ follows the log as in ``robosc replay``.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from copy import deepcopy
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from robosc.emit.modeldata import model_document
@@ -16,9 +18,11 @@ from robosc.emit.naming import file_of
 from robosc.errors import UsageError
 from robosc.language.events import EventKind
 from robosc.runtime.model import Controller
-from robosc.runtime.telemetry import dump, state_document
+from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.runtime.values import jsonable
-from robosc.simulate.event_log import LogEntry, read_log
+from robosc.simulate.bag_files import is_bag, opened_bag
+from robosc.simulate.bag_run import BagRun, settings_of
+from robosc.simulate.event_log import LogEntry, entry_of, read_log
 from robosc.simulate.machine import COMMANDS
 from robosc.simulate.replay import Follower
 from robosc.simulate.shortened_values import UnknownValue
@@ -73,7 +77,7 @@ class Recording:
     """
 
     def __init__(self, supervisor: Supervisor, log: str, hub: Hub) -> None:
-        self._entries = list(read_log(log))
+        self._entries = list(_entries(supervisor, log))
         if not self._entries:
             raise UsageError(f"{log} holds no events")
         self._moments: list[_Moment] = []
@@ -207,6 +211,18 @@ class Recording:
             return None
         state: Json = jsonable({**document, "time": _time(last)})
         return state
+
+
+def _entries(supervisor: Supervisor, log: str) -> Iterator[LogEntry]:
+    """The events of a log; those that a monitor makes of a bag."""
+    if not is_bag(log):
+        yield from read_log(log)
+        return
+    settings = settings_of(supervisor.plant.robot)
+    with opened_bag(Path(log)) as bag:
+        run = BagRun(supervisor, bag, settings, described=True)
+        for line, entry in enumerate(run.entries(lambda *_: None), 1):
+            yield entry_of(log, line, json.loads(dump(event_document(entry))))
 
 
 def _time(entry: LogEntry) -> float:

@@ -1,0 +1,240 @@
+"""A bag through the runtime monitor: what the recorded robot and its controller did, judged.
+
+The monitor is the one that generated packages have. Its clock is that of the recording.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from robosc.emit.guarding import CommandMatch, command_matches
+from robosc.errors import UsageError
+from robosc.language.events import Kind
+from robosc.model.entities import Communication, Robot
+from robosc.progress import Progress
+from robosc.runtime.matching import command_patterns
+from robosc.runtime.monitor_engine import MonitorEngine
+from robosc.runtime.observation import Handler, SeenAction, SeenActionOfRos2, SeenServiceOfRos2
+from robosc.runtime.recorder import Entry
+from robosc.runtime.settings import Settings
+from robosc.runtime.supervisor_engine import SupervisorPort
+from robosc.simulate.bag_files import Bag
+from robosc.simulate.execute import read_settings
+from robosc.simulate.faults import InvalidLine
+from robosc.simulate.generated import make_controller
+from robosc.simulate.start import parameters
+from robosc.supervisor import Supervisor
+
+
+@dataclass
+class Track:
+    """A topic in a recording: times in seconds since 1970, ``longest`` is the longest silence that
+    was ended, ``age`` the largest by a stamp."""
+
+    count: int = 0
+    first: float = 0.0
+    last: float = 0.0
+    longest: float = 0.0
+    age: float | None = None
+
+    def take(self, time: float, message: Any) -> None:
+        if self.count:
+            self.longest = max(self.longest, time - self.last)
+        else:
+            self.first = time
+        self.count += 1
+        self.last = time
+        stamp = getattr(getattr(message, "header", None), "stamp", None)
+        if stamp is not None:
+            seconds = stamp.sec + stamp.nanosec * 1e-9
+            if seconds:
+                self.age = max(self.age or 0.0, time - seconds)
+
+
+class _BagPort(SupervisorPort):
+    """The clock of a recording."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+
+    def now(self) -> float:
+        return self.time
+
+    def log(self, level: str, text: str) -> None:
+        """What matters is in the recorder."""
+
+
+@dataclass
+class _Heard:
+    """The topics that matter, each with those who take its messages."""
+
+    handlers: dict[str, list[Handler]] = field(default_factory=dict)
+    absent: list[str] = field(default_factory=list)
+    unseen: list[str] = field(default_factory=list)
+
+
+def settings_of(robot: Robot, given: Sequence[str] = ()) -> Settings:
+    """The settings of a robot's node; ``given`` are parameters as ``NAME=VALUE``.
+
+    Raises:
+        UsageError: one is no parameter, or has a wrong value.
+    """
+    stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
+    try:
+        return read_settings(robot, {**stop, **parameters(given)})
+    except InvalidLine as fault:
+        raise UsageError(str(fault)) from None
+
+
+class BagRun:
+    """A recording that is followed once. ``whole`` values are recorded, or short forms.
+
+    Raises:
+        ModelError: commands of one topic cannot be told apart by their data.
+    """
+
+    def __init__(
+        self, supervisor: Supervisor, bag: Bag, settings: Settings, *, described: bool = False
+    ) -> None:
+        self.supervisor = supervisor
+        self.bag = bag
+        self.settings = settings
+        self.tracks: dict[str, Track] = {}
+        self._port = _BagPort()
+        self._port.time = bag.start
+        controller = make_controller(supervisor)
+        controller.configure(settings.more)
+        self.engine = MonitorEngine(controller, self._port, settings, self._port.now)
+        self.engine.recorder.now = self._port.now
+        if described:
+            self.engine.describe = lambda message: message
+        self._heard = _Heard()
+        self._matches = {
+            match.key: match
+            for found in command_matches(supervisor.plant.robot).values()
+            for match in found
+        }
+        self._connect()
+
+    @property
+    def hears(self) -> bool:
+        """Whether the bag has a topic of the robot."""
+        return bool(self._heard.handlers)
+
+    @property
+    def absent(self) -> Sequence[str]:
+        """Topics of the model without messages in the bag."""
+        return self._heard.absent
+
+    @property
+    def unseen(self) -> Sequence[str]:
+        """The names of the communications that a bag cannot show, or this one does not."""
+        names = self.supervisor.plant.robot.display_names
+        return [names[key] for key in self._heard.unseen]
+
+    @property
+    def unjudged(self) -> Sequence[tuple[str, str]]:
+        """The commands, by name and kind, that depend on what is not seen."""
+        names = self.supervisor.plant.robot.display_names
+        return [(names[key], kind) for key, kind in self.engine.unjudged]
+
+    def entries(self, progress: Progress) -> Iterator[Entry]:
+        """Follow the recording; the events, with the verdicts on them."""
+        engine, port = self.engine, self._port
+        engine.begin()
+        handlers = self._heard.handlers
+        tracks = {topic: self.tracks.setdefault(topic, Track()) for topic in handlers}
+        for topic, time, message in self.bag.messages(handlers, progress):
+            self._wait(time)
+            tracks[topic].take(time, message)
+            for handle in handlers[topic]:
+                handle(message)
+            engine.cycle()
+            yield from engine.recorder.take()
+        self._wait(port.time + engine.tolerance)
+        engine.cycle()
+        yield from engine.recorder.take()
+
+    def _wait(self, time: float) -> None:
+        """Let the clock go on, as a node would wake up."""
+        engine, port = self.engine, self._port
+        while True:
+            delay = engine.time_to_deadline()
+            if delay is None or port.time + delay > time:
+                break
+            port.time = max(port.time + delay, math.nextafter(port.time, math.inf))
+            engine.cycle()
+        port.time = max(port.time, time)
+
+    # --- who listens to what ---------------------------------------------------------------------
+
+    def _connect(self) -> None:
+        robot = self.supervisor.plant.robot
+        heard: dict[str, list[str]] = {}
+        commands: dict[str, list[CommandMatch]] = {}
+        for one in robot.communications.values():
+            if one.kind is Kind.OUTGOING:
+                heard.setdefault(_topic(one), []).append(one.key)
+            elif one.kind is Kind.INCOMING:
+                commands.setdefault(_topic(one), []).append(self._matches[one.key])
+            elif one.kind is Kind.ACTION:
+                self._connect_action(one)
+            else:
+                self._connect_service(one)
+        for topic, keys in heard.items():
+            if topic in self.bag.topics:
+                self._add(topic, self.engine.poster(keys))
+                continue
+            self._heard.absent.append(topic)
+            # Of one that should come all the time it is not known when it did.
+            self._heard.unseen += [k for k in keys if robot.communications[k].timeout is not None]
+        for topic, matches in commands.items():
+            if topic in self.bag.topics:
+                self._connect_commands(topic, matches)
+            else:
+                self._heard.absent.append(topic)
+        self.engine.leave_out(self._heard.unseen)
+
+    def _connect_commands(self, topic: str, matches: Sequence[CommandMatch]) -> None:
+        rows = [(m.key, m.exact, m.field) for m in sorted(matches, key=lambda m: not m.exact)]
+        patterns = command_patterns(rows, self.bag.make(self.bag.topics[topic]))  # type: ignore[arg-type]
+        self._add(topic, lambda message: self.engine.offer(topic, patterns, message, None))
+
+    def _connect_action(self, action: Communication) -> None:
+        if self.bag.ros_1:
+            self._add_parts(action, SeenAction(self.engine, action.key).handlers)
+        elif self._reads_ends(action):
+            self._heard.unseen.append(action.key)
+        else:
+            self._add_parts(action, SeenActionOfRos2(self.engine, action.key).handlers)
+
+    def _reads_ends(self, action: Communication) -> bool:
+        """Whether the model reads the goal's result, which a bag of ROS 2 does not have."""
+        rows = self.engine.controller.INPUTS
+        return any(
+            r.key == action.key and r.kind == "response" and r.read is not None for r in rows
+        )
+
+    def _connect_service(self, service: Communication) -> None:
+        handlers = SeenServiceOfRos2(self.engine, service.key).handlers
+        if not self._add_parts(service, handlers):
+            self._heard.unseen.append(service.key)
+
+    def _add_parts(self, owner: Communication, handlers: Mapping[str, Handler]) -> bool:
+        """Whether the bag has one of these topics below a name."""
+        there = [part for part in handlers if _topic(owner) + part in self.bag.topics]
+        for part in there:
+            self._add(_topic(owner) + part, handlers[part])
+        if not there:
+            self._heard.absent.append(_topic(owner))
+        return bool(there)
+
+    def _add(self, topic: str, handler: Handler) -> None:
+        self._heard.handlers.setdefault(topic, []).append(handler)
+
+
+def _topic(communication: Communication) -> str:
+    return "/" + communication.identifier.lstrip("/")

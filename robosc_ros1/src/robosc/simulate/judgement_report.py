@@ -1,0 +1,177 @@
+"""A judgement as text, as JSON and as JUnit XML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from robosc.errors import counted
+from robosc.simulate.judgement import Finding, Goals, Judgement, Sort
+from robosc.simulate.junit import Outcome, suite_text
+
+_TITLES: dict[Sort, str] = {
+    "violation": "violated",
+    "blocked": "a supervisor would have blocked",
+    "departure": "leaves the model",
+}
+_DONE = {"request": "was sent", "cancel": "was cancelled"}
+
+
+def judgement_text(found: Judgement) -> str:
+    """What ``robosc replay`` prints for a bag."""
+    seconds = found.end - found.start
+    lines = [
+        f"{found.bag}: ROS {found.ros}, {seconds:.1f} s, {counted(found.messages, 'message')},"
+        f" {sum(t.count for t in found.tracks.values()):,} of them of {found.robot.name}"
+    ]
+    lines += [_line(found, finding) for finding in found.findings]
+    lines += _tables(found)
+    lines += _notes(found)
+    lines.append(f"{found.robot.name}: {_verdict(found)}")
+    return "\n".join(lines) + "\n"
+
+
+def _line(found: Judgement, finding: Finding) -> str:
+    return f"{finding.time - found.start:10.3f} s  {_TITLES[finding.sort]}: {_said(found, finding)}"
+
+
+def _said(found: Judgement, finding: Finding) -> str:
+    times = ""
+    if finding.count > 1:
+        times = f" {finding.count} times until {finding.until - found.start:.3f} s"
+    reasons = "; ".join(finding.reasons)
+    if finding.kind == "state":
+        return f"{reasons}{times}"
+    name = finding.name or "a message"
+    what = f"{name} {_DONE[finding.kind]}" if finding.kind in _DONE else finding.event
+    return f"{what}{times}: {reasons}"
+
+
+def _tables(found: Judgement) -> Iterator[str]:
+    for topic, track in found.tracks.items():
+        if not track.count:
+            continue
+        span = track.last - track.first
+        rate = f", {(track.count - 1) / span:.3g} Hz" if span > 0 else ""
+        silence = f", longest silence {track.longest:.3f} s" if track.count > 1 else ""
+        age = "" if track.age is None else f", oldest by its stamp {track.age:.3f} s"
+        yield f"  {topic}: {counted(track.count, 'message')}{rate}{silence}{age}"
+    for name, count in found.silences.items():
+        yield f"  {name}: fell silent {counted(count, 'time')}"
+    for name, goals in found.goals.items():
+        yield f"  {name}: {_goals(goals)}"
+
+
+def _goals(goals: Goals) -> str:
+    ends = [
+        f"{number} {word}"
+        for number, word in (
+            (goals.succeeded, "succeeded"),
+            (goals.failed, "failed"),
+            (goals.cancelled, "cancelled"),
+            (goals.since is not None, "still going on"),
+        )
+        if number
+    ]
+    return f"{counted(goals.count, 'goal')}: {', '.join(ends)}; the longest {goals.longest:.3f} s"
+
+
+def _notes(found: Judgement) -> Iterator[str]:
+    if found.absent:
+        yield f"not in the bag: {', '.join(found.absent)}"
+    if found.unseen:
+        yield f"not followed, since the bag does not show it: {', '.join(found.unseen)}"
+    if found.unjudged:
+        names = ", ".join(_event(name, kind) for name, kind in found.unjudged)
+        yield f"not judged, since it depends on that: {names}"
+
+
+def _event(name: str, kind: str) -> str:
+    return name if kind == "request" else f"{name}.{kind}"
+
+
+def _verdict(found: Judgement) -> str:
+    events = counted(found.events, "event")
+    parts = [
+        counted(len(found.of("violation")), "violation"),
+        f"{counted(len(found.of('blocked')), 'command')} blocked beyond the requirements",
+        f"{counted(len(found.of('departure')), 'place')} outside the model",
+    ]
+    said = [part for part in parts if not part.startswith("0 ")]
+    return f"{events}: {', '.join(said) if said else 'follows the model'}"
+
+
+def judgement_document(found: Judgement) -> dict[str, Any]:
+    """``replay --json`` for a bag, version 1."""
+    return {
+        "version": 1,
+        "robot": found.robot.name,
+        "bag": found.bag,
+        "ros": found.ros,
+        "start": round(found.start, 6),
+        "seconds": round(found.end - found.start, 6),
+        "messages": found.messages,
+        "events": found.events,
+        "commands": found.commands,
+        "crossed": found.crossed,
+        "findings": [
+            {
+                "sort": f.sort,
+                "time": round(f.time - found.start, 6),
+                "until": round(f.until - found.start, 6),
+                "count": f.count,
+                "event": {"kind": f.kind, "name": f.name},
+                "reasons": f.reasons,
+            }
+            for f in found.findings
+        ],
+        "topics": [
+            {
+                "topic": topic,
+                "messages": t.count,
+                "longest_silence": round(t.longest, 6),
+                "oldest": None if t.age is None else round(t.age, 6),
+            }
+            for topic, t in found.tracks.items()
+        ],
+        "silences": found.silences,
+        "actions": [
+            {
+                "name": name,
+                "goals": g.count,
+                "succeeded": g.succeeded,
+                "failed": g.failed,
+                "cancelled": g.cancelled,
+                "longest": round(g.longest, 6),
+            }
+            for name, g in found.goals.items()
+        ],
+        "absent": list(found.absent),
+        "not_followed": list(found.unseen),
+        "not_judged": [{"kind": kind, "name": name} for name, kind in found.unjudged],
+    }
+
+
+def judgement_junit(found: Judgement) -> str:
+    """A test case for each requirement, one for synthesis, and one for the model."""
+    robot = found.robot
+    outcomes = [
+        Outcome(
+            requirement.text,
+            [_said_at(found, f) for f in found.of("violation") if requirement.text in f.about],
+            str(requirement.span.source.path),
+            requirement.span.line,
+        )
+        for requirement in robot.requirements
+    ]
+    outcomes.append(
+        Outcome("what synthesis forbids", [_said_at(found, f) for f in found.of("blocked")])
+    )
+    outcomes.append(
+        Outcome("the run follows the model", [_said_at(found, f) for f in found.of("departure")])
+    )
+    return suite_text(found.bag, robot.name, outcomes)
+
+
+def _said_at(found: Judgement, finding: Finding) -> str:
+    return f"{finding.time - found.start:.3f} s: {_said(found, finding)}"
