@@ -35,6 +35,15 @@ def _robot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
 
 
+def _mode(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--mode",
+        choices=get_args(Mode),
+        default="controller",
+        help="a controller, or a supervisor that guards one (default: controller)",
+    )
+
+
 def _parameters(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--parameter",
@@ -61,6 +70,7 @@ def check(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="check again whenever a model is saved, until Ctrl-C",
     )
+    _mode(parser)
     _common(parser)
 
 
@@ -98,6 +108,7 @@ def synthesize(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="largest product space for the dense engine (default: 2^28)",
     )
+    _mode(parser)
     _common(parser)
 
 
@@ -112,12 +123,14 @@ def explore(parser: argparse.ArgumentParser) -> None:
         default=100_000,
         help="refuse to print more states than this (default: 100000)",
     )
+    _mode(parser)
     _common(parser)
 
 
 def verify(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
     _json(parser)
+    _mode(parser)
     _common(parser)
 
 
@@ -128,12 +141,7 @@ def generate(parser: argparse.ArgumentParser) -> None:
         choices=get_args(Target),
         help="the version of ROS (default: the one that is sourced, else ros1)",
     )
-    parser.add_argument(
-        "--mode",
-        choices=get_args(Mode),
-        default="controller",
-        help="a controller, or a supervisor that guards one (default: controller)",
-    )
+    _mode(parser)
     parser.add_argument(
         "--output",
         metavar="DIR",
@@ -169,6 +177,7 @@ def export(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", metavar="FILE", type=Path, help="write there (default: standard output)"
     )
+    _mode(parser)
     _common(parser)
 
 
@@ -204,6 +213,7 @@ def simulate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--json", action="store_true", help="read and write JSON, a document per line"
     )
+    _mode(parser)
     _common(parser)
 
 
@@ -226,6 +236,7 @@ def replay(parser: argparse.ArgumentParser) -> None:
         "--junit", metavar="FILE", type=Path, help="with a bag: write the verdicts as JUnit XML"
     )
     _json(parser)
+    _mode(parser)
     _common(parser)
 
 
@@ -260,6 +271,7 @@ def view(parser: argparse.ArgumentParser) -> None:
         "--host", default="127.0.0.1", help="address to listen on (default: this machine only)"
     )
     parser.add_argument("--port", type=_port, default=None, help="port (default: 8642 if free)")
+    _mode(parser)
     _common(parser)
 
 

@@ -10,7 +10,7 @@ import gc
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -43,11 +43,12 @@ Target: TypeAlias = Literal["ros1", "ros2"]
 @dataclass(frozen=True, slots=True)
 class Options:
     """How a model is read: further folders with libraries, and whether a message definition that is
-    not installed is an error. ``progress`` is called with what synthesis does, how far
-    it is, and the most it can be."""
+    not installed is an error; ``supervises``: another controller sends the commands. ``progress``
+    is called with what synthesis does, how far it is, and the most it can be."""
 
     library_path: tuple[Path, ...] = ()
     strict: bool = False
+    supervises: bool = False
     progress: Progress | None = None
 
 
@@ -283,7 +284,10 @@ def _package(path: str | Path, options: Options, output: Output) -> _Made:
     from robosc.emit.original_config import load_config
     from robosc.emit.package import namesake
 
-    loaded = load(path, options, output.target)
+    supervises = options.supervises or output.mode == "supervisor"
+    loaded = load(path, replace(options, supervises=supervises), output.target)
+    if output.mode == "controller":
+        _refuse_corrections(loaded.robot)
     config = load_config(Path(path), output.config)
     # The configuration names the controller, which a supervisor must not overwrite.
     own = config.package if output.mode == "controller" else None
@@ -303,6 +307,27 @@ def _package(path: str | Path, options: Options, output: Output) -> _Made:
     folder = output.folder or config.output.get(output.target) or Path()
     location = None if output.folder else config.locations.get((output.target, output.mode))
     return _Made(supervisor, diagnostics, package, folder, location, config.warnings)
+
+
+def _refuse_corrections(robot: Robot) -> None:
+    """Refuse a controller of a model that corrects another one.
+
+    Raises:
+        ModelError: a provide statement reads what the other controller sends.
+    """
+    found = tuple(
+        Diagnostic(
+            Severity.ERROR,
+            "data-of-others",
+            "this corrects what another controller sends: a controller sends its own data",
+            provide.span,
+            "generate a supervisor (--mode supervisor), or provide the data without 'value'",
+        )
+        for provide in robot.provides
+        if provide.corrects
+    )
+    if found:
+        raise ModelError(found)
 
 
 def _bounded(supervisor: Supervisor) -> None:
@@ -345,7 +370,13 @@ def _read(
     definitions = MessageDefinitions.for_model(Path(path), ros_version=ros_version)
     library_path = [str(folder) for folder in options.library_path]
     with collector_at_rest():
-        return resolve(str(path), library_path, definitions, strict=options.strict)
+        return resolve(
+            str(path),
+            library_path,
+            definitions,
+            strict=options.strict,
+            supervises=options.supervises,
+        )
 
 
 @contextmanager

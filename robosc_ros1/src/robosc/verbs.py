@@ -352,7 +352,8 @@ def _supervise(args: Arguments, target: pipeline.Target | None = None) -> Superv
 
 
 def _options(args: Arguments) -> pipeline.Options:
-    return pipeline.Options(tuple(args.library_path), args.strict, args.progress)
+    supervises = getattr(args, "mode", None) == "supervisor"
+    return pipeline.Options(tuple(args.library_path), args.strict, supervises, args.progress)
 
 
 def _show(

@@ -41,6 +41,21 @@ def plain(value):
     return {n.lstrip("_"): plain(getattr(value, n)) for n in names if n != "_check_fields"}
 
 
+class Told:
+    """The value of an event as it was reported, in place of the message that it was read from."""
+
+    def __init__(self, value):
+        self.parts = value if isinstance(value, dict) else {"": value}
+
+    def part(self, path):
+        """Return the part at a path; None if it is missing."""
+        name = "".join("[%d]" % s if isinstance(s, int) else "." + s for s in path)
+        part = self.parts[name.lstrip(".")]
+        if isinstance(part, str) and part in ("NaN", "Infinity", "-Infinity"):
+            return float(part)
+        return part
+
+
 def told_as(told, value):
     """Whether a value in JSON, which has strings for NaN and infinities, represents this value."""
     value = plain(value)

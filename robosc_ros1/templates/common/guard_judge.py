@@ -7,7 +7,8 @@ it was made. :class:`RandomCommands` are those of a controller that ignores all 
 
 import json
 
-from contents import attribute_of, plain
+from arrivals import holds
+from contents import Told, attribute_of, plain
 from decisions import reads_state
 from judge import Judge
 from plant_data import PLANT
@@ -24,6 +25,7 @@ class GuardJudge(Judge):
         keys = [k for k, c in PLANT_COMMUNICATIONS.items() if c["kind"] != "outgoing message"]
         self.passed = dict.fromkeys(keys, 0)
         self.blocked = dict.fromkeys(keys, 0)
+        self.corrected = {key: {} for key in keys}  # what, in the last one that passed
         self._reports = []
 
     def decided(self, key):
@@ -41,10 +43,36 @@ class GuardJudge(Judge):
         super()._remember()
         self._look()
 
+    def _judge(self, event):
+        self._changes = event.get("corrected", {}).get("fields", {})
+        super()._judge(event)
+
     def _command(self, kind, key, value):
+        content = None if value is None else Told(value)
         if kind == "request":
+            self._judge_correction(key, content)
+            self.corrected[key] = self._changes
             self.passed[key] += 1
-        self._happen(kind, key)
+        self._happen(kind, key, content)
+
+    def _judge_correction(self, key, content):
+        """Check what was made of a command that passed."""
+        made = {} if content is None else dict(content.parts)
+        field = PLANT_COMMUNICATIONS[key].get("request_field")
+        if field:
+            made[field] = made.pop("", None)
+        made.update((path, change["made"]) for path, change in self._changes.items())
+        sent = {**made, **{path: change["sent"] for path, change in self._changes.items()}}
+        if field:
+            sent[""] = sent[field]
+        wanted = self.shadow.correction(key, Told(sent))
+        for path, value in leaves(wanted or {}):
+            if path in made and not holds(made[path], value):
+                name = PLANT_COMMUNICATIONS[key]["name"]
+                fault = "%s was corrected to %s: %r, not %r"
+                self.faults.append(fault % (name, path, made[path], value))
+        if not set(self._changes) <= dict(leaves(wanted or {})).keys():
+            self.faults.append("%s was corrected though no statement says so" % key)
 
     def _look(self):
         """Check the reports for whose state the event has been followed."""
@@ -61,8 +89,8 @@ class GuardJudge(Judge):
             self.faults.append(what + ": " + json.dumps(report["blocked_by"]))
             return
         self.blocked[key] += 1
-        if {"number"} == {reason["kind"] for reason in report["blocked_by"]}:
-            return  # blocked in every state: a number is not finite
+        if {reason["kind"] for reason in report["blocked_by"]} in ({"number"}, {"data"}):
+            return  # blocked in every state: a number is not finite, or a part is not there
         if not report["blocked_by"]:
             self.faults.append(what + " without a reason")
         self._judge_reasons(what, event, report["blocked_by"], state)
@@ -104,6 +132,16 @@ class RandomCommands:
         data = [self._judge.shadow._fields(fields) for fields in provided] or [{}]
         return [content(self._filled(type_(), fields)) for fields in data]
 
+    def as_corrected(self, message, key):
+        """Return the message as the supervisor has passed it on."""
+        for path, change in self._judge.corrected[key].items():
+            owner = message
+            *names, last = path.split(".")
+            for name in names:
+                owner = getattr(owner, attribute_of(owner, name))
+            self._filled(owner, {last: change["made"]})
+        return self._values.as_it_arrives(message)
+
     def _filled(self, message, data):
         for name, value in data.items():
             name = attribute_of(message, name)
@@ -132,6 +170,15 @@ def play_round_of_both(robot, controller, judge):
 def provides_of(key):
     """Return the data of the provide statements of a command."""
     return [p["data"] for p in PLANT["provides"] if p["communication"] == key]
+
+
+def leaves(data, path=""):
+    """Yield the fields that data set: path and value."""
+    for name, value in data.items():
+        if isinstance(value, dict):
+            yield from leaves(value, "%s%s." % (path, name))
+        else:
+            yield path + name, value
 
 
 def content(message):

@@ -14,11 +14,12 @@ from pathlib import Path
 
 from arrivals import alike, are_told, has_come, holds_piece, is_finite
 from cancel_order import CancelOrder
-from contents import field_of, part_of, told_as
+from contents import Told, field_of, part_of, told_as
 from operations import Undefined
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
 from shadow import Shadow, Wrong
+from told_reasons import wrong_cancel, wrong_request
 
 TIMEOUT = 60.0
 """Seconds after which waiting for a message or an event fails."""
@@ -220,40 +221,13 @@ class Judge:
         """Check the reasons for which a command is reported as blocked (none: it is enabled)."""
         kind, key = event["kind"], state.keys[event["name"]]
         told = {name: [r for r in blocked_by if r["kind"] == name] for name in REASONS}
-        judge = self._wrong_request if kind == "request" else self._wrong_cancel
-        for why in judge(key, told, state):
+        judge = wrong_request if kind == "request" else wrong_cancel
+        content = None if event["value"] is None else Told(event["value"])
+        for why in judge(key, told, state, content):
             reasons = ", ".join(reason["text"] for reason in blocked_by) or "nothing"
-            violated = ", ".join(state.violated(key, kind)) or "no requirement"
+            violated = ", ".join(state.violated(key, kind, content)) or "no requirement"
             fault = "%s, reason: %s; wrong: %s; violated: %s" % (what, reasons, why, violated)
             self.faults.append(fault)
-
-    def _wrong_request(self, key, told, state):
-        """Yield what is wrong with the reasons for which a request is blocked."""
-        requirements = {"%(text)s (%(place)s)" % reason for reason in told["requirement"]}
-        violated = set(state.violated(key))
-        elsewhere = bool(told["phase"] or told["synchronisation"] or told["range"])
-        if bool(told["phase"]) != state.busy.get(key, False):
-            yield "the phase"
-        obstacles = set(state.obstacles("request", key))
-        blocking = obstacles - {None}
-        texts = {"blocked by %s in %s" % (name, state.states[name]) for name in blocking}
-        if texts != {reason["text"] for reason in told["synchronisation"]}:
-            yield "the synchronisation of components"
-        if bool(told["range"]) != (not told["phase"] and obstacles == {None}):
-            yield "the range of a variable"
-        if not requirements <= violated:
-            yield "a requirement that is not violated"
-        # Guards are not defined where the request is not possible anyway.
-        if requirements != violated and not elsewhere:
-            yield "violated requirements that are missing"
-        is_restricted = not violated and not elsewhere and not state.is_safe("request", key)
-        if bool(told["synthesis"]) != is_restricted and not elsewhere:
-            yield "synthesis"
-
-    def _wrong_cancel(self, key, told, state):
-        """Yield what is wrong with the reasons for which a cancel is blocked."""
-        if any(told.values()) == state.is_enabled("cancel", key):
-            yield "the requirements" if state.busy[key] else "the phase"
 
     def _count(self):
         self.faults += self.shadow.broken_invariants()
@@ -387,8 +361,8 @@ class Judge:
         with self._lock:
             expected = {topic: list(data) for topic, data in self.expected.items()}
         for topic, data in expected.items():
-            received = self.robot.received[topic]
-            arrived = functools.partial(lambda r, d: holds_piece(list(r), d), received, data)
+            messages = self.robot.received[topic]
+            arrived = functools.partial(lambda r, d: holds_piece(list(r), d), messages, data)
             self.wait(arrived, "the messages on %s to match the events" % topic)
         for key, told in self.asked.items():
             # The controller keeps running; the events of the latest requests may still arrive.

@@ -89,7 +89,7 @@ class RandomController:
     def _publish(self, publisher, topic, type_, keys, wanted):
         key, message = self.random_commands.command(type_, keys, wanted)
         if key is not None and self.decided(key, lambda: publisher.publish(message))[0]:
-            self.passed[topic].append(content(message))
+            self.passed[topic].append(content(self.random_commands.as_corrected(message, key)))
 
     # Comparison with what the robot sent and received
 

@@ -38,6 +38,9 @@ class Values:
             for transition in component["transitions"]
             if transition["communication"] == key
         )
+        for part in (*PLANT.get("judged", ()), *PLANT.get("corrections", ())):
+            if key in part.get("communications", [part.get("communication")]):
+                found += literals([part["condition"], part.get("data")])
         types = [PLANT_COMMUNICATIONS[key]["response"], PLANT_COMMUNICATIONS[key]["feedback"]]
         for type_ in types:
             if type_[0] == "enum":

@@ -7,7 +7,7 @@ allowed. It shares no code with the controller and interprets ``plant_data.py``.
 
 import copy
 
-from contents import plain, told_as
+from contents import told_as
 from expressions import Expressions
 from operations import Undefined
 
@@ -131,7 +131,7 @@ class Shadow(Expressions):
         if kind == "timeout" and not self.fresh[key]:
             raise Wrong("timeout of %s, which is already silent" % key)
         if kind == "request":
-            self._check_request(key)
+            self._check_request(key, content)
         elif kind == "cancel":
             self._check_cancel(key)
         states, variables = dict(self.states), dict(self.variables)
@@ -297,16 +297,27 @@ class Shadow(Expressions):
 
     # What is allowed
 
-    def violated(self, key, kind="request"):
-        """Return the requirements on a command that are violated now; one *to start* an action is
-        none on its cancel."""
+    def violated(self, key, kind="request", content=None):
+        """Return the requirements on a command that are violated now, and by its data, if they are
+        given; one *to start* an action is none on its cancel."""
         found = []
         for requirement in self.plant["requirements"]:
             if kind == "cancel" and requirement["to_start"]:
                 continue
             if key in requirement["communications"] and not self.is_met(requirement):
                 found.append("%s (%s)" % (requirement["text"], requirement["place"]))
+        if kind == "request" and content is not None:
+            for requirement in self.plant.get("judged", ()):
+                if key in requirement["communications"] and not self.fits(requirement, content):
+                    found.append("%s (%s)" % (requirement["text"], requirement["place"]))
         return found
+
+    def fits(self, requirement, content):
+        """Whether the data of a command meet a requirement; undefined data do not."""
+        try:
+            return self.evaluate(requirement["condition"], content)
+        except Undefined:
+            return False
 
     def broken_invariants(self):
         """Return the state requirements that are violated now."""
@@ -325,13 +336,13 @@ class Shadow(Expressions):
         for number, requirement in enumerate(self.plant["requirements"]):
             self.requirements_seen[number][not self.is_met(requirement)] += 1
 
-    def _check_request(self, key):
-        violated = self.violated(key)
+    def _check_request(self, key, content=None):
+        violated = self.violated(key, "request", content)
         if violated:
             raise Wrong("%s requested against: %s" % (key, "; ".join(violated)))
-        if not self.synchronises("request", key):
+        if not self.synchronises("request", key, content):
             raise Wrong("%s requested, which a component blocks: %s" % (key, self.states))
-        if not self.is_safe("request", key):
+        if not self.is_safe("request", key, content):
             raise Wrong("%s requested, which synthesis forbids: %s" % (key, self.states))
         for other in self.preferences.get(key, ()):
             if self.is_enabled("request", other):
@@ -343,25 +354,25 @@ class Shadow(Expressions):
             return False
         return bool(self.violated(key, kind)) == (kind == "cancel") and self.is_safe(kind, key)
 
-    def is_safe(self, kind, key):
+    def is_safe(self, kind, key, content=None):
         """Whether synthesis allows a command that is possible and meets the requirements."""
         tree = self.restricted.get((kind, key))
-        return tree is None or self.evaluate(tree)
+        return tree is None or self.evaluate(tree, content)
 
-    def synchronises(self, kind, key):
+    def synchronises(self, kind, key, content=None):
         """Whether all components enable a command and no variable would leave its range."""
-        return not any(True for _ in self.obstacles(kind, key))
+        return not any(True for _ in self.obstacles(kind, key, content))
 
-    def obstacles(self, kind, key):
+    def obstacles(self, kind, key, content=None):
         """Yield the components that block a command, and None for one that would assign a value
         outside the range of a variable."""
         for component in self.mentions.get((kind, key), ()):
-            taken = self.transitions(component, kind, key, None)
+            taken = self.transitions(component, kind, key, content)
             if kind == "request" and not taken:
                 yield component
                 continue
             try:
-                self._follow(component, taken, None, {}, {})
+                self._follow(component, taken, content, {}, {})
             except Wrong:
                 yield None
 
@@ -384,14 +395,16 @@ class Shadow(Expressions):
                 return self._fields(provide["data"])
         return None
 
-    def _fields(self, data):
-        if "fields" in data:
-            return {name: self._fields_or_value(inner) for name, inner in data["fields"]}
-        if "whole" in data:
-            return plain(self.evaluate(data["whole"]))
-        return {data["field"]: plain(self.evaluate(data["value"]))}
+    def correction(self, key, sent):
+        """Return the fields that are set in what another controller sent; None: none are.
 
-    def _fields_or_value(self, data):
-        if "elements" in data:
-            return [self._fields_or_value(element) for element in data["elements"]]
-        return self._fields(data) if "fields" in data else plain(self.evaluate(data["value"]))
+        Raises:
+            Undefined: it reads what is not there.
+        """
+        for provide in self.plant.get("corrections", ()):
+            condition = provide["condition"]
+            if provide["communication"] == key and (
+                condition is None or self.comes_true(condition, sent)
+            ):
+                return self._fields(provide["data"], sent)
+        return None

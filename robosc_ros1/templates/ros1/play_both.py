@@ -98,7 +98,8 @@ class Controller(RandomController):
 
         passed, handle = self.decided(key, send)
         if passed:
-            self.goals.append(Goal(key, client, handle, content(goal)))
+            sent = content(self.random_commands.as_corrected(goal, key))
+            self.goals.append(Goal(key, client, handle, sent))
         elif passed is not None:
             goal = Goal(key, client, handle, None)
             has_ended = self.judge.wait(goal.has_ended, "the rejection")

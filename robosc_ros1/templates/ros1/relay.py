@@ -6,6 +6,7 @@ action is relayed as its five topics: goal ids, status, feedback, results and ca
 A blocked goal is rejected on behalf of the robot.
 """
 
+import copy
 import io
 import threading
 import time
@@ -55,12 +56,25 @@ def maker(message_type):
     """Return a function that makes messages from data as they would arrive, with the precision of
     their fields."""
 
-    def make(data):
-        buffer = io.BytesIO()
-        fill(message_type(), data).serialize(buffer)
-        return message_type().deserialize(buffer.getvalue())
+    return lambda data: arrived(fill(message_type(), data))
 
-    return make
+
+def arrived(message):
+    """Return a message as it arrives, with the precision of its fields."""
+    return type(message)().deserialize(serialised(message))
+
+
+def serialised(message):
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+def packed(message):
+    """Return a message in the form of one that was passed on."""
+    onward = AnyMsg()
+    onward._buff = serialised(message)
+    return onward
 
 
 class RelayPort(RosPort):
@@ -71,6 +85,7 @@ class RelayPort(RosPort):
     def __init__(self, tables, lifecycle):
         super().__init__(tables, lifecycle)
         self._tables = tables
+        self._requests = {key: t._request_class for _, _, t, key in tables.relayed_services}
         self._blocked = rospy.Publisher("~blocked", String, queue_size=1000)
 
     def _actions_of(self, tables):
@@ -95,6 +110,13 @@ class RelayPort(RosPort):
     def blocked(self, text):
         self._blocked.publish(text)
 
+    def corrected(self, message, data):
+        return arrived(fill(copy.deepcopy(message), data))
+
+    def composed(self, key, data):
+        known = self._publishers.get(key)
+        return maker(self._requests[key] if known is None else known[1])(data)
+
     def _relay_input(self, engine, robot, controller, type_, keys):
         onward = rospy.Publisher(controller, type_, queue_size=INPUT_QUEUE, tcp_nodelay=True)
 
@@ -107,7 +129,7 @@ class RelayPort(RosPort):
 
     def _relay_command(self, engine, controller, type_, patterns):
         def heard(raw):
-            engine.offer(controller, patterns, read(raw, type_), passed_on(raw))
+            engine.offer(controller, patterns, read(raw, type_), passed_on(raw), packed)
 
         self._listen(controller, type_, heard)
 
@@ -179,7 +201,12 @@ class ActionRelay(GoalCaller):
                 if kind in ("blocked", "error"):
                     self._refuse(message, kind, payload)
 
-            engine.request(self._key, message.goal, (message.goal_id, onward), answer)
+            def repacked(corrected):
+                message.goal = corrected
+                return message.goal_id, message
+
+            goal_and_id = (message.goal_id, onward)
+            engine.request(self._key, message.goal, goal_and_id, answer, repacked)
 
         def cancel(raw):
             if self._is_meant(read(raw, GoalID)):

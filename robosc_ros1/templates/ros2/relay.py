@@ -7,6 +7,7 @@ id; its feedback, result and status are passed back to the controller. A blocked
 with a default response (ROS 2 has no failing calls), a blocked goal is rejected.
 """
 
+import copy
 from functools import partial
 
 from action_msgs.msg import GoalStatus
@@ -21,7 +22,7 @@ from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import RosPort
 from .ros_calls import Action
-from .ros_messages import fill, plain, sendable
+from .ros_messages import fill, plain, sendable, timed
 from .ros_parameters import keep_clock, qos_profile
 
 
@@ -35,6 +36,11 @@ def maker(message_type):
     return lambda data: read(serialize_message(fill(message_type(), data)), message_type)
 
 
+def packed(message):
+    """Return a message, as it was read, as bytes."""
+    return serialize_message(sendable(copy.deepcopy(message)))
+
+
 class RelayPort(RosPort):
     """The connections of a supervisor on both sides, as in the tables of ``node.py``."""
 
@@ -44,6 +50,7 @@ class RelayPort(RosPort):
         super().__init__(node, executor_thread, tables, profiles)
         keep_clock(node)  # or the controller that is guarded could stop all timeouts
         self._tables = tables
+        self._requests = {key: type_.Request for _, _, type_, key in tables.relayed_services}
         self._blocked = node.create_publisher(String, "~/blocked", qos_profile("reliable", 1000))
 
     def _actions_of(self, tables):
@@ -73,6 +80,15 @@ class RelayPort(RosPort):
     def blocked(self, text):
         self._blocked.publish(String(data=text))
 
+    def corrected(self, message, data):
+        whole = sendable(copy.deepcopy(message))
+        fill(whole, timed(data, self._node.get_clock()))
+        return read(serialize_message(whole), type(message))
+
+    def composed(self, key, data):
+        known = self._publishers.get(key)
+        return maker(self._requests[key] if known is None else known[1])(data)
+
     def _relay_input(self, engine, robot, controller, type_, keys):
         # The QoS of the first message applies to the topic; the controller gets it reliably.
         profile = self._profiles[keys[0]]
@@ -98,7 +114,7 @@ class RelayPort(RosPort):
         patterns = command_patterns(rows, maker(type_))
 
         def heard(data):
-            engine.offer(controller, patterns, read(data, type_), data)
+            engine.offer(controller, patterns, read(data, type_), data, packed)
 
         profile = self._profiles[rows[0][0]]
         self.listen(type_, controller, heard, profile, engine.lose, raw=True)
@@ -116,7 +132,7 @@ def _serving(engine, executor_thread, key):
             elif kind != "passed":
                 executor_thread.do(lambda: ended.set_result(response))
 
-        engine.request(key, plain(request), request, answer)
+        engine.request(key, plain(request), request, answer, sendable)
         return await ended
 
     return serve
@@ -159,7 +175,13 @@ class ActionRelay(Action):
             elif kind == "error":
                 self._executor_thread.do(lambda: self._give_up(request))
 
-        self._engine.request(self._key, plain(request), request, answer)
+        def repacked(corrected):
+            whole = sendable(corrected)
+            for name in type(whole).get_fields_and_field_types():
+                setattr(request, name, getattr(whole, name))
+            return request  # which is known by its identity
+
+        self._engine.request(self._key, plain(request), request, answer, repacked)
         return GoalResponse.ACCEPT if await decided else GoalResponse.REJECT
 
     def _cancel_asked(self, _):

@@ -132,18 +132,18 @@ def compose(message, data, clock):
     """
     if isinstance(data, type(message)):
         return sendable(copy.deepcopy(data)) if has_oddities(type(message)) else data
-    fill(message, _timed(data, clock))
+    fill(message, timed(data, clock))
     if data is None or isinstance(data, dict):
         _HEADERS.stamp(message, data or {}, lambda: clock.now().to_msg())
     return message
 
 
-def _timed(data, clock):
+def timed(data, clock):
     """Return the data with the time of the clock in place of ``now()``."""
     if isinstance(data, dict):
-        return {name: _timed(part, clock) for name, part in data.items()}
+        return {name: timed(part, clock) for name, part in data.items()}
     if isinstance(data, list):
-        return [_timed(part, clock) for part in data]
+        return [timed(part, clock) for part in data]
     return clock.now().to_msg() if data is NOW else data
 
 

@@ -112,7 +112,8 @@ class Controller(RandomController):
         if future.result().accepted != passed:
             self.faults.append("a goal of %s is accepted or rejected against the reports" % key)
         elif passed:
-            self.goals.append(Goal(key, client, future.result(), content(goal)))
+            sent = content(self.random_commands.as_corrected(goal, key))
+            self.goals.append(Goal(key, client, future.result(), sent))
 
     def have_arrived(self, arrived, sent):
         # The first ones may have been sent before all were connected.

@@ -16,9 +16,11 @@ from robosc.synthesis import synthesize
 __all__ = ["controller_class", "controller_source", "supervisor_of"]
 
 
-def supervisor_of(text: str, name: str = "model.rscd", engine: str = "auto") -> Supervisor:
-    """The supervisor of a model without errors."""
-    robot, diagnostics = load(Source(name, text))
+def supervisor_of(
+    text: str, name: str = "model.rscd", engine: str = "auto", *, supervises: bool = False
+) -> Supervisor:
+    """The supervisor of a model without errors; ``supervises``: it guards another controller."""
+    robot, diagnostics = load(Source(name, text), supervises=supervises)
     assert robot is not None, diagnostics
     return synthesize(lower(robot), engine)
 

@@ -24,6 +24,7 @@ from runtime.lamp_robot import PlayedPort
 
 from robosc.emit.package import File, own_test_files
 from robosc.emit.target import plant_module
+from robosc.emit.whole_guards import whole_guards
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
@@ -63,7 +64,8 @@ def judging_modules(folder: Path, supervisor: Supervisor) -> Iterator[Any]:
     for path, file in _FILES.items():
         (folder / Path(path).name).write_text(file.content, encoding="utf-8")
     (folder / "plant_data.py").write_text(
-        plant_module(supervisor.plant.robot, "model.rscd", supervisor.guards), encoding="utf-8"
+        plant_module(supervisor.plant.robot, "model.rscd", whole_guards(supervisor)),
+        encoding="utf-8",
     )
     sys.path.insert(0, str(folder))
     importlib.invalidate_caches()

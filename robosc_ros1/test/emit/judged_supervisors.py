@@ -6,6 +6,7 @@ topic alone here: what tells several commands on one topic apart is no part of `
 
 from __future__ import annotations
 
+import copy
 import importlib
 from types import SimpleNamespace
 from typing import Any
@@ -58,13 +59,28 @@ class Both(Robot):
             self._wish(engine, self.chance.choice(self.commands))
 
     def _wish(self, engine: Any, key: str) -> None:
+        read = key in self.plant_data.get("reads_data", ())
+        message = self.message(key, "request") if read else None
         if self.plant[key]["kind"] == "incoming message":
-            engine.offer(self.plant[key]["identifier"], (CommandPattern(key),), None, None)
+            engine.offer(self.plant[key]["identifier"], (CommandPattern(key),), message, message)
         else:
-            engine.request(key, None, None, lambda kind, what: None)
+            engine.request(key, message, message, lambda kind, what: None)
+
+    def corrected(self, message: Any, data: dict[str, Any]) -> Any:
+        made = copy.deepcopy(message)
+        _set(made, data)
+        return made
 
     def deliver(self, engine: Any, keys: list[str], message: Any) -> None:
         engine.follow(keys, message, lambda: None)
+
+
+def _set(message: Any, data: dict[str, Any]) -> None:
+    for name, value in data.items():
+        if isinstance(value, dict):
+            _set(getattr(message, name), value)
+        else:
+            setattr(message, name, value)
 
 
 def judged_supervisor(judging: Any, source: str, seed: int = 1, rounds: int = 150) -> Any:

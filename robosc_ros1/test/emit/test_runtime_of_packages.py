@@ -9,9 +9,9 @@ ALL = {"__init__", "calls", "clocks", "deadlines", "effects", "engine", "eventlo
        "scheduler", "settings", "shortening", "telemetry", "time_monitor", "traffic", "turns", "values"}  # fmt: skip
 ONLY = {
     ("ros1", "controller"): set(),
-    ("ros1", "supervisor"): {"matching", "supervisor_engine"},
+    ("ros1", "supervisor"): {"matching", "offers", "supervisor_engine"},
     ("ros2", "controller"): {"launch_arguments", "qos"},
-    ("ros2", "supervisor"): {"launch_arguments", "matching", "qos", "supervisor_engine"},
+    ("ros2", "supervisor"): {"launch_arguments", "matching", "offers", "qos", "supervisor_engine"},
 }
 
 

@@ -10,6 +10,8 @@ from model.model_text import faults, resolve
 from robosc.ir.formulas import to_dsl
 from robosc.model.expr import Holds
 from robosc.model.resolve import load
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.packages import Packages
 from robosc.source import Source
 
 ROBOT = """
@@ -61,11 +63,35 @@ def test_the_first_provide_that_holds_gives_the_data() -> None:
     ]
 
 
-def test_where_no_provide_holds_the_command_is_refused() -> None:
+def test_where_no_provide_holds_the_defaults_of_the_message_are_judged() -> None:
     provided = "provide move with Stick.speed if Stick.turned"
-    for text in ("move needs value < 0.5", "value >= 0.5 disables move"):
-        (condition,) = conditions(f"requirement {text}", provided)
-        assert condition.startswith("Stick.turned and ") and " or " not in condition
+    assert conditions("requirement move needs value < 0.5", provided) == [
+        "Stick.turned and Stick.speed < 0.5 or !Stick.turned"
+    ]
+    assert conditions("requirement move needs value > 0.5", provided) == [
+        "Stick.turned and Stick.speed > 0.5"
+    ]
+    assert conditions("requirement value >= 0.5 disables move", "") == ["true"]
+
+
+def test_what_a_provide_leaves_out_has_its_default(tmp_path: Path) -> None:
+    (folder := tmp_path / "poses" / "msg").mkdir(parents=True)
+    (folder.parent / "package.xml").write_text(
+        "<package format='3'><name>poses</name><version>1.0.0</version><description>-</description>"
+        "<maintainer email='a@b.org'>A</maintainer><license>MIT</license>"
+        "<export><build_type>ament_cmake</build_type></export></package>"
+    )
+    (folder / "Turn.msg").write_text("float64 x\nfloat64 w 1.0 # no turn\nfloat64[] far\n")
+    packages = Packages.for_model(tmp_path / "robot.rscd", {"ROS_PACKAGE_PATH": str(tmp_path)})
+    text = """
+        component Base { incoming message turn with type: poses/Turn }
+        provide turn with { far: [2.0] }
+        requirement turn needs value.w = 1.0
+        requirement turn needs value.x > 0.0
+        requirement turn needs value.far[0] > 1.0
+    """
+    robot = resolve(text, MessageDefinitions(packages))
+    assert [to_dsl(r.condition, robot) for r in robot.requirements] == ["true", "false", "true"]
 
 
 def test_each_part_is_a_requirement_and_those_on_data_are_no_reason_to_cancel() -> None:
@@ -149,9 +175,8 @@ def test_a_member_without_a_part_is_named() -> None:
     assert found.endswith("(of 'move')")
 
 
-def test_data_that_nothing_provides() -> None:
-    text = "requirement move needs value < 1.0"
-    assert told(text) == [("data-not-given", text)]
+def test_defaults_of_a_definition_that_is_not_installed_are_not_known() -> None:
+    assert told("requirement both needs value.a < 1.0") == [("data-not-given", "value.a")]
 
 
 LIBRARY = """library Limits {

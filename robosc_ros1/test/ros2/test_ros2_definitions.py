@@ -54,9 +54,9 @@ float64 area 1.5
         Definition.of(
             "shapes/Shape",
             (
-                ("name", "string"), ("corners", "int32[]"), ("labels", "string[3]"),
+                ("name", "string", "round # thing"), ("corners", "int32[]"), ("labels", "string[3]"),
                 ("centre", "shapes/Point"), ("stamp", "builtin_interfaces/Time"),
-                ("area", "float64"),
+                ("area", "float64", 1.5),
             ),
             (("ROUND", 1), ("NAME", "a b")),
         ),

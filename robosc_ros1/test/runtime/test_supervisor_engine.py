@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from typing import Any
 
@@ -14,7 +15,8 @@ from robosc.runtime.matching import CommandPattern
 from robosc.runtime.model import Command, Requirement
 from robosc.runtime.settings import Settings
 from robosc.runtime.supervisor_engine import SupervisorEngine
-from robosc.runtime.telemetry import state_document
+from robosc.runtime.telemetry import event_document, state_document
+from robosc.runtime.values import Undefined
 
 GO_ONLY = (CommandPattern(GO),)
 DRIVE = (CommandPattern(HALT, lambda message: message == 0), CommandPattern(GO))
@@ -24,12 +26,20 @@ class GuardedPort(PlayedPort):
     def __init__(self) -> None:
         super().__init__()
         self.blocks: list[tuple[str, str, list[str]]] = []
+        self.documents: list[dict[str, Any]] = []
 
     def blocked(self, text: str) -> None:
         document = json.loads(text)
         validate(document, "blocked")
+        self.documents.append(document)
         reasons = [reason["text"] for reason in document["blocked_by"]]
         self.blocks.append((document["event"]["name"], document["event"]["kind"], reasons))
+
+    def corrected(self, message: Any, data: dict[str, Any]) -> Any:
+        made = copy.copy(message)
+        for name, value in data.items():
+            setattr(made, name, value)
+        return made
 
 
 class Bench:
@@ -409,3 +419,95 @@ def test_how_often_something_was_blocked_is_counted_and_shown() -> None:
     bench.offer(3)
     assert bench.guard.recorder.counters["blocked"] == 2
     assert bench.guard.changed.is_set()
+
+
+class Correcting(LampController):
+    """Halves what is too fast; then more than 4 is forbidden."""
+
+    COMMANDS = (
+        LampController.COMMANDS[0]._replace(
+            guard=lambda self, value: value <= 4.0,
+            read=lambda self, message: message.x,
+            correct=lambda self, value: (
+                ({"x": value / 2}, "provide go with value / 2", "m.rscd:3") if value > 2.0 else None
+            ),
+            requirements=(3,),
+        ),
+        *LampController.COMMANDS[1:],
+    )
+    REQUIREMENTS = (
+        *LampController.REQUIREMENTS,
+        Requirement(
+            "requirement go needs value <= 4.0", "m.rscd:4", lambda self, v: v <= 4.0, on_data=True
+        ),
+    )
+
+
+def test_a_correction_is_judged_and_told() -> None:
+    bench = Bench(Correcting())
+    slow, fast = Speed(1.0), Speed(3.0)
+    assert bench.offer(slow) == [(GO, slow)]
+    ((key, made),) = bench.offer(fast)
+    assert (key, made.x, fast.x) == (GO, 1.5, 3.0)
+    documents = [event_document(entry) for entry in bench.guard.recorder.take()]
+    for document in documents:
+        validate(document, "event")
+    assert [d["event"]["value"] for d in documents] == [1.0, 1.5]
+    corrected = {
+        "by": "provide go with value / 2",
+        "place": "m.rscd:3",
+        "fields": {"x": {"sent": 3.0, "made": 1.5}},
+    }
+    assert [d.get("corrected") for d in documents] == [None, corrected]
+    assert bench.guard.recorder.counters["corrected"] == 1
+
+
+def test_a_correction_that_is_not_enough_is_blocked_and_told() -> None:
+    bench = Bench(Correcting())
+    assert bench.offer(Speed(12.0)) == []
+    assert bench.port.blocks == [("go", "request", ["requirement go needs value <= 4.0"])]
+    (document,) = bench.port.documents
+    assert document["event"]["value"] == 6.0
+    assert document["corrected"]["fields"] == {"x": {"sent": 12.0, "made": 6.0}}
+    assert bench.guard.recorder.counters["corrected"] == 0
+
+
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        (Undefined(), "what its correction reads is not there"),
+        (OverflowError("too large"), "too large"),
+    ],
+)
+def test_a_correction_that_cannot_be_made_is_blocked(fault: Exception, told: str) -> None:
+    def faulty(self: Any, value: Any) -> Any:
+        raise fault
+
+    class Faulty(Correcting):
+        COMMANDS = (
+            Correcting.COMMANDS[0]._replace(correct=faulty),
+            *Correcting.COMMANDS[1:],
+        )
+
+    bench = Bench(Faulty())
+    assert bench.offer(Speed(1.0)) == []
+    assert bench.port.blocks == [("go", "request", [told])]
+
+
+def test_what_is_in_effect_is_judged_by_its_data() -> None:
+    """A stop command ends a command whose data become forbidden, and not one with other data."""
+
+    class Narrow(Correcting):
+        COMMANDS = (
+            Correcting.COMMANDS[0]._replace(
+                guard=lambda self, value: value <= (4.0 if self.clear else 1.0), requirements=()
+            ),
+            *Correcting.COMMANDS[1:],
+        )
+
+    for speed, stops in ((1.0, 0), (2.0, 1)):
+        bench = Bench(Narrow(), stop_command=HALT)
+        bench.sense(50)
+        bench.offer(Speed(speed))
+        bench.sense(0)
+        assert [key for key, _ in bench.port.sent] == [HALT] * stops

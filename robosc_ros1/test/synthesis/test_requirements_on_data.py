@@ -28,16 +28,16 @@ provide lift with Stick.speed
 CASES = [
     (
         "move needs value <= 0.5",
-        "move needs Stick.fast and Stick.speed <= 0.5 or !Stick.fast and stick.fresh",
+        "move needs Stick.fast and Stick.speed <= 0.5 or !Stick.fast",
     ),
     (
         "value > 0.1 disables move",
-        "move needs Stick.fast and !(Stick.speed > 0.1)",
+        "move needs Stick.fast and !(Stick.speed > 0.1) or !Stick.fast and !stick.fresh",
     ),
     (
         "move needs value > 0.1 => stick.fresh",
         "move needs Stick.fast and (Stick.speed > 0.1 => stick.fresh)"
-        " or !Stick.fast and stick.fresh and stick.fresh",
+        " or !Stick.fast and (stick.fresh and stick.fresh or !stick.fresh)",
     ),
     (
         "lift needs stick.fresh and value < 1.0",

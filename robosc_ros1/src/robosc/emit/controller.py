@@ -14,7 +14,13 @@ from robosc.emit.config import ATTRIBUTES, declared_communications, declared_par
 from robosc.emit.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.copies import with_copies
 from robosc.emit.guards import GuardTexts, holds_where
-from robosc.emit.messages import converting_enums, enum_view, provided_data, reading
+from robosc.emit.messages import (
+    converting_enums,
+    corrected_data,
+    enum_view,
+    provided_data,
+    reading,
+)
 from robosc.emit.naming import PythonNames, place
 from robosc.emit.python import (
     Attributes,
@@ -37,6 +43,7 @@ from robosc.emit.views import (
     RequirementView,
     TauView,
 )
+from robosc.emit.whole_guards import whole_guards
 from robosc.ir.automaton import Event, Plant
 from robosc.ir.conjuncts import conjuncts
 from robosc.ir.part_names import NamedExpr
@@ -117,12 +124,12 @@ class _Builder:
         return snake_case(self.robot.display_names[key].replace(".", "_")) or "n"
 
     def build(self, robot_file: str) -> ControllerContext:
-        guards = {g.event.identity: g for g in self.supervisor.guards}
+        guards = {g.event.identity: g for g in whole_guards(self.supervisor)}
         inputs = []
         commands = []
         taus = []
         afters = []
-        for event in self.plant.events:
+        for event in dict.fromkeys(e.whole or e for e in self.plant.events):
             if event.kind is EventKind.TAU:
                 taus.append(self._tau(guards[event.identity]))
             elif event.kind is EventKind.AFTER:
@@ -220,6 +227,7 @@ class _Builder:
             requirement.text,
             place(requirement.span),
             self.names.take(f"requirement_{number + 1}"),
+            self.robot.supervises and requirement.on_data,
             self.attributes.text(holds_where(requirement)),
             self.names.take(f"failures_of_requirement_{number + 1}") if parts else None,
             parts,
@@ -268,12 +276,21 @@ class _Builder:
         text = self.guards.guard(guard)
         self.shown += text.shown
         changes = reaction.body or reaction.writes
+        read, lines = reading(event, self.robot, self.attributes)
+        corrections = corrected_data(event.key, self.robot, self.attributes)
+        if corrections:
+            data = ()
         return CommandView(
             key=event.key,
             kind=kind,
             place=place(event.span),
             description=self._description(event),
             permission=f"{event.name} may be {_PERMITTED[event.kind]}",
+            read=read,
+            read_lines=lines,
+            reader=self.names.take(f"read_{kind}_of_{word}") if read is not None else None,
+            corrector=self.names.take(f"corrected_{word}") if corrections else None,
+            corrector_body=corrections,
             guard=self.names.take(f"can_{kind}_{word}"),
             guard_notes=text.notes,
             guard_text=text.code.text,

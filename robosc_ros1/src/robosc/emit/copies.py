@@ -29,7 +29,7 @@ from robosc.names import family_and_index, snake_case
 _TABLES = tuple(f.name for f in fields(CopyView))
 _METHODS = ("requirements", "inputs", "commands", "taus", "afters")
 _FOR = re.compile(r"\((\w+) = (\d+)\)$")
-_CALL = re.compile(r"self\.requirement_(\d+)\(\)")
+_CALL = re.compile(r"self\.requirement_(\d+)\((value)?\)")
 
 _Owner = tuple[str, int]
 """What an entry of a table belongs to: a component's name, or the number of a ``for``, and the
@@ -77,6 +77,10 @@ def with_copies(
     return _with_functions(context, tables, folded, left, names)
 
 
+def _by_table(number: int, value: str | None) -> str:
+    return f"self.REQUIREMENTS[{number}].holds(self{', value' if value else ''})"
+
+
 def _with_functions(
     context: ControllerContext,
     tables: Mapping[str, _Entries],
@@ -92,7 +96,7 @@ def _with_functions(
             lambda call: (
                 call[0]
                 if f"requirement_{call[1]}" in methods
-                else f"self.REQUIREMENTS[{int(call[1]) - 1}].holds(self)"
+                else _by_table(int(call[1]) - 1, call[2])
             ),
             text,
         )

@@ -149,7 +149,7 @@ _WORD = r"(?:\w|⟦\d+:-?\d+⟧)*"
 _TOKEN = re.compile(
     r'(?P<plain>"""(?:.|\n)*?"""|\#[^\n]*)'
     r"""|(?P<string>"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*')"""
-    rf"|self\.(?P<called>{_REQUIREMENT}{_WORD})\(\)"
+    rf"|self\.(?P<called>{_REQUIREMENT}{_WORD})\((?P<given>value)?\)"
     rf"|self\.(?P<attribute>{_WORD})"
     rf"|(?P<name>[A-Za-z_]{_WORD})"
     r"|(?P<number>⟦\d+:-?\d+⟧)"
@@ -177,7 +177,9 @@ def in_function(text: str) -> tuple[str, tuple[tuple[str, str], ...]]:
             return _formatted(found)
         if token["called"]:
             number = _index(found)
-            return f"self.REQUIREMENTS[{replace(number, offset=number.offset - 1)}].holds(self)"
+            given = ", value" if token["given"] else ""
+            row = f"self.REQUIREMENTS[{replace(number, offset=number.offset - 1)}]"
+            return f"{row}.holds(self{given})"
         if token["attribute"]:
             constant = _identifier(token["attribute"]).upper()
             names[constant] = _formatted(f'"{token["attribute"]}"')

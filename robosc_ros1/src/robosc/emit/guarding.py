@@ -67,7 +67,6 @@ def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, .
             place = (communication.identifier, f"{binding.package}/{binding.type}")
             topics.setdefault(place, []).append(communication)
     found: dict[tuple[str, str], tuple[CommandMatch, ...]] = {}
-    _check_data(robot, report)
     _check_directions(robot, report)
     _check_servers(robot, report)
     for place, messages in topics.items():
@@ -78,19 +77,6 @@ def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, .
     if report.has_errors:
         raise ModelError(report.diagnostics)
     return found
-
-
-def _check_data(robot: Robot, report: Report) -> None:
-    """Requirements on data are proved for what the model provides, not for what others send."""
-    for requirement in robot.requirements:
-        if requirement.on_data:
-            report.add(
-                "data-of-others",
-                requirement.span,
-                "this requirement decides on the data that the model provides; a supervisor passes"
-                " on what another controller sends",
-                "generate a controller, or leave the requirement out of the supervisor's model",
-            )
 
 
 def _check_directions(robot: Robot, report: Report) -> None:
@@ -129,6 +115,10 @@ def _told_apart(
     messages: Sequence[Communication], robot: Robot, report: Report
 ) -> Iterator[CommandMatch]:
     provided = {m.key: list(_provided(m, robot)) for m in messages}
+    corrected = [m for m in messages if m.key in robot.corrected]
+    if corrected:
+        yield from _beside_corrected(messages, corrected, provided, robot, report)
+        return
     without = [m for m in messages if not provided[m.key]]
     exact = [m for m in messages if m not in without and all(p.complete for p in provided[m.key])]
     if len(exact) + 1 < len(messages):
@@ -148,6 +138,27 @@ def _told_apart(
         yield CommandMatch(others[0].key)
     elif others:
         yield from _by_field(others, provided, robot, report)
+
+
+def _beside_corrected(
+    messages: Sequence[Communication],
+    corrected: Sequence[Communication],
+    provided: Mapping[str, list[_Provided]],
+    robot: Robot,
+    report: Report,
+) -> Iterator[CommandMatch]:
+    """Messages beside one that is corrected, which takes what no constants of another match."""
+    for message in messages:
+        if message is corrected[0]:
+            yield CommandMatch(message.key)
+        elif message in corrected:
+            _refuse(message, corrected[0], "both are corrected", robot, report)
+        elif all(part.complete for part in provided[message.key]):
+            parts = provided[message.key] or [_Provided({}, True)]
+            yield CommandMatch(message.key, exact=tuple(map(_nested, parts)))
+        else:
+            reason = "only constants tell a message from one that is corrected"
+            _refuse(message, corrected[0], reason, robot, report)
 
 
 def _by_field(

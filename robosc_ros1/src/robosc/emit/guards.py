@@ -67,7 +67,8 @@ class GuardTexts:
 
     def _reason(self, event: Event) -> str | None:
         for explanation in self.supervisor.explanations:
-            if explanation.event == event:
+            of = explanation.event
+            if of is not None and (of == event or of.whole is event):
                 return explanation.reason
         return None
 
@@ -77,8 +78,11 @@ class GuardTexts:
 
     def _call(self, event: Event, number: int) -> PythonCode:
         """The requirement's part in a request's or, violated, in a cancel's guard."""
-        call = f"self.{self.methods[number]}()"
-        read = self.attributes.code(self.supervisor.plant.robot.requirements[number].condition)
+        robot = self.supervisor.plant.robot
+        requirement = robot.requirements[number]
+        given = "value" if robot.supervises and requirement.on_data else ""
+        call = f"self.{self.methods[number]}({given})"
+        read = self.attributes.code(requirement.condition)
         return replace(read, text=f"not {call}" if event.kind is EventKind.CANCEL else call)
 
     def _with_calls(

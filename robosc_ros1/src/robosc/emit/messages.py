@@ -17,7 +17,7 @@ from robosc.emit.python import (
 from robosc.emit.views import EnumView
 from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.ir.formulas import may_be_huge
-from robosc.language.events import EventKind
+from robosc.model.command_values import fold_text
 from robosc.model.entities import (
     Communication,
     Data,
@@ -47,13 +47,14 @@ def reading(
     type_ = value_type(robot, event)
     if isinstance(type_, NoneType):
         return None, ()
+    sort = robot.communications[event.key].sort.event(event.kind)
     optional = is_optional(robot, event)
     binding = robot.communications[event.key].binding
     message = "given(message)" if optional else "message"
     carried = type_.source if isinstance(type_, EnumType) else type_
     if isinstance(carried, ObjectType) and isinstance(type_, ObjectType):
         lines = []
-        for path, part_type in value_parts(event).items():
+        for path, part_type in value_parts(robot, event).items():
             text = converted(part_type, access(message, path), attributes)
             if optional or not all_names(path):
                 text = f"optional(lambda: {text})"
@@ -61,9 +62,8 @@ def reading(
         return ("dict" if lines else None), tuple(lines)
     root = message
     if not isinstance(carried, ObjectType):
-        name = (
-            binding.feedback_field if event.kind is EventKind.FEEDBACK else binding.response_field
-        )
+        assert sort is not None
+        name = getattr(binding, f"{sort.brings}_field")
         root = (
             f"{message}.{field_attribute(name)}"
             if name is not None
@@ -71,6 +71,25 @@ def reading(
         )
     text = converted(type_, root, attributes)
     return f"optional(lambda: {text})" if optional else text, ()
+
+
+def corrected_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str, ...]:
+    """The statements that return which fields of another controller's command are set, and the
+    correction that says so; empty if it is not corrected."""
+    if key not in robot.corrected:
+        return ()
+    found = [provide for provide in robot.provides if provide.communication == key]
+    lines: list[str] = []
+    for provide in found:
+        text = _fields(provide, robot.communications[key], attributes)
+        told = f"{literal(fold_text(provide.span.text))}, {literal(place(provide.span))}"
+        if provide.condition is None:
+            return (*lines, f"return {text}, {told}")
+        condition = attributes.text(provide.condition)
+        if may_be_undefined(provide.condition):
+            condition = f"self.holds(lambda: {condition}, {literal(place(provide.span))})"
+        lines += [f"if {condition}:", f"    return {text}, {told}"]
+    return (*lines, "return None")
 
 
 def provided_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str, ...]:

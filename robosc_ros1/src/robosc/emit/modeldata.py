@@ -13,6 +13,7 @@ from typing import Any
 from robosc.emit.naming import place
 from robosc.emit.thresholds import thresholds
 from robosc.emit.transitions import as_written, transitions
+from robosc.emit.whole_guards import whole_guards
 from robosc.ir.automaton import Plant
 from robosc.ir.formulas import to_dsl
 from robosc.language.events import EventKind
@@ -69,7 +70,7 @@ def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
                 "guard": to_dsl(guard.expr, robot),
                 "status": guard.status,
             }
-            for guard in supervisor.guards
+            for guard in whole_guards(supervisor)
         ],
         "thresholds": dict(thresholds(robot)),
     }

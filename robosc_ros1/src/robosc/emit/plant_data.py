@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from robosc.emit.modeldata import Json
 from robosc.emit.naming import place
 from robosc.emit.transitions import AnyTransition, transitions
+from robosc.ir.automaton import value_type
+from robosc.ir.formulas import exact
 from robosc.language.events import Direction, EventKind
 from robosc.model.entities import (
     Communication,
@@ -14,6 +16,8 @@ from robosc.model.entities import (
     Data,
     DataArray,
     DataObject,
+    Provide,
+    Requirement,
     Robot,
 )
 from robosc.model.expr import (
@@ -61,7 +65,10 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
     ``["parameter", name]``, ``["value", path, type]``.
     """
     enums: dict[str, EnumType] = {}
-    usage = Usage(robot.components, robot.provides)
+    usage = Usage(robot.components, robot.provides, robot.requirements)
+    judged = [r for r in robot.requirements if robot.supervises and r.on_data]
+    corrected = [p for p in robot.provides if p.communication in robot.corrected]
+    guards = tuple(guards)
     return {
         "robot": robot.name,
         "parameters": {p.key: p.default for p in robot.parameters},
@@ -69,32 +76,58 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
         "communications": [
             _plant_communication(c, robot, enums, usage) for c in robot.communications.values()
         ],
-        "requirements": [
-            {
-                "kind": r.kind,
-                "communications": list(r.communications),
-                "condition": _tree(r.condition, enums),
-                "to_start": r.to_start,
-                "text": r.text,
-                "place": place(r.span),
-            }
-            for r in robot.requirements
-        ],
-        "provides": [
-            {
-                "communication": p.communication,
-                "condition": None if p.condition is None else _tree(p.condition, enums),
-                "data": _provided(p.data, robot.communications[p.communication], enums),
-            }
-            for p in robot.provides
-        ],
+        "requirements": [_required(r, enums) for r in robot.requirements if r not in judged],
+        "provides": [_statement(p, robot, enums) for p in robot.provides if p not in corrected],
+        **_of_others(robot, guards, judged, corrected, enums),
         "enums": _enum_tables(enums),
         "preferences": {key: list(others) for key, others in robot.yields_to.items()},
         "restricted": [
-            [guard.event.kind.value, guard.event.key, _tree(guard.expr, enums)]
+            [guard.event.kind.value, guard.event.key, _tree(exact(guard.expr), enums)]
             for guard in guards
             if guard.status != "as required" and guard.event.kind is not EventKind.TAU
         ],
+    }
+
+
+def _of_others(
+    robot: Robot,
+    guards: Iterable[Guard],
+    judged: Iterable[Requirement],
+    corrected: Iterable[Provide],
+    enums: dict[str, EnumType],
+) -> dict[str, Json]:
+    """What a supervisor judges and corrects of the data of another controller, if it does."""
+    found: dict[str, Json] = {
+        "judged": [_required(r, enums) for r in judged],
+        "corrections": [_statement(p, robot, enums) for p in corrected],
+        "reads_data": [
+            guard.event.key
+            for guard in guards
+            if guard.event.kind is EventKind.REQUEST
+            and robot.supervises
+            and not isinstance(value_type(robot, guard.event), NoneType)
+        ],
+    }
+    return {name: entries for name, entries in found.items() if entries}
+
+
+def _required(requirement: Requirement, enums: dict[str, EnumType]) -> dict[str, Json]:
+    return {
+        "kind": requirement.kind,
+        "communications": list(requirement.communications),
+        "condition": _tree(requirement.condition, enums),
+        "to_start": requirement.to_start,
+        "text": requirement.text,
+        "place": place(requirement.span),
+    }
+
+
+def _statement(provide: Provide, robot: Robot, enums: dict[str, EnumType]) -> dict[str, Json]:
+    condition = provide.condition
+    return {
+        "communication": provide.communication,
+        "condition": None if condition is None else _tree(condition, enums),
+        "data": _provided(provide.data, robot.communications[provide.communication], enums),
     }
 
 

@@ -10,6 +10,7 @@ from robosc.emit.config import Config, declared_communications, declared_paramet
 from robosc.emit.naming import file_of, place
 from robosc.emit.python import duration
 from robosc.emit.transitions import AnyTransition, transitions
+from robosc.emit.whole_guards import whole_guards
 from robosc.ir.formulas import to_dsl
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
@@ -149,7 +150,7 @@ def readme_context(
 def _guards(supervisor: Supervisor) -> list[GuardView]:
     robot = supervisor.plant.robot
     views = []
-    for guard in supervisor.guards:
+    for guard in whole_guards(supervisor):
         event = guard.event
         name = f"{event.name} {event.kind.value}" + (f" {event.index}" if event.index else "")
         texts = tuple(

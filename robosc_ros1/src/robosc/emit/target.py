@@ -25,6 +25,7 @@ from robosc.emit.plant_data import plant_data
 from robosc.emit.readme import ParameterView, readme_context
 from robosc.emit.relaying import relay_context
 from robosc.emit.rendering import render
+from robosc.emit.whole_guards import whole_guards
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
 from robosc.model.parameters import with_parameters
@@ -98,7 +99,7 @@ def package_of(
         f"{modules}/controller.py": render("common/controller.py.jinja", controller),
         f"{modules}/model.py": _model_module(supervisor, source),
         f"{modules}/node.py": render(f"common/{_NODES[mode]}.jinja", context),
-        "test/plant_data.py": plant_module(configured, source, supervisor.guards),
+        "test/plant_data.py": plant_module(configured, source, whole_guards(supervisor)),
     }
     for path, template in {**target.templates, **target.of_mode[mode]}.items():
         shown = escaped(context) if template.endswith(_XML) else context

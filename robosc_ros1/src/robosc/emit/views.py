@@ -74,6 +74,13 @@ class CommandView:
     description: str
     permission: str
     """What the guard decides, such as "drive may be requested"."""
+    read: str | None
+    """How the data of another controller are taken from ``message``, as in :class:`InputView`; its
+    conditions and what it does then read ``value``."""
+    read_lines: tuple[tuple[str, str], ...]
+    reader: str | None
+    corrector: str | None
+    corrector_body: tuple[str, ...]
     guard: str
     guard_notes: tuple[str, ...]
     guard_text: str
@@ -140,11 +147,13 @@ class ConjunctView:
 
 @dataclass(frozen=True)
 class RequirementView:
-    """``failures`` is the method that tells which ``parts`` do not hold; None if there are none."""
+    """``failures`` is the method that tells which ``parts`` do not hold; None if there are none.
+    ``on_data``: its methods read the data of a command, ``value``."""
 
     text: str
     place: str
     method: str
+    on_data: bool
     condition: str
     failures: str | None
     parts: tuple[ConjunctView, ...]

@@ -22,9 +22,10 @@ from typing import TypeAlias
 from robosc.ir.counting import counts, tighter
 from robosc.ir.finite.view import FiniteView, reference_to
 from robosc.ir.formulas import conjunction, exact, negation
+from robosc.ir.partial_evaluation import PartValues
 from robosc.language.events import EventKind
 from robosc.model.by_identity import ByIdentity
-from robosc.model.entities import Assignment, Robot
+from robosc.model.entities import Assignment, Robot, data_expressions
 from robosc.model.expr import Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.model.traversal import walk
 from robosc.model.types import NoneType, Type, Value
@@ -99,7 +100,8 @@ class EventParameter:
     read it then leave their variable unchanged, and guards that read it do not hold
     (docs/semantics.md, "What is not there"). ``labels`` are the texts for users where a value
     represents a class. ``test`` is the test of data, if the parameter is one. ``optional``: the
-    event may come without any value; then, too, None is the last value.
+    event may come without any value; then, too, None is the last value. ``renews``: it is no part
+    of a value, but what some term of the state becomes.
     """
 
     path: tuple[str | int, ...]
@@ -108,6 +110,7 @@ class EventParameter:
     labels: tuple[str, ...] | None = None
     test: TestRef | None = None
     optional: bool = False
+    renews: bool = False
 
     def shown(self, value: Value | None) -> Value | None:
         """A value as users see it."""
@@ -186,6 +189,11 @@ class Event:
     the conjunction of them for a request; for a cancel, that one of them is violated (FALSE if the
     action has none). It is not part of the plant. ``requirements`` are the indexes of these
     requirements in ``Robot.requirements``.
+
+    ``known`` are the indexes of the parameters that the supervisor knows before it decides: parts
+    of the data that another controller sends, and tests of them. There is one event for each
+    combination of their values, which its parameters then have as their only ones; ``index``
+    numbers these events from 1, and ``whole`` is the request for all data.
     """
 
     kind: EventKind
@@ -198,7 +206,9 @@ class Event:
     automata: tuple[LocalAutomaton, ...]
     requirement: Expr | None
     requirements: tuple[int, ...]
-    span: Span = field(compare=False, repr=False)
+    known: tuple[int, ...] = ()
+    whole: Event | None = field(default=None, compare=False, repr=False)
+    span: Span = field(compare=False, repr=False, kw_only=True)
 
     @property
     def identity(self) -> tuple[EventKind, str, int]:
@@ -208,7 +218,12 @@ class Event:
     @property
     def branches(self) -> bool:
         """Whether it is a command of which the environment chooses the outcome."""
-        return self.controllable and bool(self.parameters)
+        return self.controllable and len(self.parameters) > len(self.known)
+
+    @property
+    def data(self) -> PartValues:
+        """The values of the parameters that are known."""
+        return {self.parameters[i].path: self.parameters[i].values[0] for i in self.known}
 
     @cached_property
     def writes(self) -> frozenset[int]:
@@ -308,17 +323,29 @@ def is_optional(robot: Robot, event: Event) -> bool:
 
 
 def value_type(robot: Robot, event: Event) -> Type:
-    """Return the type of an event's value; ``none`` if it is optional and never read."""
-    if event.kind.of_component or (is_optional(robot, event) and not value_parts(event)):
+    """Return the type of an event's value; ``none`` if it is never read, and optional or what
+    another controller sends."""
+    if event.kind.of_component:
+        return NoneType()
+    unread = is_optional(robot, event) or event.kind is EventKind.REQUEST
+    if unread and not value_parts(robot, event):
         return NoneType()
     return robot.communications[event.key].value_type(event.kind)
 
 
-def value_parts(event: Event) -> dict[tuple[str | int, ...], Type]:
+def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], Type]:
     """Return the parts of an event's value, with their types, that transitions read for any
-    variable."""
+    variable, and requirements on what another controller sends."""
     readers: list[Expr] = []
-    for edge in (edge for automaton in event.automata for edge in automaton.edges):
+    if robot.supervises and event.kind is EventKind.REQUEST:
+        readers += (robot.requirements[number].condition for number in event.requirements)
+        if event.key in robot.corrected:
+            for provide in robot.provides:
+                if provide.communication == event.key:
+                    readers += data_expressions(provide.data)
+                    readers += [] if provide.condition is None else [provide.condition]
+    automata = (event.whole or event).automata
+    for edge in (edge for automaton in automata for edge in automaton.edges):
         readers += (assignment.value for assignment in edge.assignments)
         readers += [exact(edge.guard)] if edge.guard is not None else []
     return {path: part.type for path, part in values_read(readers).items()}

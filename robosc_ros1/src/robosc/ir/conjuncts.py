@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from robosc.ir.formulas import negation, to_dsl
 from robosc.model.entities import Requirement, Robot
-from robosc.model.expr import Binary, Expr, ParameterRef, Unary, VariableRef
-from robosc.model.traversal import walk
+from robosc.model.expr import Binary, Expr, ParameterRef, Unary, ValueRef, VariableRef
+from robosc.model.traversal import path_text, walk
 from robosc.model.types import ArrayType, BooleanType, ObjectType
 
 _MOST_VALUES = 4
@@ -26,7 +26,7 @@ class Conjunct:
 
     failure: str
     unmet: Expr
-    values: dict[str, VariableRef | ParameterRef]
+    values: dict[str, Expr]
 
 
 def conjuncts(requirement: Requirement, robot: Robot) -> tuple[Conjunct, ...]:
@@ -53,10 +53,16 @@ def _parts(expr: Expr, wanted: bool) -> Iterator[tuple[Expr, bool]]:
         yield expr, wanted
 
 
-def _values(expr: Expr) -> Iterator[tuple[str, VariableRef | ParameterRef]]:
+def _values(expr: Expr) -> Iterator[tuple[str, Expr]]:
     read = dict.fromkeys(
-        node for node in walk(expr) if isinstance(node, VariableRef | ParameterRef)
+        node for node in walk(expr) if isinstance(node, VariableRef | ParameterRef | ValueRef)
     )
     plain = [n for n in read if not isinstance(n.type, ArrayType | BooleanType | ObjectType)]
     for node in plain[:_MOST_VALUES]:
-        yield node.key if isinstance(node, VariableRef) else node.parameter.key, node
+        match node:
+            case VariableRef(key=name):
+                yield name, node
+            case ParameterRef(parameter=parameter):
+                yield parameter.key, node
+            case ValueRef(path=path):
+                yield path_text(("value", *path)), node

@@ -18,6 +18,7 @@ from robosc.ir.automaton import (
     values_read,
 )
 from robosc.ir.combining import Taken, result_transitions, taken_in
+from robosc.ir.data_cases import by_data
 from robosc.ir.finite.builder import finite_view
 from robosc.ir.finite.classes import Classes
 from robosc.ir.finite.terms import Term
@@ -117,7 +118,7 @@ class _Lowering:
     def events_of(self, component: Component) -> Iterator[Event]:
         for communication in component.communications:
             for sort in communication.sort.events_of(communication.timeout is not None):
-                yield self._communication_event(communication, sort)
+                yield from by_data(self._communication_event(communication, sort))
         if component.behaviour is not None:
             yield from self._tau_events(component, component.behaviour)
             yield from self._after_events(component, component.behaviour)
@@ -143,7 +144,7 @@ class _Lowering:
             key=key,
             index=0,
             controllable=kind.controllable,
-            parameters=tuple(self._parameters(automata, (kind, key))),
+            parameters=tuple(self._parameters(automata, (kind, key), requirement)),
             phase=phase,
             automata=automata,
             requirement=requirement,
@@ -224,10 +225,15 @@ class _Lowering:
         return values.index(goto)
 
     def _parameters(
-        self, automata: Iterable[LocalAutomaton], scope: tuple[EventKind, str]
+        self,
+        automata: Iterable[LocalAutomaton],
+        scope: tuple[EventKind, str],
+        requirement: Expr | None = None,
     ) -> Iterator[EventParameter]:
-        """Yield the parts of the value that guards and updates read, in order of appearance."""
-        read = values_read(expr for automaton in automata for expr in automaton.expressions)
+        """Yield the parts of the value that are read, by a requirement on data first."""
+        required = () if requirement is None else (requirement,)
+        local = (expr for automaton in automata for expr in automaton.expressions)
+        read = values_read(chain(required, local))
         for part in read.values():
             yield self._parameter(part, scope)
 
@@ -238,7 +244,10 @@ class _Lowering:
         if not isinstance(values, Classes) and may_be_missing(reference):
             values = (*values, None)
         optional = reference.optional
-        return EventParameter(reference.path, reference.type, values, labels, test, optional)
+        renews = isinstance(reference, ChoiceRef) and test is None
+        return EventParameter(
+            reference.path, reference.type, values, labels, test, optional, renews
+        )
 
     def _after_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
         afters = [(a, n) for n, state in enumerate(behaviour.states) for a in state.afters]
@@ -296,14 +305,14 @@ def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:
     return VariableKind.DATA, f"{term.component}.{term.variable}"
 
 
-def _labels(classes: Classes, term: Term, robot: Robot) -> tuple[str, ...]:
-    """Return the texts, for users, of the values of a term: ``Battery.charge > 0.2``, ``x <=
-    1``."""
+def _labels(classes: Classes, term: Term, robot: Robot, whole: bool) -> tuple[str, ...]:
+    """Return the texts, for users, of the values of a term: ``Battery.charge > 0.2``, ``x <= 1``,
+    with ``whole`` also for a part of a message ``value.x <= 1``."""
     if isinstance(term, ChoiceRef) and term.renews is not None:
-        return tuple(f"new {label}" for label in _labels(classes, term.renews, robot))
+        return tuple(f"new {label}" for label in _labels(classes, term.renews, robot, whole))
 
     def spelled(leaf: Leaf) -> str | None:
-        incoming = isinstance(leaf, ValueRef) and leaf == term
+        incoming = isinstance(leaf, ValueRef) and leaf == term and not whole
         return to_dsl(leaf, robot).removeprefix("value.") if incoming else None
 
     return tuple(
@@ -321,7 +330,8 @@ def _values(
     """
     classes = view.values(scope, term)
     if classes is not None:
-        return classes, _labels(classes, term, view.robot)
+        whole = scope is not None and scope[0] is EventKind.REQUEST
+        return classes, _labels(classes, term, view.robot, whole)
     values = domain(term.type)
     assert values is not None, f"{what} takes part in synthesis and is not finite"
     if isinstance(values, range) and values.stop - values.start > _MOST_VALUES:

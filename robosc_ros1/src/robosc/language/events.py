@@ -82,8 +82,8 @@ class EventSort:
 
     ``sources`` are the phases in which it is possible, ``target`` the one it leads to; both are
     ignored where the communication has no phases. ``brings`` is the attribute that names the type
-    of its value (None: it has no value); ``optional``: the value may be absent. ``with_timeout``:
-    only communications with a timeout have this event.
+    of its value, of a request that of the data (None: it has no value); ``optional``: the value may
+    be absent. ``with_timeout``: only communications with a timeout have this event.
     """
 
     kind: EventKind
@@ -124,7 +124,7 @@ class CommunicationSort:
 
 _CALL = Phases(("idle", "busy"), marked=("idle",))
 _WATCHED = Phases(("silent", "fresh"), marked=("silent", "fresh"))
-_REQUEST = EventSort(EventKind.REQUEST, ("idle",), "busy")
+_REQUEST = EventSort(EventKind.REQUEST, ("idle",), "busy", brings="request")
 _RESPONSE = EventSort(EventKind.RESPONSE, ("busy",), "idle", brings="response")
 _ERROR = EventSort(EventKind.ERROR, ("busy",), "idle")
 
@@ -133,7 +133,7 @@ ACTIVE = (*_CALL.active, *_WATCHED.active)
 
 COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
     Kind.INCOMING: CommunicationSort(
-        "incoming", "msg", ("request",), (EventSort(EventKind.REQUEST),)
+        "incoming", "msg", ("request",), (EventSort(EventKind.REQUEST, brings="request"),)
     ),
     Kind.OUTGOING: CommunicationSort(
         "outgoing",

@@ -19,14 +19,15 @@ from robosc.model.tables import CommunicationInfo, SymbolTable
 from robosc.model.traversal import operands, reads_value
 from robosc.model.types import NoneType, Type
 from robosc.source import Span
-from robosc.syntax.nodes import ExprNode, RequirementNode
+from robosc.syntax.nodes import ExprNode, ProvideNode, RequirementNode
 
 _VALUE = re.compile(r"(?<!\^)\bvalue\b")
 
 
-def may_read_value(condition: ExprNode) -> bool:
-    """Whether the word ``value`` stands in a condition, be it as a name of something else."""
-    return _VALUE.search(condition.span.text) is not None
+def may_read_value(node: ExprNode | ProvideNode) -> bool:
+    """Whether the word ``value`` stands in a part of the model, be it as a name of something
+    else."""
+    return _VALUE.search(node.span.text) is not None
 
 
 def requirement_text(node: RequirementNode, part: Span | None = None) -> str:

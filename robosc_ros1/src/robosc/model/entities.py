@@ -16,6 +16,7 @@ from typing import Literal, TypeAlias
 from robosc.language.events import COMMUNICATIONS, CommunicationSort, EventKind, Kind, Phases
 from robosc.model.diagnostics import Report
 from robosc.model.expr import Expr, RosParameter
+from robosc.model.traversal import reads_value
 from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
 from robosc.syntax.nodes import ExprNode
@@ -81,11 +82,12 @@ class Communication:
         return self.sort.phases_of(self.timeout is not None)
 
     def value_type(self, event: EventKind) -> Type:
-        """The type of the value of an uncontrollable event of this communication, or ``none``."""
+        """The type of the value of an event of this communication, or ``none``."""
         found = self.sort.event(event)
         if found is None or found.brings is None:
             return NoneType()
-        return self.response if found.brings == "response" else self.feedback
+        brought: Type = getattr(self, found.brings)
+        return brought
 
 
 def display_names(communications: Mapping[str, Communication]) -> dict[str, str]:
@@ -323,6 +325,12 @@ class Provide:
     condition: Expr | None
     span: Span = _span()
 
+    @property
+    def corrects(self) -> bool:
+        """Whether it reads the data that another controller sends."""
+        condition = () if self.condition is None else (self.condition,)
+        return any(map(reads_value, (*data_expressions(self.data), *condition)))
+
 
 @dataclass(frozen=True, slots=True)
 class Preference:
@@ -352,6 +360,8 @@ class Robot:
     parameters: tuple[RosParameter, ...] = ()
     stop: str | None = None
     """The key of the message that is sent at a safe stop and when the node ends."""
+    supervises: bool = False
+    """Whether the data of commands are those that another controller sends."""
     conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)
     """Reads conditions with the names of the model's own requirements."""
     span: Span = _span()
@@ -374,6 +384,14 @@ class Robot:
             for key in preference.over:
                 found.setdefault(key, {}).update(dict.fromkeys(preference.preferred))
         return {key: tuple(preferred) for key, preferred in found.items()}
+
+    @cached_property
+    def corrected(self) -> frozenset[str]:
+        """The keys of the commands of another controller whose data are corrected.
+
+        All provide statements of such a command are corrections.
+        """
+        return frozenset(p.communication for p in self.provides if p.corrects)
 
     @cached_property
     def display_names(self) -> dict[str, str]:

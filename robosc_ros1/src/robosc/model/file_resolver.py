@@ -85,11 +85,13 @@ class FileResolver:
         definitions: MessageDefinitions,
         find_library: FindLibrary,
         report: Report,
+        supervises: bool = False,
     ) -> None:
         self._type_declarations = type_declarations
         self._find_library = find_library
         self._scope = scope
         self._report = report
+        self._supervises = supervises
         self.component_table = ComponentTable()
         self.types = TypeTable(scope, type_declarations, report, self._rule_condition)
         self._binder = Binder(definitions, type_declarations, report)
@@ -128,7 +130,7 @@ class FileResolver:
         self._binder.check_unlinked(self._scope.interfaces.values())
         self.types.values.resolve()
         robot = self._with_statements(components)
-        self._binder.report_unknown_fields(Usage(components, robot.provides))
+        self._binder.report_unknown_fields(Usage(components, robot.provides, robot.requirements))
         robot = select_state_variables(robot, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
         lengths = {**self._type_declarations.ros.lengths, **self._binder.lengths}
@@ -331,7 +333,9 @@ class FileResolver:
         )
         check_preferences(robot.preferences, self._report)
         # Who imports a library may provide the data of its commands.
-        return robot if node.kind == "library" else with_command_data(robot, self._report)
+        if node.kind == "library":
+            return robot
+        return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
 
     def _add_statements(self, instance: Instance, found: Statements) -> None:
         """Resolve the statements of a component, which sees names as its behaviour does."""

@@ -34,12 +34,14 @@ def load(
     definitions: MessageDefinitions | None = None,
     *,
     strict: bool = False,
+    supervises: bool = False,
 ) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
     """The robot in a model file, and the diagnostics of the file.
 
     ``source`` is a path or a text already read; ``library_path`` are further folders for libraries;
     ``definitions`` finds ROS messages (by default as ROS does, and around the model: see
-    :mod:`robosc.model.ros.packages`). ``strict`` makes a definition that is not installed an error.
+    :mod:`robosc.model.ros.packages`). ``strict`` makes a definition that is not installed an error;
+    ``supervises``: another controller sends the commands.
     The robot is None if there are errors, and for a library, which is checked, too.
 
     Raises:
@@ -52,7 +54,7 @@ def load(
         source = text
     if definitions is None:
         definitions = MessageDefinitions.for_model(Path(source.path))
-    found = read(source, library_path, definitions, strict=strict)
+    found = read(source, library_path, definitions, strict=strict, supervises=supervises)
     return found.robot, found.diagnostics
 
 
@@ -62,13 +64,14 @@ def read(
     definitions: MessageDefinitions,
     *,
     strict: bool = False,
+    supervises: bool = False,
     reader: Reader = read_source,
 ) -> ReadResult:
     """As :func:`load`, with symbol tables and libraries, for tools that look up names.
 
     ``reader`` reads libraries: that of an editor returns texts that are not saved yet.
     """
-    return _Loader(library_path, definitions, strict, reader).read(source)
+    return _Loader(library_path, definitions, strict, supervises, reader).read(source)
 
 
 @dataclass(frozen=True)
@@ -101,12 +104,14 @@ class _Loader:
         library_path: Sequence[str],
         definitions: MessageDefinitions,
         strict: bool,
+        supervises: bool,
         reader: Reader,
     ) -> None:
         self._definitions = definitions
         self._reader = reader
         self._finder = LibraryFinder(library_path, definitions.packages.library_folders, reader)
         self._strict = strict
+        self._supervises = supervises
         self._type_declarations = TypeDeclarations(ros=RosTypes(definitions))
         self._libraries: dict[str, ResolvedFile] = {}
         self._paths: dict[str, dict[str, str]] = {}
@@ -140,7 +145,12 @@ class _Loader:
             self._robot = scope.origin
         self._open.append(scope.origin)
         resolver = FileResolver(
-            scope, self._type_declarations, self._definitions, self._library, report
+            scope,
+            self._type_declarations,
+            self._definitions,
+            self._library,
+            report,
+            self._supervises,
         )
         contents = resolver.resolve()
         self._open.pop()

@@ -26,7 +26,7 @@ from robosc.model.entities import (
 from robosc.model.expected import BOOLEAN
 from robosc.model.expressions import Typer
 from robosc.model.groups import GroupResolver
-from robosc.model.incoming import no_value
+from robosc.model.incoming import Incoming, no_value
 from robosc.model.presence import condition_on_data
 from robosc.model.ros.links import Binder
 from robosc.model.tables import CommunicationInfo, SymbolTable
@@ -92,9 +92,8 @@ class StatementResolver:
             report,
             types,
             symbols,
-            no_value("requirements on states and provide statements have no 'value'"),
+            no_value("requirements on states have no 'value'"),
         )
-        self._data = DataTyper(self._typer, types, report)
         self._groups = GroupResolver(symbols, types.scope, report)
         self._read: ByIdentity[bool] = ByIdentity()
 
@@ -144,10 +143,14 @@ class StatementResolver:
     def provide(self, node: ProvideNode) -> Provide | None:
         """The provide statement; None after an error."""
         info = self._groups.command(node.communication, "provide-for-outgoing", _CANNOT_PROVIDE)
-        data = self._data_for(node, info)
+        typer = self._typer
+        if info is not None and may_read_value(node):
+            incoming = Incoming(info.request, known=info.request is not None)
+            typer = Typer(self._report, self._types, self._symbols, incoming)
+        data = self._data_for(node, info, typer)
         condition = None
         if node.condition is not None:
-            condition = self._typer.check(node.condition, BOOLEAN, "the condition")
+            condition = typer.check(node.condition, BOOLEAN, "the condition")
             if condition is None:
                 return None
             condition = condition_on_data(condition, self._read)
@@ -159,7 +162,9 @@ class StatementResolver:
 
     # --- data ------------------------------------------------------------------------------------
 
-    def _data_for(self, node: ProvideNode, info: CommunicationInfo | None) -> Data | None:
+    def _data_for(
+        self, node: ProvideNode, info: CommunicationInfo | None, typer: Typer
+    ) -> Data | None:
         if info is None or info.request is None:
             return None
         if isinstance(info.request, NoneType):
@@ -172,7 +177,8 @@ class StatementResolver:
                 "remove the statement, or give the communication a type",
             )
             return None
-        return self._data.typed(node.data, info.request, f"'{info.name}'")
+        data = DataTyper(typer, self._types, self._report)
+        return data.typed(node.data, info.request, f"'{info.name}'")
 
 
 _CANNOT_FORBID = "the controller cannot forbid what the robot sends"

@@ -81,7 +81,8 @@ class CommunicationInfo:
         found = self.sort.event(event)
         if found is None or found.brings is None:
             return None
-        return self.response if found.brings == "response" else self.feedback
+        brought: Type | None = getattr(self, found.brings)
+        return brought
 
     @property
     def name(self) -> str:

@@ -23,8 +23,8 @@ def _of_three(node: ExprNode, place: str) -> str | None:
 
 
 VALUE_PLACES = (
-    "'value' can be used in enum rules, in requirements on commands, and after 'on response',"
-    " 'on feedback' and an action's 'on error'"
+    "'value' can be used in enum rules, in requirements on commands and their data, and after"
+    " 'on request', 'on response', 'on feedback' and an action's 'on error'"
 )
 
 

@@ -8,7 +8,15 @@ from itertools import chain
 from typing import TypeAlias
 
 from robosc.language.events import Direction
-from robosc.model.entities import Component, Data, DataArray, DataObject, Provide
+from robosc.model.entities import (
+    Component,
+    Data,
+    DataArray,
+    DataObject,
+    Provide,
+    Requirement,
+    data_expressions,
+)
 from robosc.model.expr import (
     Aggregate,
     Convert,
@@ -29,13 +37,25 @@ Path: TypeAlias = tuple[str, ...]
 
 
 class Usage:
-    """The paths of each communication's data that components read and provide statements send."""
+    """The paths of each communication's data that components and requirements read and provide
+    statements send."""
 
-    def __init__(self, components: Iterable[Component], provides: Iterable[Provide]) -> None:
+    def __init__(
+        self,
+        components: Iterable[Component],
+        provides: Iterable[Provide],
+        requirements: Iterable[Requirement] = (),
+    ) -> None:
         self._paths: dict[tuple[str, Direction], set[Path]] = {}
         components = tuple(components)
         for provide in provides:
-            self._add(provide.communication, "request", _sent(provide.data))
+            exprs = data_expressions(provide.data)
+            conditions = () if provide.condition is None else (provide.condition,)
+            asked = (path for expr in (*exprs, *conditions) for path in _read(expr))
+            self._add(provide.communication, "request", (*_sent(provide.data), *asked))
+        for requirement in requirements:
+            for key in requirement.communications if requirement.on_data else ():
+                self._add(key, "request", _read(requirement.condition))
         sorts = {c.key: c.sort for component in components for c in component.communications}
         for component in components:
             for communication in component.communications:

@@ -2,9 +2,9 @@
 """The engine: it executes the controller in one thread at a time and never blocks.
 
 Inputs come from the threads of the middleware and are handled in order of arrival. The engine
-applies each input to the controller and runs to completion (internal transitions until none is
-enabled). When no input waits, it performs the commands that are due (see :mod:`.scheduler`) and
-runs to completion after each. Inputs are checked between commands.
+applies each to the controller and runs to completion (internal transitions until none is enabled).
+When no input waits, it performs the commands that are due (see :mod:`.scheduler`) and runs to
+completion after each. Inputs are checked between commands.
 
 ``cycle`` does that once; ``run``, in the engine's own thread, calls it repeatedly. A message that
 arrives while that thread is idle and the queue is empty is handled in the thread that delivers it
@@ -14,7 +14,7 @@ arrives while that thread is idle and the queue is empty is handled in the threa
 from __future__ import annotations
 
 import traceback
-from typing import Any, Callable, FrozenSet, List, Optional
+from typing import Any, Callable, FrozenSet, List, Optional, Tuple
 
 from .calls import Failure
 from .clocks import Timer, Watch
@@ -81,8 +81,7 @@ class Engine(Intake):
             self.cycle()
 
     def begin(self) -> None:
-        """Start, before any input: run to completion; commands allowed initially are due at
-        once."""
+        """Start, before any input: run to completion; what is allowed then is due at once."""
         self._guarded(self._begin)
 
     def _begin(self) -> None:
@@ -361,17 +360,14 @@ class Engine(Intake):
             self.changed.set()
 
     def _withdraw(self) -> None:
-        """Cancel running goals and send the stop command.
-
-        The end of the goals is still reported, so that the state remains correct.
-        """
+        """Cancel running goals, whose end is still reported, and send the stop command."""
         sorts = {c.key: c.sort for c in self.controller.COMMUNICATIONS}
         for key, token in self._calls.running():
             if sorts[key] == "action":
                 self._port.cancel(key, token)
         stop = self.settings.stop_command
         for command in self._scheduler.commands:
-            if command.key == stop and command.kind == "request" and command.possible:
+            if (command.key, command.kind) == (stop, "request") and command.possible:
                 self._send_stop(command)
 
     def _send_stop(self, command: ScheduledCommand) -> None:
@@ -388,10 +384,14 @@ class Engine(Intake):
             return
         self.recorder.counters["commands"] += 1
         self.recorder.record("request", name, data, detail=STOP_COMMAND)
-        fits = command.synchronisation is None or command.synchronisation()
+        read = self._read_of_stop(command, data)
+        fits = command.synchronisation is None or command.synchronisation(*read)
         if command.apply is not None and fits:
-            command.apply()
+            command.apply(*read)
             self._schedule(command.writes, None)
+
+    def _read_of_stop(self, command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
+        return ()  # a supervisor's model may read the data
 
     def _close(self) -> None:
         if not self._closing:

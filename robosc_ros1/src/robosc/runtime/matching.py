@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from .values import parts_of
+from .values import jsonable, only_field, parts_of
 
 Path = Tuple[str, ...]
 Row = Tuple[str, Tuple[Dict[str, Any], ...], Optional[Tuple[Path, Tuple[Any, ...]]]]
@@ -52,6 +52,26 @@ def matching_command(patterns: Sequence[CommandPattern], message: Any) -> Option
     return rest
 
 
+def changed_fields(
+    sent: Any, made: Any, data: Dict[str, Any], path: str = ""
+) -> Dict[str, Dict[str, Any]]:
+    """Return the fields of ``data`` in which two messages differ, by path: what was ``sent``, and
+    what was ``made`` of it."""
+    found: Dict[str, Dict[str, Any]] = {}
+    for name, value in data.items():
+        name = name or only_field(made)
+        old, new = (_field(message, name) for message in (sent, made))
+        if isinstance(value, dict):
+            found.update(changed_fields(old, new, value, "%s%s." % (path, name)))
+        elif _content(old) != _content(new):
+            found[path + name] = {"sent": jsonable(old), "made": jsonable(new)}
+    return found
+
+
+def _field(message: Any, name: str) -> Any:
+    return getattr(message, name if hasattr(message, name) else name + "_")
+
+
 def _content(message: Any) -> Any:
     """Return a message as lists of plain values, without headers, which hold the time of
     sending."""
@@ -79,7 +99,7 @@ def _one_of(contents: List[Any]) -> Callable[[Any], bool]:
 def _has(path: Path, values: Tuple[Any, ...]) -> Callable[[Any], bool]:
     def fits(message: Any) -> bool:
         for name in path:
-            message = getattr(message, name if hasattr(message, name) else name + "_")
+            message = _field(message, name)
         return any(_same(message, value) for value in values)
 
     return fits

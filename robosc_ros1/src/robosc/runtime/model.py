@@ -72,22 +72,29 @@ class Command(NamedTuple):
     read. ``requirements`` are indexes into the table of requirements; ``reason`` is why synthesis
     forbids more than they do (None: it does not); ``partners`` are the components that synchronise
     on it, each with a function that tells whether it is enabled there.
+
+    ``read`` takes from the message of another controller what guard, synchronisation, partners and
+    ``apply`` get as a further argument (None: they get none). ``correct`` gets the same, and
+    returns the fields to set in the message, with the statement that says so and its place (None:
+    none).
     """
 
     key: str
     kind: str
-    guard: Callable[[Any], bool]
-    synchronisation: Optional[Callable[[Any], bool]]
+    guard: Callable[..., bool]
+    synchronisation: Optional[Callable[..., bool]]
     busy: Optional[str]
     data: Optional[Callable[[Any], Any]]
-    apply: Optional[Callable[[Any], None]]
+    apply: Optional[Callable[..., None]]
     reads: Tuple[str, ...]
     writes: Tuple[str, ...]
     requirements: Tuple[int, ...]
     reason: Optional[str] = None
-    partners: Tuple[Tuple[str, Callable[[Any], bool]], ...] = ()
+    partners: Tuple[Tuple[str, Callable[..., bool]], ...] = ()
     yields_to: Tuple[int, ...] = ()
     """Indexes of preferred commands: while one of them is enabled, this one is not sent."""
+    read: Optional[Callable[[Any, Any], Any]] = None
+    correct: Optional[Callable[[Any, Any], Optional[Tuple[Dict[str, Any], str, str]]]] = None
 
 
 class Tau(NamedTuple):
@@ -126,13 +133,14 @@ class Requirement(NamedTuple):
     met.
 
     ``failures`` yields which parts of it are not, each with the values that it compares, by name;
-    it may raise :class:`Undefined`.
+    it may raise :class:`Undefined`. ``on_data``: both get the data of the command, too.
     """
 
     text: str
     place: str
-    holds: Callable[[Any], bool]
-    failures: Optional[Callable[[Any], Iterator[Tuple[str, Dict[str, Any]]]]] = None
+    holds: Callable[..., bool]
+    failures: Optional[Callable[..., Iterator[Tuple[str, Dict[str, Any]]]]] = None
+    on_data: bool = False
 
 
 class Rows(NamedTuple):

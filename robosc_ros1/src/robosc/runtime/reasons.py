@@ -16,8 +16,11 @@ UNEXPLAINED = (
 )
 
 
-def blocked_by(controller: Controller, command: Command) -> List[Dict[str, Any]]:
+def blocked_by(controller: Controller, command: Command, *data: Any) -> List[Dict[str, Any]]:
     """Return why a command is not enabled now; empty if it is.
+
+    ``data`` is what was read of another controller's message, if the command reads that; without
+    it only what does not depend on it is told.
 
     Each reason has a ``kind``: "phase", "synchronisation", "range", "requirement" (with its
     ``place``, and ``because`` which parts of it), or "synthesis" where the requirements alone would
@@ -27,17 +30,19 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, Any]]
     if command.busy is not None and getattr(controller, command.busy) is (command.kind != "cancel"):
         word = "busy" if command.kind == "request" else "idle"
         reasons.append({"kind": "phase", "text": "it is " + word})
-    if command.synchronisation is not None and not command.synchronisation(controller):
+    if command.read is not None and not data:
+        return reasons + violated(controller, command)
+    if command.synchronisation is not None and not command.synchronisation(controller, *data):
         states = controller.components()
-        blocking = [name for name, is_ready in command.partners if not is_ready(controller)]
+        blocking = [n for n, is_ready in command.partners if not is_ready(controller, *data)]
         for name in dict.fromkeys(blocking):
             text = "blocked by %s in %s" % (name, states[name])
             reasons.append({"kind": "synchronisation", "text": text})
         if not reasons:
             reasons.append({"kind": "range", "text": "a variable would leave its range"})
-    if command.guard(controller):
+    if command.guard(controller, *data):
         return reasons
-    failed = violated(controller, command)
+    failed = violated(controller, command, *data)
     if command.kind == "cancel":
         if not failed:
             kept = [
@@ -55,13 +60,17 @@ def blocked_by(controller: Controller, command: Command) -> List[Dict[str, Any]]
     return reasons + failed
 
 
-def violated(controller: Controller, command: Command) -> List[Dict[str, Any]]:
-    """Return the requirements on a command that are violated now."""
+def violated(controller: Controller, command: Command, *data: Any) -> List[Dict[str, Any]]:
+    """Return the requirements on a command that are violated now; without its ``data`` only those
+    that do not read them."""
     found: List[Dict[str, Any]] = []
     for requirement in (controller.REQUIREMENTS[i] for i in command.requirements):
-        if not requirement.holds(controller):
+        if requirement.on_data and not data:
+            continue
+        read = data if requirement.on_data else ()
+        if not requirement.holds(controller, *read):
             reason = {"kind": "requirement", "text": requirement.text, "place": requirement.place}
-            because = list(failures_of(controller, requirement))
+            because = list(failures_of(controller, requirement, *read))
             found.append({**reason, "because": because} if because else reason)
     return found
 
@@ -73,13 +82,13 @@ def reason_text(reason: Mapping[str, Any]) -> str:
     return "%s%s%s" % (reason["text"], place, because)
 
 
-def failures_of(controller: Controller, requirement: Requirement) -> Iterator[str]:
+def failures_of(controller: Controller, requirement: Requirement, *read: Any) -> Iterator[str]:
     """Yield which parts of a requirement do not hold, with the values that they compare:
     ``Laser.front > 0.4 is false (Laser.front is 0.3875)``."""
     if requirement.failures is None:
         return
     with contextlib.suppress(Undefined):  # what comes behind it is not known, either
-        for text, values in requirement.failures(controller):
+        for text, values in requirement.failures(controller, *read):
             told = ", ".join("%s is %s" % (n, _value_text(v)) for n, v in values.items())
             yield "%s (%s)" % (text, told) if text and told else text or told
 

@@ -34,7 +34,8 @@ class Entry(NamedTuple):
     "forbidden" or "violated" (``blocked_by`` tells why), and ``seen`` tells that the command is one
     of another node. ``tau`` is the number of an internal transition, else 0.
     ``shortened`` tells whether the value is a short form; ``effect`` is what the event did then, or
-    where earlier values were shortened."""
+    where earlier values were shortened; ``correction`` tells what a supervisor corrected in the
+    message of a controller."""
 
     number: int
     time: float
@@ -48,6 +49,7 @@ class Entry(NamedTuple):
     effect: Optional[Dict[str, Any]] = None
     seen: bool = False
     blocked_by: Optional[List[Dict[str, Any]]] = None
+    correction: Optional[Dict[str, Any]] = None
 
 
 class EventRecorder:
@@ -85,6 +87,7 @@ class EventRecorder:
         time: Optional[float] = None,
         seen: bool = False,
         blocked_by: Optional[List[Dict[str, Any]]] = None,
+        correction: Optional[Dict[str, Any]] = None,
     ) -> None:
         """Record an event after it was applied and wrote these attributes of the controller.
 
@@ -94,6 +97,7 @@ class EventRecorder:
         entry = Entry(
             self.number, self.now() if time is None else time, kind, name, tau, value, outcome,
             detail, seen=seen, blocked_by=blocked_by,
+            correction=correction,
         )  # fmt: skip
         if self._controller is None or not (
             self._fresh or self._is_partial or not is_small(value) or len(detail or "") > _LONGEST

@@ -40,10 +40,10 @@ class ScheduledCommand:
     def __init__(
         self, controller: Controller, command: Command, sort: str, index: int, rate: float
     ) -> None:
-        def method(function: Optional[Callable[[Any], Any]]) -> Optional[Callable[[], Any]]:
+        def method(function: Optional[Callable[..., Any]]) -> Optional[Callable[..., Any]]:
             return None if function is None else MethodType(function, controller)
 
-        guard: Callable[[], bool] = MethodType(command.guard, controller)
+        guard: Callable[..., bool] = MethodType(command.guard, controller)
         synchronisation = method(command.synchronisation)
         self.authorised = guard if synchronisation is None else _both(synchronisation, guard)
         self.allowed = self.authorised
@@ -85,8 +85,12 @@ class ScheduledCommand:
         return self.busy is None or bool(self._state[self.busy]) is self.is_cancel
 
 
-def _both(synchronisation: Callable[[], bool], guard: Callable[[], bool]) -> Callable[[], bool]:
-    return lambda: synchronisation() and guard()
+def _never() -> bool:
+    return False
+
+
+def _both(synchronisation: Callable[..., bool], guard: Callable[..., bool]) -> Callable[..., bool]:
+    return lambda *data: synchronisation(*data) and guard(*data)
 
 
 class CommandScheduler:
@@ -108,8 +112,11 @@ class CommandScheduler:
             for index, c in enumerate(controller.COMMANDS)
         ]
         for index, row in enumerate(controller.COMMANDS):
-            if row.yields_to:
-                self.commands[index].yield_to([self.commands[other] for other in row.yields_to])
+            if row.read is not None:  # of another controller, whose data decide
+                self.commands[index].allowed = _never
+            elif row.yields_to:
+                others = [self.commands[other] for other in row.yields_to]
+                self.commands[index].yield_to([o for o in others if o.row.read is None])
         self._readers: Dict[str, List[ScheduledCommand]] = {}
         for command in self.commands:
             for name in command.reads:

@@ -4,7 +4,8 @@
 It applies the robot's events like the engine of a controller, but sends no commands of its own.
 Each command of the other controller is checked: if the supervisor allows it, its event is applied
 and the message is passed on unchanged; otherwise it is blocked and reported with the requirements
-that forbid it.
+that forbid it. Where the model corrects a command, the message is corrected first, and the result
+is checked, and passed on if it is allowed.
 
 A message that was passed is *in effect* until another one passes on its topic, a goal until it
 ends. If a command in effect becomes forbidden, and the parameter ``stop_command`` is set, the stop
@@ -15,50 +16,32 @@ stop it: what counts is whether it would be forbidden if it had not changed the 
 
 from __future__ import annotations
 
+import struct
 import time
-from typing import Any, Callable, Dict, FrozenSet, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
 from .engine import Engine
 from .inbox import Inbox
-from .matching import CommandPattern, matching_command
+from .matching import CommandPattern, changed_fields, matching_command
 from .model import Command, Controller
+from .offers import (
+    UNCHECKED,
+    Answer,
+    CheckedCommand,
+    InEffect,
+    Offered,
+    Reasons,
+    Relayed,
+    Repack,
+    itself,
+    told,
+)
 from .port import Port, steady_time
 from .reasons import blocked_by, reason_text, violated
 from .scheduler import ScheduledCommand
 from .settings import Settings
 from .telemetry import dump
-from .values import not_finite
-
-Reasons = List[Dict[str, str]]
-Answer = Callable[[str, Any], None]
-"""Reports progress of a request: "blocked" with the reasons, "passed", "response" with the message,
-or "error" with the reason."""
-
-
-class _Relayed(NamedTuple):
-    """A message from the robot, and the function that passes it on to the controller."""
-
-    message: Any
-    forward: Callable[[], None]
-
-
-class _Offered(NamedTuple):
-    """A message from the controller, and the payload to be passed on to the robot."""
-
-    message: Any
-    payload: Any
-    topic: str
-    patterns: Sequence[CommandPattern]
-
-
-class _InEffect(NamedTuple):
-    """A command in effect; for each attribute that it changed, the value before and after it.
-
-    An attribute that something else has changed since is no effect of the command any more.
-    """
-
-    key: str
-    changes: Dict[str, Tuple[Any, Any]]
+from .values import Mismatch, Undefined, not_finite
 
 
 class SupervisorPort(Port):
@@ -66,6 +49,15 @@ class SupervisorPort(Port):
 
     def blocked(self, text: str) -> None:
         """Publish a document about a blocked command on ``~blocked``."""
+        raise NotImplementedError
+
+    def corrected(self, message: Any, data: Dict[str, Any]) -> Any:
+        """Return a copy of a message with the given fields set, as it will arrive."""
+        raise NotImplementedError
+
+    def composed(self, key: str, data: Optional[Dict[str, Any]]) -> Any:
+        """Return the message with the given fields that :meth:`send` would send, as it will
+        arrive."""
         raise NotImplementedError
 
 
@@ -80,33 +72,43 @@ class SupervisorEngine(Engine):
         steady: Callable[[], float] = steady_time,
     ) -> None:
         super().__init__(controller, port, settings, steady)
-        self._publish = port.blocked
+        self._port_of_commands = port
         self.recorder.counters["blocked"] = 0
+        self.recorder.counters["corrected"] = 0
         self._scheduled: Dict[Tuple[str, str], ScheduledCommand] = {
             (c.key, c.kind): c for c in self._scheduler.commands
         }
-        self._effect: Dict[str, _InEffect] = {}  # by topic, or key of an action
+        self._effect: Dict[str, InEffect] = {}  # by topic, or key of an action
         self._answers: Dict[str, Answer] = {}  # by key, for the requests in progress
 
     # From any thread
 
     def follow(self, keys: Sequence[str], message: Any, forward: Callable[[], None]) -> None:
         """Apply a message from the robot, then pass it on to the controller by ``forward``."""
-        self.poster(keys)(_Relayed(message, forward))
+        self.poster(keys)(Relayed(message, forward))
 
     def offer(
-        self, topic: str, patterns: Sequence[CommandPattern], message: Any, payload: Any
+        self,
+        topic: str,
+        patterns: Sequence[CommandPattern],
+        message: Any,
+        payload: Any,
+        repack: Repack = itself,
     ) -> None:
-        """Check a message from the controller; ``payload`` is what the port sends if it passes."""
+        """Check a message from the controller; ``payload`` is what the port sends if it passes, and
+        ``repack`` makes one of the message as corrected."""
         inbox = self._inboxes.get((topic,))  # topics and keys never coincide
         if inbox is None:
             inbox = Inbox(self._submit, self._turns.put, (), None)
             inbox = self._inboxes.setdefault((topic,), inbox)
-        inbox.post(_Offered(message, payload, topic, patterns))
+        inbox.post(Offered(message, payload, topic, patterns, repack))
 
-    def request(self, key: str, message: Any, payload: Any, answer: Answer) -> None:
-        """Check a service call or a goal of the controller; ``payload`` is as in :meth:`offer`."""
-        self._submit(lambda: self._request(key, message, payload, answer))
+    def request(
+        self, key: str, message: Any, payload: Any, answer: Answer, repack: Repack = itself
+    ) -> None:
+        """Check a service call or a goal of the controller; ``payload`` and ``repack`` are as in
+        :meth:`offer`."""
+        self._submit(lambda: self._request(key, message, payload, answer, repack))
 
     def withdraw(self, key: str) -> None:
         """Cancel the goal of the controller, which always passes.
@@ -127,7 +129,12 @@ class SupervisorEngine(Engine):
         return False
 
     def _offer(
-        self, message: Any, payload: Any, topic: str, patterns: Sequence[CommandPattern]
+        self,
+        message: Any,
+        payload: Any,
+        topic: str,
+        patterns: Sequence[CommandPattern],
+        repack: Repack,
     ) -> None:
         key = matching_command(patterns, message)
         if key is None:
@@ -135,20 +142,23 @@ class SupervisorEngine(Engine):
             reason = {"kind": "unknown", "text": "its data match none of " + names}
             self._block("", topic, "request", [reason])
             return
-        reasons = self._unfit(message)
+        checked, reasons = self._check(key, message, payload, repack)
         if reasons:
-            self._block(self._names[key], topic, "request", reasons)
+            self._block(self._names[key], topic, "request", reasons, checked)
         else:
-            self._passes(key, "request", payload, topic)
+            self._passes(key, "request", checked, topic)
 
-    def _request(self, key: str, message: Any, payload: Any, answer: Answer) -> None:
-        reasons = self._unfit(message) or self._reasons(key, "request")
+    def _request(
+        self, key: str, message: Any, payload: Any, answer: Answer, repack: Repack
+    ) -> None:
+        checked, reasons = self._check(key, message, payload, repack)
+        reasons = reasons or self._reasons(key, "request", checked.data)
         if reasons:
-            self._block(self._names[key], key, "request", reasons)
+            self._block(self._names[key], key, "request", reasons, checked)
             answer("blocked", reasons)
             return
         self._answers[key] = answer
-        if self._passes(key, "request", payload, key):
+        if self._passes(key, "request", checked, key):
             answer("passed", None)
         else:
             self._answers.pop(key, None)
@@ -156,18 +166,43 @@ class SupervisorEngine(Engine):
 
     def _cancel(self, key: str) -> None:
         if not self._reasons(key, "cancel"):
-            self._passes(key, "cancel", None, key)
+            self._passes(key, "cancel", UNCHECKED, key)
             return
         for running, token in self._calls.running():
             if running == key:
                 self._port.cancel(key, token)
+
+    def _check(
+        self, key: str, message: Any, payload: Any, repack: Repack
+    ) -> Tuple[CheckedCommand, Reasons]:
+        """Return a message as it is to be passed on, and why no state allows that."""
+        row = self._scheduled[key, "request"].row
+        checked = CheckedCommand(payload)
+        if row.read is None:
+            return checked, self._unfit(message)
+        try:
+            data = row.read(self.controller, message)
+            found = None if row.correct is None else row.correct(self.controller, data)
+            if found is not None:
+                fields, text, place = found
+                sent, message = message, self._port_of_commands.corrected(message, fields)
+                data = row.read(self.controller, message)
+                changes = changed_fields(sent, message, fields)
+                if changes:
+                    correction = {"by": text, "place": place, "fields": changes}
+                    checked = CheckedCommand(repack(message), (), correction)
+        except Undefined:
+            return checked, [{"kind": "data", "text": "what its correction reads is not there"}]
+        except (Mismatch, TypeError, ValueError, OverflowError, struct.error) as error:
+            return checked, [{"kind": "data", "text": str(error)}]
+        return checked._replace(data=(data,)), self._unfit(message)
 
     def _unfit(self, message: Any) -> Reasons:
         """Return why a message must not reach the robot in any state; empty if it may."""
         found = not_finite(message) if self.settings.refuse_not_finite else None
         return [] if found is None else [{"kind": "number", "text": found}]
 
-    def _reasons(self, key: str, kind: str) -> Reasons:
+    def _reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
         """Return why a command is not allowed now; empty if it is."""
         if self.stopped is not None:
             return [{"kind": "stopped", "text": "safe stop: " + self.stopped}]
@@ -176,34 +211,38 @@ class SupervisorEngine(Engine):
             return [{"kind": "paused", "text": text}]
         command = self._scheduled[key, kind]
         # Preferences are not checked: the choice of commands is left to the other controller.
-        if command.possible and command.authorised():
+        if command.possible and command.authorised(*data):
             # Guards are simplified for the states that the supervisor allows; the stop command may
             # lead to other states, so requirements are checked, too.
-            return violated(self.controller, command.row) if kind == "request" else []
-        return blocked_by(self.controller, command.row)
+            return violated(self.controller, command.row, *data) if kind == "request" else []
+        return blocked_by(self.controller, command.row, *data)
 
-    def _passes(self, key: str, kind: str, payload: Any, place: str) -> bool:
+    def _passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
         """Apply a command and pass it on if it is allowed; False if not."""
-        reasons = self._reasons(key, kind)
+        data = checked.data
+        reasons = self._reasons(key, kind, data)
         name = self._names[key]
         if reasons:
-            self._block(name, place, kind, reasons)
+            self._block(name, place, kind, reasons, checked)
             return False
         command = self._scheduled[key, kind]
         try:
-            self._dispatch(command, payload)
+            self._dispatch(command, checked.payload)
         except Exception as error:
             reason = "%s: %s" % (type(error).__name__, error)
             self.recorder.counters["failed"] += 1
-            self.recorder.record(kind, name, None, "failed", reason)
+            self.recorder.record(kind, name, told(data), "failed", reason)
             self._log("error", key, "%s could not be passed on: %s" % (name, reason))
             return False
         before = self._before(command)
         if command.apply is not None:
-            command.apply()
+            command.apply(*data)
         command.count += 1
         self.recorder.counters["commands"] += 1
-        self.recorder.record(kind, name, writes=command.writes)
+        correction = checked.correction
+        if correction is not None:
+            self.recorder.counters["corrected"] += 1
+        self.recorder.record(kind, name, told(data), writes=command.writes, correction=correction)
         writes = super()._after(command.writes, key if kind == "cancel" else None)
         if not self.settings.stop_command:
             return True
@@ -213,7 +252,7 @@ class SupervisorEngine(Engine):
             now = vars(self.controller)
             pairs = ((name, before[name], now[name]) for name in writes)
             changes = {name: (old, new) for name, old, new in pairs if not _same(old, new)}
-            self._effect[place] = _InEffect(key, changes)
+            self._effect[place] = InEffect(key, data, changes)
         else:
             self._effect.pop(place, None)
         self._revoke()
@@ -227,18 +266,27 @@ class SupervisorEngine(Engine):
         # What internal transitions will write is not known before.
         return dict(state) if self._transitions else {name: state[name] for name in command.writes}
 
-    def _block(self, name: str, place: str, kind: str, reasons: Reasons) -> None:
+    def _block(
+        self,
+        name: str,
+        place: str,
+        kind: str,
+        reasons: Reasons,
+        checked: CheckedCommand = UNCHECKED,
+    ) -> None:
         """Report a blocked command; ``name`` is empty for a message that matches none."""
-        document = {
+        document: Dict[str, Any] = {
             "version": 1,
             "time": round(time.time(), 6),
             "number": self.recorder.number,
-            "event": {"kind": kind, "name": name, "value": None},
+            "event": {"kind": kind, "name": name, "value": told(checked.data)},
             "blocked_by": reasons,
         }
+        if checked.correction is not None:
+            document["corrected"] = checked.correction
         self.recorder.counters["blocked"] += 1
         self.changed.set()
-        self._publish(dump(document))
+        self._port_of_commands.blocked(dump(document))
         texts = "; ".join(map(reason_text, reasons))
         what = "%s of %s" % (kind, name) if name else "a message on %s" % place
         self._log("warning", place + kind, "%s was blocked: %s" % (what, texts))
@@ -255,10 +303,10 @@ class SupervisorEngine(Engine):
         return applied
 
     def _arrived(self, entries: Sequence[Any], message: Any, inbox: Inbox) -> None:
-        if isinstance(message, _Offered):
+        if isinstance(message, Offered):
             inbox.take()
             self._offer(*message)
-        elif isinstance(message, _Relayed):
+        elif isinstance(message, Relayed):
             super()._arrived(tuple(entries), message.message, inbox)
             message.forward()
         else:
@@ -272,24 +320,31 @@ class SupervisorEngine(Engine):
         self._revoke()
         return written
 
-    def _forbidden(self, command: _InEffect) -> bool:
+    def _forbidden(self, command: InEffect) -> bool:
         """Whether a command in effect would be forbidden even without the changes it made."""
         state = vars(self.controller)
         for name, (_, after) in tuple(command.changes.items()):
             if not _same(state[name], after):
                 del command.changes[name]
         row = self._scheduled[command.key, "request"].row
-        if not self._against(row):
+        if not self._against(row, command.data):
             return False
         state.update({name: before for name, (before, _) in command.changes.items()})
         try:
-            return self._against(row)
+            return self._against(row, command.data)
         finally:
             state.update({name: after for name, (_, after) in command.changes.items()})
 
-    def _against(self, request: Command) -> bool:
+    def _against(self, request: Command, data: Tuple[Any, ...]) -> bool:
         """Whether requirements or synthesis forbid a request now, whatever its phase."""
-        return not request.guard(self.controller) or bool(violated(self.controller, request))
+        allowed = request.guard(self.controller, *data)
+        return not allowed or bool(violated(self.controller, request, *data))
+
+    def _read_of_stop(self, command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
+        if command.row.read is None:
+            return ()
+        message = self._port_of_commands.composed(command.key, data)
+        return (command.row.read(self.controller, message),)
 
     def _revoke(self) -> None:
         """Stop commands in effect that have become forbidden, if a stop command is set."""
@@ -311,7 +366,7 @@ class SupervisorEngine(Engine):
             if message:
                 stop = True
             elif (key, "cancel") in self._scheduled and not self._reasons(key, "cancel"):
-                self._passes(key, "cancel", None, key)
+                self._passes(key, "cancel", UNCHECKED, key)
         if stop:
             self._send_stop(command)
 

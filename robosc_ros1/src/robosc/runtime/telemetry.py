@@ -90,6 +90,8 @@ def event_document(entry: Entry) -> Dict[str, Any]:
     }
     if entry.shortened:
         document["shortened"] = True
+    if entry.correction is not None:
+        document["corrected"] = entry.correction
     if entry.effect is not None:
         document["effect"] = entry.effect
     if entry.seen:

@@ -31,7 +31,7 @@ def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
         return None
     if not isinstance(type_, ObjectType):
         return _random(type_, rng)
-    return {path_text(path): _random(part, rng) for path, part in outer_parts(event).items()}
+    return {path_text(path): _random(part, rng) for path, part in outer_parts(robot, event).items()}
 
 
 def completed(
@@ -49,7 +49,8 @@ def completed(
         raw = {path_text(path): value for path, value in parts.items()}
         if rng is not None:
             raw.update(
-                (path_text(p), _random(part, rng)) for p, part in outer_parts(event, parts).items()
+                (path_text(p), _random(part, rng))
+                for p, part in outer_parts(robot, event, parts).items()
             )
     elif rng is not None:
         raw = random_raw(robot, event, rng)

@@ -74,14 +74,14 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
             raise InvalidLine(f"{label} carries no value")
         return {}
     if is_optional(robot, event) and _has_nothing(raw):
-        return dict.fromkeys(value_parts(event))
+        return dict.fromkeys(value_parts(robot, event))
     if not isinstance(type_, ObjectType):
         if raw is None:
             if event.parameters:
                 raise InvalidLine(f"{label} needs a value: {hint(robot, event)}")
             return {(): default_part(type_)}
         return {(): typed_value(type_, raw, label)}
-    return _complete_object(event, type_, raw, label)
+    return _complete_object(robot, event, type_, raw, label)
 
 
 def _chosen(
@@ -111,7 +111,7 @@ def _has_nothing(raw: Raw) -> bool:
     return raw is None or (isinstance(raw, dict) and all(part is None for part in raw.values()))
 
 
-def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> Given:
+def _complete_object(robot: Robot, event: Event, type_: ObjectType, raw: Raw, label: str) -> Given:
     if raw is not None and not isinstance(raw, dict):
         raise InvalidLine(f"{label} carries {describe(type_)}: write its parts, x: 0.4, y: 2")
     fields = raw_parts(raw or {}, type_, label)
@@ -123,7 +123,7 @@ def _complete_object(event: Event, type_: ObjectType, raw: Raw, label: str) -> G
             )
     needed = {parameter.path for parameter in event.parameters}
     given: dict[Path, Value | None] = {}
-    for path, part in value_parts(event).items():
+    for path, part in value_parts(robot, event).items():
         name = f"{path_text(path)} of {label}"
         written = _written(fields, path)
         if written is not None:
@@ -163,10 +163,10 @@ def _written(fields: Mapping[Path, Raw], path: Path) -> Raw:
     return raw
 
 
-def outer_parts(event: Event, decided: Collection[Path] = ()) -> dict[Path, Type]:
+def outer_parts(robot: Robot, event: Event, decided: Collection[Path] = ()) -> dict[Path, Type]:
     """The parts that are read and hold none that are decided, but what lies within another one."""
     found: dict[Path, Type] = {}
-    for path, part in sorted(value_parts(event).items(), key=lambda item: len(item[0])):
+    for path, part in sorted(value_parts(robot, event).items(), key=lambda item: len(item[0])):
         within = any(path[: len(other)] == other for other in found)
         if not within and not any(path == other[: len(path)] for other in decided):
             found[path] = part
@@ -185,7 +185,7 @@ def hint(robot: Robot, event: Event) -> str:
     if isinstance(type_, ObjectType):
         found = ", ".join(
             f"{path_text(path)}: {_choices(part)}" if path else _choices(part)
-            for path, part in outer_parts(event).items()
+            for path, part in outer_parts(robot, event).items()
         )
     return f"{found}, or missing" if is_optional(robot, event) else found
 

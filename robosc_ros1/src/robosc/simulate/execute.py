@@ -160,7 +160,7 @@ class Execution:
         for event in self._inputs:
             if not self.can(event, None):
                 continue
-            if is_typed(event) or any(p.test for p in event.parameters):
+            if is_typed(robot, event) or any(p.test for p in event.parameters):
                 found.append(Choice(event, None, label(event), hint(robot, event)))
                 continue
             for values in valuations(event):
@@ -283,7 +283,7 @@ def _read_given(controller: Controller, plant: Plant) -> None:
 
 def _reader(plant: Plant, event: Event) -> Callable[[Controller, Given], Any]:
     whole = value_type(plant.robot, event)
-    parts = value_parts(event)
+    parts = value_parts(plant.robot, event)
 
     def read_given(_: Controller, given: Given) -> Any:
         given = given or {}  # an error may have no result

@@ -206,11 +206,11 @@ def event_and_value(text: str) -> tuple[str, str] | None:
     return None if match is None else (match[1], match[2] or match[3] or "")
 
 
-def is_typed(event: Event) -> bool:
+def is_typed(robot: Robot, event: Event) -> bool:
     """Whether its value is to be typed: it has data that decide nothing, or too many values."""
     decided = {p.path for p in event.parameters}
     few = math.prod(len(p.values) for p in event.parameters) <= MANY
-    return not few or bool(value_parts(event).keys() - decided)
+    return not few or bool(value_parts(robot, event).keys() - decided)
 
 
 def draw_values(event: Event, rng: random.Random) -> tuple[Any, ...]:
@@ -238,7 +238,8 @@ def find_events(machine: Machine, text: str) -> list[Event]:
     for fits in (_is_label, _is_bare_name, _begins_label):
         found = [event for event in events if fits(event, text)]
         if found:
-            return found
+            # The cases of one request differ in their data only.
+            return list({id(event.whole or event): event for event in found}.values())
     raise InvalidLine(_unknown(machine, text))
 
 

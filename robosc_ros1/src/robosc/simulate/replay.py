@@ -224,8 +224,7 @@ class Follower:
             stopping = entry.document.get("detail") == STOP_COMMAND
             if self._stopped and not stopping:
                 return "the controller had made a safe stop"
-            reason = _perform(controller, command, entry, stopping)
-            if reason is None:
+            if (reason := _perform(controller, command, entry, stopping, self._carried)) is None:
                 return None
             event = self._events[entry.name, entry.kind]
             return "; ".join([reason, *data_behind(self._plant, event, controller.variables())])
@@ -302,10 +301,19 @@ def _apply(controller: Controller, input_: Input, told: Any, parts: dict[str, _P
 
 
 def _perform(
-    controller: Controller, command: Command, entry: LogEntry, stopping: bool
+    controller: Controller,
+    command: Command,
+    entry: LogEntry,
+    stopping: bool,
+    carried: dict[tuple[str, str], dict[str, _Part]],
 ) -> str | None:
     value = entry.value
-    reasons = blocked_by(controller, command)
+    parts = carried.get((command.key, command.kind), {})
+    try:
+        given = () if command.read is None else (_restored(value, parts),)
+    except ValueError as error:
+        return f"its data cannot be {json.dumps(value)}: {error}"
+    reasons = blocked_by(controller, command, *given)
     if reasons and not stopping:
         return "; ".join(map(reason_text, reasons))
     if command.data is not None:
@@ -315,11 +323,10 @@ def _perform(
             return "some of its data has not arrived yet"
         shown = Shortener()(data) if entry.shortened else jsonable(data)
         provided = json.loads(json.dumps(shown))
-        # A node that guards another controller passes that one's data, and does not log them.
         if value is not None and provided != value:
             return f"the model sends {json.dumps(provided)}, the log has {json.dumps(value)}"
-    if command.apply is not None and (not reasons or _synchronises(controller, command)):
-        command.apply(controller)
+    if command.apply is not None and (not reasons or _synchronises(controller, command, *given)):
+        command.apply(controller, *given)
     return None
 
 
@@ -329,8 +336,8 @@ def _fits(controller: Controller, command: Command) -> bool:
     return phase and _synchronises(controller, command)
 
 
-def _synchronises(controller: Controller, command: Command) -> bool:
-    return command.synchronisation is None or bool(command.synchronisation(controller))
+def _synchronises(controller: Controller, command: Command, *given: Any) -> bool:
+    return command.synchronisation is None or bool(command.synchronisation(controller, *given))
 
 
 def _carried(supervisor: Supervisor) -> dict[tuple[str, str], dict[str, _Part]]:
@@ -345,7 +352,7 @@ def _carried(supervisor: Supervisor) -> dict[tuple[str, str], dict[str, _Part]]:
 
 def _parts(robot: Robot, event: Event) -> dict[str, _Part]:
     optional = is_optional(robot, event)
-    parts = value_parts(event).items()
+    parts = value_parts(robot, event).items()
     return {path_text(p): _Part(t, optional or not all_names(p)) for p, t in parts}
 
 

@@ -135,7 +135,18 @@ class SingleEvents:
     def can(self, event: Event, given: Given | None) -> bool:
         if given is not None:
             values = self._values(event, given)
+            event = _case_of(self._cases(event), values)
             return _known(event, values) and self._target(event, values) is not None
+        if event.known:
+            return any(map(self._happens, self._cases(event)))
+        return self._happens(event)
+
+    def _cases(self, event: Event) -> Sequence[Event]:
+        """The events for all data of a request that another controller sends."""
+        return [e for e in self.plant.events if e.whole is event.whole] if event.known else [event]
+
+    def _happens(self, event: Event) -> bool:
+        """Whether an event can happen, with some value."""
         phase = event.phase
         if phase is not None and self.plant_state[phase.variable] not in phase.sources:
             return False  # whatever its value, and these may be very many
@@ -144,7 +155,7 @@ class SingleEvents:
     def choices(self) -> list[Choice]:
         found = []
         for event in self.plant.events:
-            if not is_typed(event):
+            if not is_typed(self.plant.robot, event):
                 possible = self._under_control(event).targets(self.plant_state)
                 found += [self._choice(event, values, after) for values, after in possible]
             elif self.can(event, None):
@@ -175,7 +186,7 @@ class SingleEvents:
 
     def _sent(self, event: Event, state: SystemState) -> dict[str, Any] | None:
         """What a request carries now; None for other events."""
-        is_request = event.kind is EventKind.REQUEST
+        is_request = event.kind is EventKind.REQUEST and not self.plant.robot.supervises
         return sent_data(self.plant.robot, event.key, state) if is_request else None
 
     def _lookup(self, given: Given) -> Callable[[Leaf], Value | None]:
@@ -213,6 +224,7 @@ class SingleEvents:
 
     def fire(self, event: Event, given: Given) -> list[Happening]:
         values = self._values(event, given)
+        event = _case_of(self._cases(event), values)
         before, data = self._now
         if not _known(event, values):
             raise Refused(f"{label(event)} cannot carry {given_text(given)}: outside its range")
@@ -222,12 +234,13 @@ class SingleEvents:
         value = given_json(given)
         if event.kind.of_component:
             (value,) = tau_values(self.plant, event, before, after)
-        elif event.kind is EventKind.REQUEST:
+        elif event.kind is EventKind.REQUEST and not self.plant.robot.supervises:
             value = self._sent(event, self.state)
         assigned = dict(self._assigned(event, {**by_path(event, values), **given}))
         self._past.append(self._now)
         self._now = after, {**data, **assigned}
-        return [Happening(event.kind.value, event.name, value, event.index)]
+        number = event.index if event.kind.of_component else 0
+        return [Happening(event.kind.value, event.name, value, number)]
 
     def _why_not(self, event: Event) -> str:
         guard = self._guards.get(event.identity)
@@ -238,7 +251,7 @@ class SingleEvents:
     def _assigned(self, event: Event, given: Given) -> Iterator[tuple[str, Value]]:
         """What the event does to data: the right-hand sides see the state before."""
         look = self._lookup(given)
-        for automaton in event.automata:
+        for automaton in (event.whole or event).automata:
             edge = taken_edge(automaton, self.plant_state, look)
             if edge is not None:
                 yield from self._data_of(automaton.component, edge, look)
@@ -365,6 +378,11 @@ class SingleEvents:
             values = draw_values(event, rng)
         given = completed(self.plant.robot, event, by_path(event, values), label(event), rng)
         return event, given
+
+
+def _case_of(cases: Sequence[Event], values: Values) -> Event:
+    """The one for these values; the first if they are in no range."""
+    return next((event for event in cases if _known(event, values)), cases[0])
 
 
 def _known(event: Event, values: Values) -> bool:

@@ -27,6 +27,11 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     def make(given: Mapping[str, Any]) -> Machine:
         settings = read_settings(supervisor.plant.robot, given)
         chosen = supervisor_with(supervisor, settings.more)
+        if execute and chosen.plant.robot.supervises:
+            raise InvalidLine(
+                "a supervisor sends nothing of its own: leave out --execute, and play the commands"
+                " of the controller that it guards"
+            )
         if execute:
             return Execution(chosen, settings)
         if not settings.more.keys() >= given.keys():

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
-from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
+from robosc.ir.automaton import Event, EventParameter, Plant, PlantState, VariableKind
 from robosc.ir.formulas import to_dsl
-from robosc.ir.step import Values
 from robosc.model.traversal import path_text
+from robosc.model.types import Value
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
 from robosc.synthesis.system import make_step
@@ -29,7 +29,7 @@ def step_document(step: Step) -> dict[str, Any]:
     event = step.event
     if event.kind.of_component:
         return {**event_document(event), "value": step.values[0] if step.values else None}
-    return {**event_document(event), "value": _value(event, step.values)}
+    return {**event_document(event), "value": _value(event.parameters, step.values)}
 
 
 def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
@@ -130,6 +130,9 @@ def _any_value(plant: Plant, event: Event) -> dict[str, Any]:
         names = plant.variables[automaton.variable].values
         if len(ends) == 1:
             value = "->".join(str(names[location]) for location in ends.pop())
+    elif event.known:
+        known = [event.parameters[i] for i in event.known]
+        return {**event_document(event), "value": _value(known, [p.values[0] for p in known])}
     return {**event_document(event), "value": value}
 
 
@@ -149,12 +152,12 @@ def _state(plant: Plant, number: int, state: PlantState) -> dict[str, Any]:
     }
 
 
-def _value(event: Event, values: Values) -> Any:
-    if not event.parameters:
+def _value(parameters: Sequence[EventParameter], values: Sequence[Value | None]) -> Any:
+    if not parameters:
         return None
-    if len(event.parameters) == 1 and event.parameters[0].path == ():
-        return event.parameters[0].shown(values[0])
+    if len(parameters) == 1 and parameters[0].path == ():
+        return parameters[0].shown(values[0])
     return {
         path_text(parameter.path): parameter.shown(value)
-        for parameter, value in zip(event.parameters, values, strict=True)
+        for parameter, value in zip(parameters, values, strict=True)
     }

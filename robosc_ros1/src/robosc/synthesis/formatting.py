@@ -18,10 +18,16 @@ _LONG = 120
 
 
 def event_text(event: Event) -> str:
-    """Return ``grab.request``; for a tau ``transition 2 of Motor``."""
+    """Return ``grab.request``; for a tau ``transition 2 of Motor``; for a request with known data
+    ``move.request(value > 0.5)``."""
     if event.kind.of_component:
         word = "transition" if event.kind is EventKind.TAU else "after"
         return f"{word} {event.index} of {event.name}"
+    data = [part_text(event.parameters[i], event.parameters[i].values[0]) for i in event.known]
+    return _name(event) + (f"({', '.join(data)})" if data else "")
+
+
+def _name(event: Event) -> str:
     return f"{event.name}.{event.kind.value}"
 
 
@@ -31,7 +37,7 @@ def step_text(step: Step) -> str:
     if event.kind.of_component:
         return f"{event.name}: {step.values[0]}" if step.values else event_text(event)
     shown = map(part_text, event.parameters, step.values)
-    return event_text(event) + (f"({', '.join(shown)})" if step.values else "")
+    return _name(event) + (f"({', '.join(shown)})" if step.values else "")
 
 
 def part_text(parameter: EventParameter, value: Value | None) -> str:

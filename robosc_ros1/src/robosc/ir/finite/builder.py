@@ -32,6 +32,7 @@ from robosc.ir.finite.view import (
     ScopedTerm,
     StateTerm,
     UpdateKey,
+    data_scope,
     may_be_missing,
     reference_to,
     sent_wholes,
@@ -145,9 +146,9 @@ class ViewBuilder:
                 variable = self.variables[f"{component.name}.{assignment.variable}"]
                 if variable.in_state and domain(variable.type) is not None:
                     yield scope, kept_where_undefined(reference_to(variable), assignment.value)
-        yield from ((None, requirement.condition) for requirement in self.robot.requirements)
+        yield from ((data_scope(r), r.condition) for r in self.robot.requirements)
         for provide in self.robot.provides:
-            if provide.condition is not None:
+            if provide.condition is not None and not provide.corrects:
                 yield None, provide.condition
 
     def _note(self, scope: Scope, expr: Expr) -> None:

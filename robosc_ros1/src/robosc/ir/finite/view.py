@@ -136,6 +136,11 @@ def reference_to(variable: Variable) -> VariableRef:
     return VariableRef(variable.component, variable.name, variable.type)
 
 
+def data_scope(requirement: Requirement) -> Scope:
+    """Return the request whose data a requirement reads."""
+    return (EventKind.REQUEST, requirement.communications[0]) if requirement.on_data else None
+
+
 def update_key(component: str, transition: ResultTransition) -> UpdateKey:
     return component, transition.event, transition.communication, transition.assignments
 

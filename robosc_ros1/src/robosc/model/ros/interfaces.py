@@ -57,10 +57,11 @@ class FieldType:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A field of a message."""
+    """A field of a message; ``default`` is its value where none is given, None: zero or empty."""
 
     name: str
     type: FieldType
+    default: Value | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +76,13 @@ class Definition:
     def of(
         cls,
         name: str,
-        fields: Iterable[tuple[str, str]],
+        fields: Iterable[tuple[str, str] | tuple[str, str, Value | None]],
         constants: Iterable[tuple[str, Value]] = (),
     ) -> Definition:
-        """The definition with fields of these names and types, such as ``float64[3]``."""
-        return cls(name, tuple(Field(f, _field_type(t)) for f, t in fields), tuple(constants))
+        """The definition with fields of these names and types, such as ``float64[3]``, and
+        defaults."""
+        found = tuple(Field(f, _field_type(t), *default) for f, t, *default in fields)
+        return cls(name, found, tuple(constants))
 
     def field(self, name: str) -> Field | None:
         return next((f for f in self.fields if f.name == name), None)

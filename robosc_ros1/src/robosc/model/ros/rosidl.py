@@ -1,6 +1,6 @@
 """Definitions of ROS 2: ``.msg``, ``.srv``, ``.action``, or ``.idl`` where there is only that.
 
-Unlike in ROS 1, fields may have default values and bounds, which are ignored here; types of the
+Unlike in ROS 1, fields may have default values, and bounds, which are ignored here; types of the
 same package have no package name, and there is no ``Header``, ``time`` or ``duration``. Of IDL
 (https://design.ros2.org/articles/idl_interface_definition.html), the subset that ROS 2's own tools
 write is read.
@@ -50,6 +50,8 @@ _LINE = re.compile(
     r"(?:\[(?P<length>\d*|<=\d+)\])?\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)"
 )
 
+_QUOTED = re.compile(r'"[^"]*"|\'[^\']*\'')
+
 
 def _texts(text: str, package: str, type_: str, folder: Folder) -> Iterator[Definition]:
     texts: list[list[tuple[int, str]]] = [[]]
@@ -65,7 +67,7 @@ def _texts(text: str, package: str, type_: str, folder: Folder) -> Iterator[Defi
 
 
 def _part(lines: list[tuple[int, str]], package: str, name: str) -> Definition:
-    fields = []
+    fields: list[tuple[str, str, Value | None]] = []
     constants = []
     for number, line in lines:
         code = line.strip()
@@ -81,8 +83,23 @@ def _part(lines: list[tuple[int, str]], package: str, name: str) -> Definition:
         base = match["base"]
         if "/" not in base:
             base = _BUILT_IN.get(base, f"{package}/{base}")
-        fields.append((match["name"], _spelled(base, match["length"])))
+        single = base in _BUILT_IN.values() and match["length"] is None
+        default = _default(match["base"], match["rest"], number) if single else None
+        fields.append((match["name"], _spelled(base, match["length"]), default))
     return Definition.of(name, fields, constants)
+
+
+def _default(base: str, text: str, line: int) -> Value | None:
+    """The default of a field; None if there is none.
+
+    Raises:
+        ValueError: it is not of the type.
+    """
+    quoted = _QUOTED.match(text)
+    if quoted is not None and _BUILT_IN.get(base) == "string":
+        return quoted[0][1:-1]
+    text = text.partition("#")[0].strip()
+    return _constant(base, text, line) if text else None
 
 
 def _constant(base: str, text: str, line: int) -> Value:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Binding, Data, DataArray, DataObject
+from robosc.model.entities import Binding, Communication, Data, DataArray, DataObject
 from robosc.model.evaluation import constant
 from robosc.model.expr import Expr, ParameterRef, VariableRef
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import too_wide
-from robosc.model.ros.interfaces import Definition, FieldType, Missing
+from robosc.model.ros.interfaces import Definition, Field, FieldType, Folder, Interface, Missing
 from robosc.model.ros.types import FOLDERS
 from robosc.model.types import IntegerType
-from robosc.syntax.nodes import CommunicationNode, MessageNode
+from robosc.syntax.nodes import CommunicationNode
 
 
 class SentData:
@@ -21,14 +23,34 @@ class SentData:
         self._definitions = definitions
         self._report = report
 
+    def field_of(self, communication: Communication, path: Sequence[str | int]) -> Field | None:
+        """The field of a command's data at a path; None if no definition is installed."""
+        binding = communication.binding
+        found = self._interface(binding, communication.sort.folder)
+        definition = None if found is None else found.parts[0]
+        field: Field | None = None
+        for step in path or (binding.request_field or "",):
+            if isinstance(step, int):
+                field = field and Field(field.name, field.type.element)
+                continue
+            if field is not None:
+                inner = self._definitions.fields(field.type)
+                definition = inner if isinstance(inner, Definition) else None
+            field = None if definition is None else definition.field(step)
+        return field
+
+    def _interface(self, binding: Binding, folder: Folder) -> Interface | None:
+        if not binding.found:
+            return None
+        found = self._definitions.interface(binding.package, binding.type, folder)
+        if isinstance(found, Missing) and folder == "msg":
+            found = next((i for i in BASIC.values() if i.type == binding.type), found)
+        return None if isinstance(found, Missing) else found
+
     def check(self, data: Data, node: CommunicationNode, binding: Binding) -> None:
         """Check the data of a provide statement for a communication."""
-        if not binding.found:
-            return
-        found = self._definitions.interface(binding.package, binding.type, FOLDERS[type(node)])
-        if isinstance(found, Missing) and isinstance(node, MessageNode):
-            found = next((i for i in BASIC.values() if i.type == binding.type), found)
-        if isinstance(found, Missing):
+        found = self._interface(binding, FOLDERS[type(node)])
+        if found is None:
             return
         definition = found.parts[0]
         if isinstance(data, DataObject):

@@ -61,9 +61,17 @@ def explain_guards(
     for number, guard in enumerate(guards):
         if progress is not None:
             progress("explanations", number, len(guards))
-        if guard.status != "as required":
+        if guard.status != "as required" and not _is_refused_by_data(guard, guards):
             found += explainer.guard(guard)
     return tuple(found)
+
+
+def _is_refused_by_data(guard: Guard, guards: Iterable[Guard]) -> bool:
+    """Whether requirements refuse the data of this case of a command, and not of all cases."""
+    if guard.required != FALSE or not guard.event.known:
+        return False
+    cases = [g for g in guards if g.event.whole is guard.event.whole]
+    return guard is not cases[0] or any(g.required != FALSE for g in cases)
 
 
 def explain_empty(system: System) -> Explanation:

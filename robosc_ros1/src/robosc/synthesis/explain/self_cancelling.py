@@ -40,13 +40,13 @@ def self_cancelling(system: System, guards: Sequence[Guard]) -> Iterator[Diagnos
     examiner = _Examiner(system)
     for guard in guards:
         if guard.event.kind is EventKind.CANCEL:
-            (request,) = (
+            requests = [
                 other
                 for other in guards
                 if other.event.kind is EventKind.REQUEST and other.event.key == guard.event.key
-            )
+            ]
             for number in guard.event.requirements:
-                yield from examiner.requirement(request, system.plant.robot.requirements[number])
+                yield from examiner.requirement(requests, system.plant.robot.requirements[number])
 
 
 class _Examiner:
@@ -56,13 +56,16 @@ class _Examiner:
         self.stepper = Stepper(system.plant)
         self.events = {(event.kind, event.key): event for event in self.plant.events}
 
-    def requirement(self, request: Guard, requirement: Requirement) -> Iterator[Diagnostic]:
-        """Yield at most one warning for a requirement on an action."""
-        action = request.event
+    def requirement(
+        self, requests: Sequence[Guard], requirement: Requirement
+    ) -> Iterator[Diagnostic]:
+        """Yield at most one warning for a requirement on an action, whose requests these are."""
+        action = requests[0].event
         kept = self.plant.view.met(requirement)
         busy = [PhaseRef(action.key, "busy"), kept]
         feedback = self.events[EventKind.FEEDBACK, action.key]
-        for event, before in ((action, [enabled(self.plant, request)]), (feedback, busy)):
+        starts = [(guard.event, [enabled(self.plant, guard)]) for guard in requests]
+        for event, before in (*starts, (feedback, busy)):
             trace = self._trace(event, before, kept)
             if trace is not None:
                 said = f"its own {event.kind.value} makes it false"

@@ -13,7 +13,8 @@ from itertools import combinations
 from robosc.errors import Diagnostic, Note, Severity, listing
 from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.ir.finite.view import sent_wholes
-from robosc.ir.formulas import conjunction, negation, to_dsl
+from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.ir.partial_evaluation import holds
 from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Communication, Provide, Requirement
 from robosc.model.expr import TRUE, Expr, StateRef
@@ -47,9 +48,11 @@ class _Examiner:
         self.plant: Plant = system.plant
         self.robot = system.plant.robot
         self.stepper = Stepper(system.plant)
-        self.requests = {
-            guard.event.key: guard for guard in guards if guard.event.kind is EventKind.REQUEST
-        }
+        self.requests: dict[str, list[Guard]] = {}
+        """Those of each command; of one whose data another controller sends, one for each case."""
+        for guard in guards:
+            if guard.event.kind is EventKind.REQUEST:
+                self.requests.setdefault(guard.event.key, []).append(guard)
         taus = (guard for guard in guards if guard.event.kind is EventKind.TAU)
         self.at_rest = conjunction(negation(self._moves(tau)) for tau in taus)
         """Where commands are sent: elsewhere the controller takes internal transitions first."""
@@ -63,7 +66,8 @@ class _Examiner:
 
     def _sent(self, key: str) -> Expr:
         """Return the condition under which a command may be sent."""
-        return conjunction([enabled(self.plant, self.requests[key]), self.at_rest])
+        cases = disjunction(enabled(self.plant, guard) for guard in self.requests[key])
+        return conjunction([cases, self.at_rest])
 
     def _when(self, condition: Expr) -> str | None:
         """Return how a state with a condition is reached, to end a sentence with; None: never."""
@@ -113,7 +117,7 @@ class _Examiner:
 
     def provides(self) -> Iterator[Diagnostic]:
         by_key: dict[str, list[Provide]] = {}
-        for provide in self.robot.provides:
+        for provide in () if self.robot.supervises else self.robot.provides:
             by_key.setdefault(provide.communication, []).append(provide)
         for key, provides in by_key.items():
             if key in self.requests:
@@ -132,7 +136,7 @@ class _Examiner:
         command with data, may do without.
         """
         command = self.robot.communications[key]
-        if self._carries_nothing(command) or key == self.robot.stop:
+        if self._carries_nothing(command) or key == self.robot.stop or self.robot.supervises:
             return
         topic = command.identifier.lstrip("/")
         provided = {p.communication for p in self.robot.provides}
@@ -232,9 +236,9 @@ class _Examiner:
         reported: set[str] = set()
         for number in sorted(numbers):
             yield from self._requirement(self.robot.requirements[number], reported)
-        for key, guard in self.requests.items():
-            if guard.status == "never" and key not in reported:
-                yield from self._unmet_together(guard.event)
+        for key, cases in self.requests.items():
+            if all(guard.status == "never" for guard in cases) and key not in reported:
+                yield from self._unmet_together([guard.event for guard in cases])
 
     def _requirement(self, requirement: Requirement, reported: set[str]) -> Iterator[Diagnostic]:
         """Check one requirement; add the commands that it makes impossible to ``reported``."""
@@ -252,7 +256,10 @@ class _Examiner:
             return
         unmet = []
         for key in requirement.communications:
-            where = conjunction([kept, possible(self.plant, self.requests[key].event)])
+            where = disjunction(
+                conjunction([holds(kept, guard.event.data), possible(self.plant, guard.event)])
+                for guard in self.requests[key]
+            )
             if self.system.plant_reaches(where) is False:
                 unmet.append(self.robot.display_names[key])
                 reported.add(key)
@@ -265,13 +272,16 @@ class _Examiner:
                 "correct the condition",
             )
 
-    def _unmet_together(self, event: Event) -> Iterator[Diagnostic]:
+    def _unmet_together(self, cases: Sequence[Event]) -> Iterator[Diagnostic]:
         """Warn of requirements of a command that never hold together where it is possible."""
-        here = possible(self.plant, event)
 
         def never_met(requirements: Sequence[Requirement]) -> bool:
-            kept = map(self.plant.view.met, requirements)
-            return not self.system.reaches(conjunction([here, *kept]))
+            kept = list(map(self.plant.view.met, requirements))
+            some = disjunction(
+                conjunction([possible(self.plant, e), *(holds(each, e.data) for each in kept)])
+                for e in cases
+            )
+            return not self.system.reaches(some)
 
         def without(
             left: list[Requirement], some: Sequence[Requirement]
@@ -279,6 +289,7 @@ class _Examiner:
             fewer = [requirement for requirement in left if requirement not in some]
             return fewer if never_met(fewer) else None
 
+        event = cases[0]
         found = [self.robot.requirements[number] for number in event.requirements]
         if not found or never_met([]) or not never_met(found):
             return
