@@ -29,7 +29,7 @@ LIBRARIES = CACHE / "lib"
 PINS = "mujoco==4.0.0 mujoco-core==4.0.0 glfw==2.11.0 PyOpenGL==3.1.10"
 """What is installed for the gallery alone; numpy is that of each version of ROS."""
 INTERFACES = [path.parent for path in sorted(HERE.glob("*/package.xml"))]
-COMMON = {"ball", "follow_person", "line_follower", "reckless"}
+COMMON = {"ball", "follow_person", "limiter", "line_follower", "reckless"}
 """The robots that need no interfaces of the gallery's own."""
 RATE = 25
 """Hz of the commands: somewhat more than the simulation's steps, so that each step has one."""
@@ -43,10 +43,10 @@ from ros2_bed import GalleryBed  # noqa: E402
 from ros_support import Master, Workspace, master, run_robosc  # noqa: E402
 from table import Table  # noqa: E402
 
-GUARDED = {"reckless": "line_follower"}
+GUARDED = {"limiter": "limiter", "reckless": "line_follower"}
 """Which model guards what is written by hand."""
 SUPERVISED = "/line", "/cmd_vel", "/alive"
-"""The topics that it has, which the supervisor passes on."""
+"""The topics that those have, which the supervisor passes on."""
 
 
 def names() -> list[str]:

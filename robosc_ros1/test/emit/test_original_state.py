@@ -108,3 +108,9 @@ def test_each_transition_is_told_once() -> None:
 def test_values_that_are_no_plain_ones_are_not_told() -> None:
     variables = original().document(state(**{"Sensor.speed": {"x": 1.0}}))["current"]["Sensor"]
     assert variables["variables"]["speed"] == "unknown"
+
+
+def test_timeouts_are_told_beside_the_others() -> None:
+    told = original()
+    told.take([event("timeout", "level")])
+    assert told.document(state())["transitions"] == ["message_level.u_timeout"]

@@ -8,6 +8,7 @@ from physics.worlds.corridor import Corridor
 from physics.worlds.follow_person import FollowPerson
 from physics.worlds.follow_wall import FollowWall
 from physics.worlds.go_to_pose import GoToPose
+from physics.worlds.limiter import Limiter
 from physics.worlds.line_follower import LineFollower
 from physics.worlds.maze import Maze
 from physics.worlds.pick_and_place import PickAndPlace
@@ -24,4 +25,5 @@ WORLDS: dict[str, type[World]] = {
     "reckless": LineFollower,
     "pick_and_place": PickAndPlace,
     "corridor": Corridor,
+    "limiter": Limiter,
 }

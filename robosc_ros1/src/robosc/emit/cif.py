@@ -122,9 +122,10 @@ class _Writer:
                     f" {_MOST_VALUES:,}: convert the received value by an enum, or export as JSON"
                 )
             event_name = _event_name(event)
-            words = [self.scope.value_names(event_name, p) for p in event.parameters]
+            parameters = (event.whole or event).parameters
+            words = [self.scope.value_names(event_name, p) for p in parameters]
             for values in valuations(event):
-                known = list(zip(event.parameters, values, words, strict=True))
+                known = list(zip(parameters, values, words, strict=True))
                 parts = [event_name, *(own[p.values.index(value)] for p, value, own in known)]
                 name = self.scope.fresh("_".join(parts))
                 yield _Occurrence(event, {p.path: value for p, value, _ in known}, name)
@@ -284,6 +285,9 @@ class _Writer:
         self._ranges()
 
     def _requirement(self, requirement: Requirement) -> Iterator[str]:
+        if requirement.on_data and self.plant.robot.supervises:
+            yield from self._on_data(requirement)
+            return
         text = condition(self.scope, self.plant.view.expression(requirement.condition))
         if requirement.kind == "always":
             yield f"requirement invariant {text};"
@@ -296,6 +300,15 @@ class _Writer:
                     yield f"requirement invariant {occurrence.name} needs {text};"
                 else:
                     yield f"requirement invariant {text} disables {occurrence.name};"
+
+    def _on_data(self, requirement: Requirement) -> Iterator[str]:
+        """What a requirement on the data of a command says of each case of them."""
+        kept = self.plant.view.met(requirement)
+        for occurrence in self.occurrences:
+            event = occurrence.event
+            if event.kind is EventKind.REQUEST and event.key in requirement.communications:
+                text = condition(self.scope, holds(kept, event.data))
+                yield f"requirement invariant {occurrence.name} needs {text};"
 
     def _cancels(self) -> None:
         cancels = [o for o in self.occurrences if o.event.kind is EventKind.CANCEL]

@@ -83,7 +83,8 @@ class _Examiner:
 
     def topics(self) -> Iterator[Diagnostic]:
         by_topic: dict[str, list[str]] = {}
-        for key in self.requests:
+        # A supervisor leaves the choice to the controller that it guards.
+        for key in () if self.robot.supervises else self.requests:
             communication = self.robot.communications[key]
             if communication.kind is Kind.INCOMING:
                 by_topic.setdefault(communication.identifier.lstrip("/"), []).append(key)
