@@ -6,16 +6,16 @@ import math
 from collections.abc import Iterator
 
 from physics.rover import Laser
-from physics.rover_world import RoverWorld, box, sees, wall
+from physics.rover_world import TIMEOUT, RoverWorld, box, sees, wall
 from physics.teleoperation import CURVES
 from physics.world import Sample
 
 __all__ = ["Limiter"]
 
-FASTEST, NEAR, NEAREST = 0.5, 0.3, 0.2
+FASTEST, NEAR, NEAREST = 0.5, 0.25, 0.15
 AHEAD = 60
 """Degrees to each side."""
-WAY = 2.0
+WAY = 1.0
 """Metres."""
 DRIVEN = 15.0
 """Seconds."""
@@ -34,7 +34,7 @@ class Limiter(RoverWorld):
         self.observer.note(ahead=0.0, beside=0.0)
 
     def things(self) -> str:
-        corners = [(-1.6, -1.4), (1.6, -1.4), (1.6, 1.4), (-1.6, 1.4)]
+        corners = [(-2.0, -1.9), (2.0, -1.9), (2.0, 1.9), (-2.0, 1.9)]
         walls = "".join(
             wall(str(i), *ends)
             for i, ends in enumerate(zip(corners, [*corners[1:], corners[0]], strict=True))
@@ -43,7 +43,7 @@ class Limiter(RoverWorld):
         columns = []
         for number, angle in enumerate((0.7, 2.4, 3.9, 5.5)):
             turned = angle + self.random.uniform(-0.3, 0.3)
-            x, y = 1.0 * math.cos(turned), 0.9 * math.sin(turned)
+            x, y = math.cos(turned), math.sin(turned)
             columns.append(box(f"wallcolumn{number}", x, y, (0.08, 0.08), ".5 .6 .5 1", turned))
         return walls + "".join(columns)
 
@@ -57,13 +57,16 @@ class Limiter(RoverWorld):
         if speed or turn:
             self.observer.judge("moves only if it sees", lambda m: sees(m, "/scan"))
         if speed:
+            # What it has seen last may be so old, and it has come nearer since.
+            nearer = speed * TIMEOUT + 1e-6
             self.observer.judge(
                 "is slow enough",
                 lambda m: (
-                    0.0 < speed <= min(FASTEST, m["ahead"] - NEAREST, m["beside"]) + 1e-6
-                    and m["ahead"] >= NEAR
+                    0.0 < speed <= min(FASTEST, m["ahead"] - NEAREST, m["beside"]) + nearer
+                    and m["ahead"] >= NEAR - nearer
                 ),
             )
+            self.observer.judge("is never too fast", lambda m: speed <= FASTEST)
             keeps = any(abs(turn - curve * speed) < 1e-6 for curve in CURVES)
             self.observer.judge("keeps the curve", lambda m: keeps)
 

@@ -50,6 +50,14 @@ function valueText(value) {
   return String(value);
 }
 
+/** What a supervisor made of a command, and which statement says so. */
+function correctionOf({ corrected }) {
+  if (!corrected) return null;
+  const fields = Object.entries(corrected.fields);
+  const changes = fields.map(([path, { sent, made }]) => `${path} ${JSON.stringify(sent)} → ${JSON.stringify(made)}`);
+  return `corrected: ${changes.join(", ")} (${shorten(corrected.by, 80)}, ${corrected.place})`;
+}
+
 /** The value of an event in words; what is long (a whole map, perhaps) is not kept. */
 function wordsOf(document) {
   if (document.words === undefined) {

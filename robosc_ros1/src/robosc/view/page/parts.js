@@ -121,6 +121,8 @@ function eventRow(document) {
   if (value) text.append(" ", make("span", { className: "value" }, value));
   const more = [outcome === "applied" ? null : outcome, detail].filter(Boolean).join(": ");
   if (more) text.append(` · ${more}`);
+  const correction = correctionOf(document);
+  if (correction) text.append(` · ${correction}`);
   if (document.missed) {
     text.append(make("div", { className: "gap" }, `${document.missed} before it were not received`));
   }
