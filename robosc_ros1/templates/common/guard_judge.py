@@ -65,7 +65,7 @@ class GuardJudge(Judge):
         sent = {**made, **{path: change["sent"] for path, change in self._changes.items()}}
         if field:
             sent[""] = sent[field]
-        wanted = self.shadow.correction(key, Told(sent))
+        wanted = correction(self.shadow, key, Told(sent))
         for path, value in leaves(wanted or {}):
             if path in made and not holds(made[path], value):
                 name = PLANT_COMMUNICATIONS[key]["name"]
@@ -170,6 +170,16 @@ def play_round_of_both(robot, controller, judge):
 def provides_of(key):
     """Return the data of the provide statements of a command."""
     return [p["data"] for p in PLANT["provides"] if p["communication"] == key]
+
+
+def correction(state, key, sent):
+    """Return the fields that are set in what another controller sent; None: none are."""
+    for provide in PLANT.get("corrections", ()):
+        condition = provide["condition"]
+        applies = condition is None or state.comes_true(condition, sent)
+        if provide["communication"] == key and applies:
+            return state._fields(provide["data"], sent)
+    return None
 
 
 def leaves(data, path=""):

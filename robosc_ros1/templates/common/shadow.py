@@ -394,17 +394,3 @@ class Shadow(Expressions):
             if provide["condition"] is None or self.evaluate(provide["condition"]):
                 return self._fields(provide["data"])
         return None
-
-    def correction(self, key, sent):
-        """Return the fields that are set in what another controller sent; None: none are.
-
-        Raises:
-            Undefined: it reads what is not there.
-        """
-        for provide in self.plant.get("corrections", ()):
-            condition = provide["condition"]
-            if provide["communication"] == key and (
-                condition is None or self.comes_true(condition, sent)
-            ):
-                return self._fields(provide["data"], sent)
-        return None

@@ -278,8 +278,6 @@ class _Builder:
         changes = reaction.body or reaction.writes
         read, lines = reading(event, self.robot, self.attributes)
         corrections = corrected_data(event.key, self.robot, self.attributes)
-        if corrections:
-            data = ()
         return CommandView(
             key=event.key,
             kind=kind,

@@ -93,8 +93,9 @@ def corrected_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str,
 
 
 def provided_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str, ...]:
-    """The statements that return the fields that a command sets; empty if it provides none."""
-    found = [provide for provide in robot.provides if provide.communication == key]
+    """The statements that return the fields that a command sets; empty if it provides none, or
+    corrects what another controller provides."""
+    found = [p for p in robot.provides if p.communication == key and key not in robot.corrected]
     lines: list[str] = []
     for provide in found:
         where, text = place(provide.span), _fields(provide, robot.communications[key], attributes)

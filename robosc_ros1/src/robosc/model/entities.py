@@ -387,10 +387,7 @@ class Robot:
 
     @cached_property
     def corrected(self) -> frozenset[str]:
-        """The keys of the commands of another controller whose data are corrected.
-
-        All provide statements of such a command are corrections.
-        """
+        """The keys of the commands of which all provide statements are corrections."""
         return frozenset(p.communication for p in self.provides if p.corrects)
 
     @cached_property
