@@ -69,12 +69,11 @@ def _check(args: Arguments) -> int:
 def _check_once(args: Arguments) -> int:
     from robosc import report
 
-    options = _options(args)
     results: list[pipeline.Checked] = []
     unreadable: list[UsageError] = []
     for path in {os.path.realpath(path): path for path in models(args.models)}.values():
         try:
-            results.append(pipeline.check(path, options))
+            results.append(pipeline.check(path, _options(args)))
         except UsageError as error:
             unreadable.append(error)
     args.progress.clear()
@@ -352,8 +351,8 @@ def _supervise(args: Arguments, target: pipeline.Target | None = None) -> Superv
 
 
 def _options(args: Arguments) -> pipeline.Options:
-    supervises = getattr(args, "mode", None) == "supervisor"
-    return pipeline.Options(tuple(args.library_path), args.strict, supervises, args.progress)
+    folders, guards = tuple(args.library_path), args.mode == "supervisor"
+    return pipeline.Options(folders, args.strict, guards, args.progress)
 
 
 def _show(

@@ -176,8 +176,9 @@ def correction(state, key, sent):
     """Return the fields that are set in what another controller sent; None: none are."""
     for provide in PLANT.get("corrections", ()):
         condition = provide["condition"]
-        applies = condition is None or state.comes_true(condition, sent)
-        if provide["communication"] == key and applies:
+        if provide["communication"] != key:
+            continue
+        if condition is None or state.comes_true(condition, sent):
             return state._fields(provide["data"], sent)
     return None
 

@@ -19,12 +19,13 @@ from .calls import Failure
 from .intake import BoundInput
 from .matching import matching_command
 from .model import Controller, Requirement
+from .offers import Reasons, Repack
 from .port import Port, steady_time
 from .reasons import failures_of, reason_text
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
 from .settings import Settings
-from .supervisor_engine import Reasons, SupervisorEngine
+from .supervisor_engine import SupervisorEngine
 
 TOLERANCE = 0.05
 """Seconds by which messages may cross."""
@@ -138,7 +139,7 @@ class MonitorEngine(SupervisorEngine):
 
     # What is seen
 
-    def _offer(self, message: Any, payload: Any, topic: str, patterns: Any) -> None:
+    def _offer(self, message: Any, payload: Any, topic: str, patterns: Any, repack: Repack) -> None:
         key = matching_command(patterns, message)
         if key is not None:
             self._topics[key] = topic

@@ -94,11 +94,18 @@ class BagRun:
 
     Raises:
         ModelError: commands of one topic cannot be told apart by their data.
+        UsageError: the model decides on the data of commands.
     """
 
     def __init__(
         self, supervisor: Supervisor, bag: Bag, settings: Settings, *, described: bool = False
     ) -> None:
+        robot = supervisor.plant.robot
+        if robot.supervises or any(r.on_data for r in robot.requirements):
+            raise UsageError(
+                f"{robot.name} decides on the data of commands ('value'), by which a recording"
+                " cannot be judged yet: leave these requirements out of the model for it"
+            )
         self.supervisor = supervisor
         self.bag = bag
         self.settings = settings

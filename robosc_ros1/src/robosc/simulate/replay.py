@@ -12,12 +12,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from robosc.errors import UsageError, counted
-from robosc.ir.automaton import Event, is_optional, value_parts, value_type
 from robosc.language.events import EventKind
-from robosc.model.compatibility import describe
-from robosc.model.entities import Robot
-from robosc.model.traversal import all_names, path_text
-from robosc.model.types import ArrayType, NoneType, ObjectType, Type, domain
 from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.reasons import blocked_by, reason_text
 from robosc.runtime.recorder import STOP_COMMAND
@@ -25,10 +20,9 @@ from robosc.runtime.shortening import Shortener
 from robosc.runtime.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.exact_values import data_behind, value_with_classes
-from robosc.simulate.faults import InvalidLine
 from robosc.simulate.generated import make_controller
+from robosc.simulate.logged_values import LoggedPart, carried_parts, restored_value
 from robosc.simulate.shortened_values import UnknownValue, apply_effect
-from robosc.simulate.typed_values import typed_value, within_whole
 from robosc.supervisor import Supervisor
 
 
@@ -95,9 +89,9 @@ class Follower:
         self._commands = {(names[c.key], c.kind): c for c in self._fresh.COMMANDS}
         self._taus = {(t.component, t.number): t for t in self._fresh.TAUS}
         self._afters = {(a.component, a.number): a for a in self._fresh.AFTERS}
-        self._carried = _carried(supervisor)
+        self._carried = carried_parts(supervisor)
         self._variables = {
-            key: _Part(variable.type, optional=True)
+            key: LoggedPart(variable.type, optional=True)
             for key, variable in supervisor.plant.robot.variables.items()
         }
         self._plant = supervisor.plant
@@ -166,7 +160,7 @@ class Follower:
         if event is None or not parts:
             return entry.text
         try:
-            return f"{entry.text}({value_with_classes(event, _restored(entry.value, parts))})"
+            return f"{entry.text}({value_with_classes(event, restored_value(entry.value, parts))})"
         except ValueError:
             return entry.text  # the reason says it
 
@@ -231,47 +225,6 @@ class Follower:
         return f"the model has no {entry.text}"
 
 
-@dataclass(frozen=True)
-class _Part:
-    """A part of an input's value, which may be missing if it is ``optional``."""
-
-    type: Type
-    optional: bool
-
-    def restored(self, told: Any) -> Any:
-        """The value from JSON.
-
-        Raises:
-            ValueError: it is not of the type.
-        """
-        if told is None and self.optional:
-            return None
-        try:
-            value = typed_value(self.type, _of_type(self.type, told), "it")
-        except InvalidLine:
-            value = None
-        values = domain(self.type)
-        if value is None or (values is not None and told not in values):
-            raise ValueError(f"it carries {describe(self.type)}")
-        return value
-
-
-def _of_type(type_: Type, told: Any) -> Any:
-    """The members that the model declares: a whole message is logged with all of them.
-
-    Raises:
-        InvalidLine: one is not there.
-    """
-    match within_whole(type_), told:
-        case ArrayType(element=element), list():
-            return [_of_type(element, item) for item in told]
-        case ObjectType(properties=properties), dict():
-            if missing := [name for name, _ in properties if name not in told]:
-                raise InvalidLine(f"{missing[0]} is missing")
-            return {name: _of_type(inner, told[name]) for name, inner in properties}
-    return told
-
-
 def _can_step(controller: Controller, tau: Tau) -> bool:
     try:
         return tau.step(controller.copy()) is not None
@@ -289,9 +242,11 @@ def _step(controller: Controller, row: After | Tau | None, path: Any) -> str | N
     return None if taken == path else f"the model goes {taken or 'nowhere'} here, not {path}"
 
 
-def _apply(controller: Controller, input_: Input, told: Any, parts: dict[str, _Part]) -> str | None:
+def _apply(
+    controller: Controller, input_: Input, told: Any, parts: dict[str, LoggedPart]
+) -> str | None:
     try:
-        value = None if input_.read is None else _restored(told, parts)
+        value = None if input_.read is None else restored_value(told, parts)
         input_.apply(controller, value)
     except Mismatch as mismatch:
         return str(mismatch)
@@ -305,12 +260,12 @@ def _perform(
     command: Command,
     entry: LogEntry,
     stopping: bool,
-    carried: dict[tuple[str, str], dict[str, _Part]],
+    carried: dict[tuple[str, str], dict[str, LoggedPart]],
 ) -> str | None:
     value = entry.value
     parts = carried.get((command.key, command.kind), {})
     try:
-        given = () if command.read is None else (_restored(value, parts),)
+        given = () if command.read is None else (restored_value(value, parts),)
     except ValueError as error:
         return f"its data cannot be {json.dumps(value)}: {error}"
     reasons = blocked_by(controller, command, *given)
@@ -338,37 +293,6 @@ def _fits(controller: Controller, command: Command) -> bool:
 
 def _synchronises(controller: Controller, command: Command, *given: Any) -> bool:
     return command.synchronisation is None or bool(command.synchronisation(controller, *given))
-
-
-def _carried(supervisor: Supervisor) -> dict[tuple[str, str], dict[str, _Part]]:
-    """By communication and kind, the parts of an input's value; that of a whole one is ``""``."""
-    robot = supervisor.plant.robot
-    return {
-        (event.key, event.kind.value): _parts(robot, event)
-        for event in supervisor.plant.events
-        if not isinstance(value_type(robot, event), NoneType)
-    }
-
-
-def _parts(robot: Robot, event: Event) -> dict[str, _Part]:
-    optional = is_optional(robot, event)
-    parts = value_parts(robot, event).items()
-    return {path_text(p): _Part(t, optional or not all_names(p)) for p, t in parts}
-
-
-def _restored(told: Any, parts: dict[str, _Part]) -> Any:
-    """The value of an input from JSON, if it is one of these types.
-
-    Raises:
-        ValueError: it is not.
-    """
-    if not parts:
-        return None
-    if "" in parts and not isinstance(parts[""].type, ObjectType):
-        return parts[""].restored(told)
-    if not isinstance(told, dict) or set(told) != set(parts):
-        raise ValueError(f"it has the parts {', '.join(parts)}")
-    return {path: part.restored(told[path]) for path, part in parts.items()}
 
 
 # --- results -------------------------------------------------------------------------------------
