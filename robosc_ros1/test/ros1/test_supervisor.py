@@ -287,14 +287,14 @@ def test_the_launch_file_starts_both_with_the_right_names(
 FAULTS = {
     "forbidden": (
         "_runtime/supervisor_engine.py",
-        "        if command.possible and command.authorised():\n",
+        "        if command.possible and command.authorised(*data):\n",
         # What the robot cannot do now stays blocked: else the supervisor ends at the first of it.
         # A cancel stays blocked, too: else the first thing to complain of may be that no requirement
         # wants it.
-        "        fits = not command.synchronisation or command.synchronisation()\n"
+        "        fits = not command.synchronisation or command.synchronisation(*data)\n"
         "        if kind == 'request' and command.possible and fits:\n"
         "            return []\n"
-        "        if command.possible and command.authorised():\n",
+        "        if command.possible and command.authorised(*data):\n",
         "against: requirement",
     ),
     "allowed": (
@@ -305,10 +305,10 @@ FAULTS = {
     ),
     "data": (
         "relay.py",
-        "            engine.offer(controller, patterns, read(raw, type_), passed_on(raw))",
+        "            engine.offer(controller, patterns, read(raw, type_), passed_on(raw), packed)",
         "            message = read(raw, type_)\n"
         "            raw.bytes = b'?' * len(raw.bytes)\n"
-        "            engine.offer(controller, patterns, message, passed_on(raw))",
+        "            engine.offer(controller, patterns, message, passed_on(raw), packed)",
         "received other messages than were sent",
     ),
 }
