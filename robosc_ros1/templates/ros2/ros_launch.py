@@ -14,6 +14,7 @@ from launch_ros.parameter_descriptions import ParameterValue
 from ._runtime.launch_arguments import described, launch_arguments
 from ._runtime.qos import qos_parameters
 from ._runtime.settings import Parameter, declared, dotted
+from ._runtime.shapes import parts_by_name
 
 _SIM_TIME = Parameter(
     "use_sim_time", "boolean", False, "follow /clock instead of the machine's clock"
@@ -86,7 +87,8 @@ def given_parameters(parameters, argument):
             # It remains one even if it looks like a number or a boolean.
             given[dotted(parameter.name)] = ParameterValue(text, value_type=str)
         elif text != "":
-            given[dotted(parameter.name)] = yaml.safe_load(text)
+            for part, value in parts_by_name(parameter.name, yaml.safe_load(text)):
+                given[dotted(part)] = value
     return given
 
 

@@ -6,6 +6,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 
 from ._runtime.qos import OFFERED, POLICIES, qos_parameter_name, qos_parameters, shared
 from ._runtime.settings import ParameterError, declared, dotted, read
+from ._runtime.shapes import parts_by_name
 
 _SIM_TIME = "use_sim_time"
 _IGNORED = ("start_type_description_service", "qos_overrides")
@@ -35,17 +36,13 @@ def configured(node, controller, topics, defaults):
     more = [*controller.PARAMETERS, *qos_parameters(communications)]
     given = shared(communications, {**defaults, **_given(node)}, topics, dotted)
     settings, warnings = read(communications, given, more, dotted)
-    for parameter in declared(communications) + more:
-        name = dotted(parameter.name)
-        descriptor = ParameterDescriptor(
-            description=parameter.meaning, read_only=True, dynamic_typing=True
-        )
+    for name, value, meaning in _declared(declared(communications) + more, given, settings):
+        descriptor = ParameterDescriptor(description=meaning, read_only=True, dynamic_typing=True)
         if node.has_parameter(name):
             # A managed node that is configured again has already declared it.
             if not node.describe_parameter(name).read_only:
                 node.set_descriptor(name, descriptor)
         else:
-            value = given.get(parameter.name, parameter.default)
             node.declare_parameter(name, value, descriptor)
     profiles = {
         c.key: _given_profile(c, settings)
@@ -53,6 +50,17 @@ def configured(node, controller, topics, defaults):
         if c.sort in ("incoming", "outgoing")
     }
     return settings, profiles, warnings
+
+
+def _declared(parameters, given, settings):
+    """Yield the name, value and meaning of each parameter; of arrays and objects, those of their
+    parts."""
+    for parameter in parameters:
+        values = [(parameter.name, given.get(parameter.name, parameter.default))]
+        if parameter.shape is not None:
+            values = parts_by_name(parameter.name, settings.more[parameter.name])
+        for name, value in values:
+            yield dotted(name), value, parameter.meaning
 
 
 def _given_profile(communication, settings):

@@ -6,7 +6,7 @@ import pytest
 from emit.golden_packages import PACKAGES, package_of
 
 ALL = {"__init__", "calls", "clocks", "deadlines", "effects", "engine", "eventlog", "inbox", "intake", "internal", "model", "original_state", "pauses", "port", "reasons", "recorder",
-       "scheduler", "settings", "shortening", "telemetry", "time_monitor", "traffic", "turns", "values"}  # fmt: skip
+       "scheduler", "settings", "shapes", "shortening", "telemetry", "time_monitor", "traffic", "turns", "values"}  # fmt: skip
 ONLY = {
     ("ros1", "controller"): set(),
     ("ros1", "supervisor"): {"matching", "offers", "supervisor_engine"},

@@ -20,16 +20,19 @@ from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
 from robosc.model.expr import Literal, ParameterRef
 from robosc.model.types import (
+    ArrayType,
     BooleanType,
     DurationType,
     EnumType,
     IntegerType,
+    ObjectType,
     StringType,
     Type,
 )
 from robosc.runtime import qos, settings
 from robosc.runtime.model import Communication as Declared
 from robosc.runtime.model import Parameter
+from robosc.runtime.shapes import gathered
 
 EVENT_LOG = "~/.ros/log/{package}.jsonl"
 OWN = "robosc.yaml"
@@ -82,7 +85,8 @@ class Config:
         more = [*declared_parameters(robot), *qos.qos_parameters(communications)]
         stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
         try:
-            given = qos.shared(communications, {**stop, **self.parameters}, shared_topics(robot))
+            own = gathered(more, {**stop, **self.parameters})
+            given = qos.shared(communications, own, shared_topics(robot))
             settings.read(communications, given, more, strict=True)
         except settings.ParameterError as error:
             raise UsageError(str(error)) from error
@@ -134,6 +138,16 @@ def declared_parameters(
 _IN_SECONDS = ", in seconds"
 
 
+def _shape(type_: Type) -> Any:
+    """What is in an array or object; see :mod:`robosc.runtime.shapes`."""
+    match type_:
+        case ArrayType(element=element):
+            return [_shape(element)]
+        case ObjectType(properties=properties):
+            return {name: _shape(inner) for name, inner in properties}
+    return _allowed(type_)["type"]
+
+
 def _allowed(type_: Type) -> dict[str, Any]:
     """What a parameter of a type may be given."""
     match type_:
@@ -147,6 +161,10 @@ def _allowed(type_: Type) -> dict[str, Any]:
             return {"type": "number", "minimum": settings.SHORTEST_DURATION}
         case EnumType(values=values):
             return {"type": "string", "choices": values}
+        case ArrayType():
+            return {"type": "array", "shape": _shape(type_)}
+        case ObjectType():
+            return {"type": "object", "shape": _shape(type_)}
         case StringType():
             return {"type": "string"}
     return {"type": "number"}

@@ -28,6 +28,7 @@ from robosc.emit.python import (
     duration,
     joined,
     literal,
+    readable,
 )
 from robosc.emit.reactions import Reactions, alike
 from robosc.emit.rendering import instantiated
@@ -157,7 +158,7 @@ class _Builder:
             guard_parts=tuple(map(self._part, self.part_names.used(self.shown))),
             parameters=tuple(
                 AttributeView(
-                    self.attributes.parameters[p.key], literal(p.default), f"{p.key}: {p.type}"
+                    self.attributes.parameters[p.key], readable(p.default), f"{p.key}: {p.type}"
                 )
                 for p in self.robot.parameters
             ),

@@ -60,6 +60,8 @@ def parameter_row(parameter: Parameter) -> str:
     parts.append(literal(parameter.meaning))
     if parameter.choices:
         parts.append(f"choices={literal(tuple(parameter.choices))}")
+    if parameter.shape is not None:
+        parts.append(f"shape={literal(parameter.shape)}")
     for name in ("minimum", "maximum"):
         bound = getattr(parameter, name)
         parts += [] if bound is None else [f"{name}={bound!r}"]

@@ -168,15 +168,16 @@ def literal(value: Any) -> str:
 
 def _constant(node: Literal) -> str:
     """A constant in an expression; the fields of objects are read there."""
-    return _readable(node.value)
+    return readable(node.value)
 
 
-def _readable(value: Any) -> str:
+def readable(value: Any) -> str:
+    """A value as Python source that reads the fields of objects as those of messages."""
     if isinstance(value, dict):
-        fields = (f"{field_attribute(name)}={_readable(part)}" for name, part in value.items())
+        fields = (f"{field_attribute(name)}={readable(part)}" for name, part in value.items())
         return f"record({', '.join(fields)})"
     if isinstance(value, tuple):
-        return f"[{', '.join(map(_readable, value))}]"
+        return f"[{', '.join(map(readable, value))}]"
     return literal(value)
 
 

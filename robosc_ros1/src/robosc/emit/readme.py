@@ -33,6 +33,7 @@ class ParameterView:
     default: str
     doc: str
     wide: bool = False
+    in_file: bool = True
 
 
 def parameter_views(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from robosc.language.operators import Result
 from robosc.model.diagnostics import Report
@@ -140,3 +141,14 @@ def default_value(type_: Type) -> Value:
         case EnumType(default=default):
             return default
     raise ValueError(f"no variable can be {describe(type_)}")
+
+
+def completed(value: Any, type_: Type) -> Any:
+    """The value of a parameter with the defaults of the fields that it leaves out."""
+    match type_:
+        case ArrayType(element=element):
+            return tuple(completed(part, element) for part in value or ())
+        case ObjectType(properties=properties):
+            given = value or {}
+            return {name: completed(given.get(name), inner) for name, inner in properties}
+    return default_value(type_) if value is None else value

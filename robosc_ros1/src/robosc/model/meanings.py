@@ -8,7 +8,7 @@ from typing import NamedTuple
 from robosc.model.by_identity import ByIdentity
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.expr import Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
+from robosc.model.expr import Expr, Literal, ParameterRef, PhaseRef, StateRef, Unary, VariableRef
 from robosc.model.occurrences import Declaration
 from robosc.model.quantified import chain
 from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
@@ -88,7 +88,7 @@ class Meanings:
             self._types.scope.names.use(_last(access), found[0], found[1].owner)
         return found
 
-    def whole_of(self, access: Access) -> tuple[VariableRef | Literal, int] | None:
+    def whole_of(self, access: Access) -> tuple[VariableRef | Literal | ParameterRef, int] | None:
         """The object or array of which an access is a part, and how many of its members name it."""
         if not access.path:
             return None
@@ -108,18 +108,21 @@ class Meanings:
             return None
         return self._whole(component, Access(access.root, (first,), span=access.span)), 1
 
-    def _constant_whole(self, access: Access) -> tuple[Literal, int] | None:
-        """The constant of which an access is a part, and how many of its members name it."""
+    def _constant_whole(self, access: Access) -> tuple[Literal | ParameterRef, int] | None:
+        """The constant or parameter of which an access is a part, and how many of its members name
+        it."""
         found = self._types.values.find(access.root.text)
         members = 0
         if found is None and len(access.path) > 1 and isinstance(access.path[0], Name):
             member = self._value_of(access.root.text, access.path[0].text)
             found = None if member is None else (*member, access.root.text)
             members = 1
-        if found is None or not isinstance(found[1], Literal) or not _is_whole(found[1].type):
+        if found is None or not isinstance(found[1], Literal | ParameterRef):
+            return None
+        if not _is_whole(found[1].type):
             return None
         meaning = self._value(access, found[0], found[1], found[2])
-        assert isinstance(meaning, Literal)
+        assert isinstance(meaning, Literal | ParameterRef)
         self.record(replace(access, path=access.path[:members]), meaning)
         return meaning, members
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 from robosc.model.by_identity import ByIdentity
-from robosc.model.compatibility import coerce, describe, is_basic
+from robosc.model.compatibility import coerce, completed, describe, is_basic
 from robosc.model.data import DataTyper
 from robosc.model.datatypes import TypeTable
 from robosc.model.diagnostics import Report
@@ -90,7 +90,8 @@ class NamedValueTyper:
         if default is None:
             return None
         key = f"{self.owner}.{node.name.text}" if self.owner else node.name.text
-        parameter = RosParameter(key, default.type, default.value, span=node.name.span)
+        whole = completed(default.value, default.type)
+        parameter = RosParameter(key, default.type, whole, span=node.name.span)
         return ParameterRef(parameter, node.name.span)
 
     def _literal(self, node: ConstantNode | ParameterNode, what: str) -> Literal | None:
@@ -115,13 +116,17 @@ class NamedValueTyper:
     def _is_possible(self, node: ConstantNode | ParameterNode, type_: Type, what: str) -> bool:
         if is_basic(type_) or isinstance(type_, EnumType | DurationType):
             return True
-        if isinstance(node, ConstantNode) and isinstance(type_, ArrayType | ObjectType):
-            return True
+        if isinstance(type_, ArrayType | ObjectType):
+            if isinstance(node, ConstantNode) or _is_plain(type_):
+                return True
+            message = f"{what} cannot have the values of an enum, or nothing, in it"
+            self.report.add("variable-type", node.type.span, message)
+            return False
         self.report.add(
             "variable-type",
             node.type.span,
             f"{what} cannot be {describe(type_)}",
-            "use string, boolean, integer, double, duration or an enum",
+            "use string, boolean, integer, double, duration, an enum, an array or an object",
         )
         return False
 
@@ -186,6 +191,16 @@ def _value(data: Data, type_: Type, what: str, span: Span, report: Report) -> Va
     literal = coerce(Literal(value, type_), type_)
     assert isinstance(literal, Literal)
     return literal.value
+
+
+def _is_plain(type_: Type) -> bool:
+    """Whether a parameter can be an array or object of a type."""
+    match type_:
+        case ArrayType(element=element):
+            return _is_plain(element)
+        case ObjectType(properties=properties):
+            return all(_is_plain(inner) for _, inner in properties)
+    return is_basic(type_)
 
 
 def _as_data(value: Any, type_: Type, span: Span) -> Data:

@@ -7,9 +7,11 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
 
 from robosc.errors import Note
+from robosc.model.compatibility import completed
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Robot
 from robosc.model.expr import Expr, RosParameter
+from robosc.model.types import ArrayType, ObjectType, Type
 from robosc.runtime.settings import declared
 from robosc.source import Span
 from robosc.syntax.nodes import ExprNode
@@ -66,13 +68,21 @@ def with_parameters(robot: Robot, values: Mapping[str, Any]) -> Robot:
     return replace(_with_defaults(robot, changed), conditions=read)
 
 
+def _of_type(value: Any, type_: Type) -> Any:
+    """A value of a parameter as the model has it: arrays are tuples, objects have all fields."""
+    match type_:
+        case ArrayType() | ObjectType():
+            return completed(value, type_)
+    return value
+
+
 def _with_defaults(node: _Node, changed: Mapping[str, Any]) -> _Node:
     """A node of a resolved model with other defaults of the parameters in it, by name in ROS."""
     known: dict[int, tuple[Any, Any]] = {}
 
     def copy(node: Any) -> Any:
         if isinstance(node, RosParameter):
-            return replace(node, default=changed.get(node.name, node.default))
+            return replace(node, default=_of_type(changed.get(node.name, node.default), node.type))
         if not isinstance(node, tuple) and (not is_dataclass(node) or isinstance(node, Span)):
             return node
         if id(node) not in known:

@@ -21,6 +21,7 @@ from robosc.model.expr import (
     Leaf,
     Literal,
     Operation,
+    ParameterRef,
     Unary,
     VariableRef,
 )
@@ -43,7 +44,7 @@ def _reads_stored(expr: Expr, known: ByIdentity[bool]) -> bool:
     """Whether an expression reads an array or an object of a variable or a constant."""
 
     def leaf(node: Literal | Leaf) -> bool:
-        stored = isinstance(node, VariableRef | Literal)
+        stored = isinstance(node, VariableRef | Literal | ParameterRef)
         return stored and isinstance(node.type, ArrayType | ObjectType)
 
     def strict(node: Operation, operands: tuple[bool, ...]) -> bool:

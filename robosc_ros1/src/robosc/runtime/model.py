@@ -11,13 +11,14 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Tuple, Union
 
-from .values import Undefined
+from .values import Undefined, as_read
 
 
 class Parameter(NamedTuple):
     """A parameter of the node.
 
-    ``type`` is "number", "integer", "boolean" or "string"; an empty string means "not set".
+    ``type`` is "number", "integer", "boolean", "string", "array" or "object", of which ``shape``
+    says what is in them; an empty string means "not set".
     ``attribute`` is the attribute of the controller with the value of a parameter of the model.
     """
 
@@ -29,6 +30,7 @@ class Parameter(NamedTuple):
     minimum: Optional[float] = None
     maximum: Optional[float] = None
     attribute: str = ""
+    shape: Any = None
 
 
 class Communication(NamedTuple):
@@ -192,7 +194,7 @@ class Controller:
     def configure(self, values: Mapping[str, Any]) -> None:
         """Set the values of the model's parameters, by name, before the first event."""
         for parameter in self.PARAMETERS:
-            setattr(self, parameter.attribute, values[parameter.name])
+            setattr(self, parameter.attribute, as_read(values[parameter.name]))
 
     def parameters(self) -> Dict[str, Any]:
         """Return the values of the model's parameters, by name."""

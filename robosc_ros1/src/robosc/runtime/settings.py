@@ -27,6 +27,7 @@ from typing import (
 )
 
 from .model import Communication, Parameter
+from .shapes import ShapeFault, fitted, gathered
 from .values import widen
 
 GENERAL_RATE = "rate/default"
@@ -236,6 +237,7 @@ def read(
         ParameterError: values have the wrong type or are out of range; the text names all of them.
     """
     parameters = {p.name: p for p in (*declared(communications), *more)}
+    given = gathered(more, given)
     if GENERAL_RATE in given and GENERAL_RATE not in parameters:
         given = {"rate" if name == GENERAL_RATE else name: value for name, value in given.items()}
     faults, warnings = _unknown(parameters, given, spelled, "" if strict else " is ignored")
@@ -246,9 +248,17 @@ def read(
         value = given.get(parameter.name, parameter.default)
         if parameter.type in ("integer", "number"):
             value = _carried(value, parameter in more)
+        shown = spelled(parameter.name)
+        if parameter.shape is not None:
+            try:
+                values[parameter.name] = fitted(value, parameter.shape, _fault_of)
+            except ShapeFault as misfit:
+                path, wanted, part = misfit.args
+                told = (shown, path, wanted, excerpt(part))
+                faults.append("parameter %s%s must be %s, not %s" % told)
+            continue
         fault = _fault(parameter, value)
         if fault:
-            shown = spelled(parameter.name)
             faults.append("parameter %s must be %s, not %s" % (shown, fault, excerpt(value)))
         else:
             values[parameter.name] = float(value) if parameter.type == "number" else value
@@ -339,6 +349,11 @@ def _fault(parameter: Parameter, value: Any) -> Optional[str]:
     if parameter.maximum is not None and value > parameter.maximum:
         return "%s of at most %s" % (what, shortest(parameter.maximum))
     return None
+
+
+def _fault_of(type_: str, value: Any) -> Optional[str]:
+    """Return what a part of an array or object must be; None if it is valid."""
+    return _fault(Parameter("", type_, None, ""), value)
 
 
 def excerpt(value: Any) -> str:

@@ -204,6 +204,13 @@ def record(**fields: Value) -> Value:
     return SimpleNamespace(**fields)
 
 
+def as_read(value: Value) -> Value:
+    """Return the value of a parameter, with objects whose fields are read as those of messages."""
+    if isinstance(value, dict):
+        return record(**{name: as_read(part) for name, part in value.items()})
+    return [as_read(part) for part in value] if isinstance(value, (list, tuple)) else value
+
+
 def copied(data: Value) -> Value:
     """Return a copy of stored data, which sending may modify."""
     return copy.deepcopy(data)

@@ -223,9 +223,7 @@ def value_rules() -> dict[str, Rule]:
     return {
         "function": Rule(function, make_node(FunctionNode)),
         "constant": Rule(typed("constant", data_part()), make_node(ConstantNode)),
-        "parameter": Rule(
-            typed("parameter", Expression("a value after '='")), make_node(ParameterNode)
-        ),
+        "parameter": Rule(typed("parameter", data_part()), make_node(ParameterNode)),
         "condition": Rule(condition, make_node(ConditionNode)),
     }
 

@@ -120,6 +120,7 @@ _REQUIREMENTS = {
 _ELSE = ("on {events} from {communications}", " | else", *_EFFECT)
 _DEFAULT_RULE = ("default | -> {value}",)
 _OBJECT_CONSTANT = ("constant {name}: {type} = {value}",)
+_OBJECT_PARAMETER = ("parameter {name}: {type} = {value}",)
 _PROVIDE, _PROVIDE_IF = ("provide {communication} with {data}",), ("? | if {condition}",)
 
 _PART = re.compile(r"\{(?P<field>\w+)\}|(?P<line> [|>] )|(?P<blank> )|(?P<token>[^ {]+)")
@@ -185,6 +186,8 @@ class Formatter:
                 docs = self._filled(node, _DEFAULT_RULE)
             case ConstantNode(value=DataObjectNode()):
                 docs = self._filled(node, _OBJECT_CONSTANT)
+            case ParameterNode(value=DataObjectNode()):
+                docs = self._filled(node, _OBJECT_PARAMETER)
             case _:
                 docs = self._filled(node, _LAYOUTS[type(node)])
         has_block = any(hasattr(node, name) for name in _BLOCKS)

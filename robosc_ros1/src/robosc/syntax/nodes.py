@@ -331,7 +331,7 @@ class ParameterNode(_Node):
 
     name: Name
     type: TypeNode
-    value: ExprNode
+    value: DataNode
 
 
 @dataclass(frozen=True, slots=True)

@@ -270,6 +270,13 @@ class Terms:
         Engines have no arrays, so expressions over arrays of finite values are replaced.
         """
 
+        if any(
+            isinstance(p, ParameterRef) and isinstance(p.type, ArrayType | ObjectType)
+            for p in walk(expr)
+        ):
+            of_boolean = isinstance(expr.type, BooleanType)
+            return self._free(expr) if of_boolean else self.choice(self.computed(expr))
+
         def leaf(node: Literal | Leaf) -> Expr:
             return self.computed(node) if isinstance(node, ParameterRef) else node
 
