@@ -21,6 +21,7 @@ SOURCES = "robosc_ros1/src"
 SCRIPTS = "robosc_ros1/scripts"
 EXTRAS = ".cache/extras"
 TEMPLATES = "robosc_ros1/templates"
+LIBRARIES = "robosc_ros1/libraries"
 FOR_ROS_2 = os.environ.get("ROS_VERSION") == "2"
 BUILT_BY_ROS = bool({"install", "develop"}.intersection(sys.argv))
 BY_COLCON = FOR_ROS_2 and BUILT_BY_ROS
@@ -43,6 +44,7 @@ def shared_files() -> "list[tuple[str, list[str]]]":
                 folders.setdefault(folder.as_posix(), []).append(path)
 
     share([*(ROOT / TEMPLATES).rglob("*")], TEMPLATES, "templates")
+    share([*(ROOT / LIBRARIES).rglob("*")], LIBRARIES, "libraries")
     if BUILT_BY_ROS and Path(EXTRAS).is_dir():
         # What ./dev setup has fetched, because no archive has a package of it.
         extras = ROOT / EXTRAS

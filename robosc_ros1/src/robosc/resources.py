@@ -16,6 +16,12 @@ def templates_folder() -> Path:
     raise FileNotFoundError(f"robosc's templates are missing; looked in {looked}")
 
 
+def libraries_folder() -> Path | None:
+    """The folder with the libraries that come with robosc, if they were installed."""
+    places = _places("robosc_ros1/libraries", "libraries")
+    return next((place for place in places if place.is_dir()), None)
+
+
 def diagnostics_page() -> Path | None:
     """The page that explains the codes of diagnostics, if it was installed."""
     places = _places("docs/diagnostics.md", "docs/diagnostics.md")

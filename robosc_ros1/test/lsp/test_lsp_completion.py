@@ -145,7 +145,11 @@ def test_fields_of_the_real_message(tmp_path: Path) -> None:
 
 def test_libraries_and_their_components(tmp_path: Path) -> None:
     (tmp_path / "base.rscd").write_text("library Base { component Arm {} component Leg {} }")
-    assert offered(tmp_path, "robot R {", "robot R {\n component A from |") == ["Base"]
+    assert offered(tmp_path, "robot R {", "robot R {\n component A from |") == [
+        "Base",
+        "EStop",
+        "Velocity",
+    ]
     found = offered(tmp_path, "robot R {", "robot R {\n component A from Base import |")
     assert found[:2] == ["Arm", "Leg"]
 

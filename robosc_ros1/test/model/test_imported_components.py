@@ -266,7 +266,10 @@ def test_a_bad_prefix_is_marked(model: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "hint"),
-    [("WHEELS", "did you mean 'Wheels'?"), ("Engines", "there are: Hands, Wheels")],
+    [
+        ("WHEELS", "did you mean 'Wheels'?"),
+        ("Engines", "there are: EStop, Hands, Velocity, Wheels"),
+    ],
 )
 def test_a_library_that_is_not_there_is_looked_for_by_name(
     model: Path, name: str, hint: str

@@ -12,12 +12,15 @@ from pathlib import Path
 
 from robosc.errors import Diagnostic, UsageError
 from robosc.names import IDENTIFIER
+from robosc.resources import libraries_folder
 from robosc.source import MODEL_SUFFIXES, Source
 from robosc.syntax.parser import read_source
 
 Reader = Callable[[str], tuple[Source | None, tuple[Diagnostic, ...]]]
 """Reads a model file, as :func:`robosc.syntax.parser.read_source` does."""
 
+_OWN = tuple(filter(None, [libraries_folder()]))
+"""The folder of the libraries that come with robosc."""
 _HEAD = re.compile(rf"(?:\s|//[^\n]*|/\*.*?\*/)*library\s+\^?({IDENTIFIER})", re.DOTALL | re.ASCII)
 
 
@@ -44,11 +47,16 @@ class LibraryFinder:
         self._folders: dict[Path, dict[str, list[tuple[str, str]]]] = {}
 
     def find(self, name: str, importer: str) -> Search:
-        """All files that declare the library; ``importer`` is the path of the importing file."""
+        """All files that declare the library; ``importer`` is the path of the importing file.
+
+        A library that comes with robosc is that only if there is no other of its name.
+        """
         folders = self._folders_for(importer)
         found: dict[str, str] = {}
         seen: set[Path] = set()
-        for folder in folders:
+        for folder in (*folders, *_OWN):
+            if folder in _OWN and found:
+                break
             for file, text in self._index(folder).get(name, ()):
                 real = Path(file).resolve()
                 if real not in seen:
@@ -58,7 +66,8 @@ class LibraryFinder:
 
     def names(self, importer: str) -> Sequence[str]:
         """The libraries that can be imported from a file, in alphabetical order."""
-        return sorted({name for f in self._folders_for(importer) for name in self._index(f)})
+        folders = (*self._folders_for(importer), *_OWN)
+        return sorted({name for folder in folders for name in self._index(folder)})
 
     def _folders_for(self, importer: str) -> list[Path]:
         home = Path(importer).parent
