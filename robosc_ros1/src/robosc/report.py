@@ -142,8 +142,6 @@ def sizes(result: Supervisor) -> str:
 def _explanation_lines(explanation: Explanation) -> Iterator[str]:
     yield ""
     yield explanation.reason
-    if explanation.trace:
-        yield f"    trace: {trace_text(explanation.trace)}"
     if explanation.remedy:
         yield f"    remedy: {explanation.remedy}"
 

@@ -331,3 +331,43 @@ def test_a_long_requirement_is_told_by_its_beginning() -> None:
     for explanation in found.explanations:
         assert "'requirement never Machine0.busy and Machine1.busy and" in explanation.reason
         assert explanation.reason.endswith(" and …' fails")
+
+
+def doors(count: int, most: int) -> str:
+    """Doors that jam by themselves once they are in use; of which some may be jammed at a time."""
+    parts = "".join(
+        f"""
+component Door{n} {{
+    incoming message use{n} with type: none
+    outgoing message jam{n} with type: none
+    behaviour {{
+        initial marked state idle {{ on request to use{n} goto used }}
+        marked state used {{ on response from jam{n} goto jammed }}
+        marked state jammed {{ }}
+    }}
+}}"""
+        for n in range(count)
+    )
+    jammed = ", ".join(f"Door{n}.jammed" for n in range(count))
+    return f"{parts}\nrequirement always count(x for x in [{jammed}]) <= {most}\n"
+
+
+def test_a_requirement_that_restricts_many_commands_has_one_warning() -> None:
+    supervisor = synthesize(plant_of(doors(9, 2)))
+    warnings = [d for d in supervisor.diagnostics if d.code == "restricted-command"]
+    assert len(supervisor.explanations) == 9
+    (warning,) = warnings
+    assert warning.message.startswith("use0.request is restricted further: after ")
+    assert warning.message.endswith(
+        "; the same holds for use1.request, use2.request, use3.request, use4.request, use5.request"
+        " and 3 other commands"
+    )
+
+
+def test_a_bad_state_behind_many_failures_in_any_order_is_found() -> None:
+    """13 of 16 doors jam: some 2^13 sets of jammed doors lie between, too many to look at all."""
+    supervisor = synthesize(plant_of(doors(16, 12)))
+    for explanation in supervisor.explanations:
+        forced = [step for step in explanation.trace if not step.event.controllable]
+        assert len(forced) == 13
+        assert "fails" in explanation.reason

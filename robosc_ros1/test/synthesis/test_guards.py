@@ -247,3 +247,37 @@ def test_what_requirements_share_is_said_once(engine: str) -> None:
     source = controller_source(supervisor)
     assert "return self.requirement_1() and self.requirement_2()\n" in source
     assert "return not self.requirement_1() or not self.requirement_2()\n" in source
+
+
+def cabins(floors: int) -> str:
+    """Two lifts in one shaft, one above the other; doors open at different floors only."""
+    cabins = "".join(
+        f"""
+component Cabin{n} {{
+    incoming message up{n} with type: none
+    incoming message down{n} with type: none
+    incoming message open{n} with type: none
+    outgoing message closed{n} with type: none
+    behaviour {{
+        variable floor: integer(0..{floors - 1}) = {n}
+        initial marked state still {{
+            on request to up{n} do floor := floor + 1
+            on request to down{n} do floor := floor - 1
+            on request to open{n} goto open
+        }}
+        state open {{ on response from closed{n} goto still }}
+    }}
+}}"""
+        for n in range(2)
+    )
+    return f"""{cabins}
+requirement always Cabin1.floor >= Cabin0.floor
+requirement never Cabin0.open and Cabin1.floor = Cabin0.floor
+"""
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_values_that_requirements_compare_are_compared_in_guards(engine: str) -> None:
+    supervisor = synthesize(plant_of(cabins(10)), engine)
+    assert guard_text(supervisor, "open0.request") == ("Cabin1.floor != Cabin0.floor", "restricted")
+    assert guard_text(supervisor, "up0.request") == ("Cabin1.floor > Cabin0.floor", "restricted")

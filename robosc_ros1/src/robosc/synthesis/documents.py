@@ -65,6 +65,7 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
                 "event": None if found.event is None else _any_value(plant, found.event),
                 "reason": found.reason,
                 "trace": [step_document(step) for step in found.trace],
+                "traced": found.traced,
                 "remedy": found.remedy,
             }
             for found in supervisor.explanations

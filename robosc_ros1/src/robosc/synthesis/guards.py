@@ -6,8 +6,9 @@ two-level minimisation: it is exact in every state of the controlled system in w
 do the event (the care set), and unspecified elsewhere. State variables that are not needed are
 dropped one after another, and what is left is written as a sum of products
 (:mod:`robosc.synthesis.minimise`). If the result is long, alternatives are tried, and the shortest
-one is taken: a count of components together with a condition on the event's own state variables,
-and the weakest precondition of the state requirements, where that is exact.
+one is taken: a comparison of two values, a count of components (also together with a condition on
+the event's own state variables), and the weakest precondition of the state requirements, where that
+is exact.
 
 Engines pass their sets as a :class:`CareSet`; nothing here depends on their representation.
 """
@@ -15,13 +16,14 @@ Engines pass their sets as a :class:`CareSet`; nothing here depends on their rep
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any, Protocol
 
 from robosc.ir.automaton import Event, Plant, VariableKind
 from robosc.ir.counting import copies_of, with_counts
 from robosc.ir.formulas import conjunction, disjunction, negation
-from robosc.model.expr import FALSE, TRUE, Count, Expr, Unary
+from robosc.model.expr import FALSE, TRUE, Binary, Count, Expr, Unary
 from robosc.model.traversal import operands, walk
 from robosc.supervisor import Guard, Status
 from robosc.synthesis.dropping import drop
@@ -106,7 +108,8 @@ def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
 
 def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
     rank = _variable_order(plant, event)
-    found = [count for count in _counts(plant, event) if care_set.separates(count)][:1]
+    candidates = chain(_counts(plant, event), _comparisons(plant, event))
+    found = [one for one in candidates if care_set.separates(one)][:1]
     if found and care_set.size > _SMALL:
         return found[0]
     left = _pruned(care_set, rank)
@@ -143,6 +146,26 @@ def _counts(plant: Plant, event: Event, lasting: bool = False) -> Iterator[Expr]
         for condition in lasting_counts(plant, invariant):
             if not event.writes.isdisjoint(support(plant, condition)):
                 yield condition
+
+
+def _comparisons(plant: Plant, event: Event) -> Iterator[Expr]:
+    """Yield how two values may compare that a state requirement on the event compares."""
+    concerned = [
+        condition
+        for condition, _ in plant.invariants
+        if not event.writes.isdisjoint(support(plant, condition))
+    ]
+    compared = dict.fromkeys(
+        node
+        for condition in concerned
+        for node in walk(condition)
+        if isinstance(node, Binary) and node.operation.is_comparison
+        if support(plant, node.left) and support(plant, node.right)
+    )
+    for node in compared:
+        if node.operator not in ("=", "!="):
+            yield from (replace(node, operator=operator) for operator in ("<", "<=", ">", ">="))
+    yield from (replace(node, operator="!=") for node in compared)
 
 
 def _beside(

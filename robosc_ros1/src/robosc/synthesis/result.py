@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
+from robosc.errors import Diagnostic, listing
 from robosc.ir.automaton import Plant
 from robosc.model.expr import FALSE, TRUE
 from robosc.progress import Progress
@@ -11,7 +13,11 @@ from robosc.supervisor import Explanation, Guard, Supervisor
 from robosc.synthesis.explain.properties import Properties, examine
 from robosc.synthesis.explain.reasons import explain_empty, explain_guards
 from robosc.synthesis.explain.warnings import warnings
+from robosc.synthesis.formatting import event_text
 from robosc.synthesis.system import System
+
+_MOST_NAMES = 6
+"""Commands that a warning names beside the one that it explains."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +68,30 @@ def make_supervisor(
         properties=properties.holds,
         diagnostics=(
             # What has no trace at all the model itself rules out, and a warning says so.
-            *(e.diagnostic for e in explanations if empty or e.trace or not e.traced),
+            *_together([e for e in explanations if empty or e.trace or not e.traced]),
             *(() if empty else warnings(system, guards)),
             *properties.diagnostics,
         ),
         empty=empty,
         step_bound=properties.step_bound,
     )
+
+
+def _together(explanations: Sequence[Explanation]) -> Iterator[Diagnostic]:
+    """Yield one diagnostic for all commands that are restricted by the same place in the model."""
+    groups: dict[object, list[Explanation]] = {}
+    for number, explanation in enumerate(explanations):
+        found = explanation.diagnostic
+        groups.setdefault((found.code, found.notes) if found.notes else number, []).append(
+            explanation
+        )
+    for alike in groups.values():
+        first = alike[0].diagnostic
+        others = [one for one in alike if one.diagnostic.span != first.span]
+        names = [event_text(other.event) for other in others if other.event is not None]
+        if len(names) > _MOST_NAMES:
+            names[_MOST_NAMES - 1 :] = [f"{len(names) - _MOST_NAMES + 1} other commands"]
+        more = f"; the same holds for {listing(names)}" if names else ""
+        yield replace(first, message=first.message + more)
+        # Copies of a command stand at one place of the model: reports say that of each place once.
+        yield from (one.diagnostic for one in alike[1:] if one.diagnostic.span == first.span)

@@ -9,6 +9,7 @@ does not depend on the engine.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -194,7 +195,7 @@ class _Explainer:
     # --- the bad state
 
     def _bad_state(self, start: PlantState, before: tuple[Step, ...] = ()) -> _BadState:
-        """Return the nearest bad state to which uncontrollable events lead from ``start``.
+        """Return a near bad state to which uncontrollable events lead from ``start``.
 
         ``before`` is the step that led to ``start``.
         """
@@ -216,13 +217,21 @@ class _Explainer:
         return (*before, *steps_of(self.stepper, path))
 
     def _unpreventable(self, start: PlantState) -> Iterator[tuple[PlantState, ...]]:
-        """Yield paths of uncontrollable events over states that are not good, shortest first."""
+        """Yield paths of uncontrollable events over states that are not good, shortest first.
+
+        Where there are many, it goes on depth first: of twelve parts that fail in any order, the
+        subsets are many, and the first sequence is as good as another.
+        """
         seen = {start}
         looked = 0
         sampled = any(event.is_sampled for event in self.uncontrollable)
         most = _MOST_SAMPLES if sampled else _MOST_STEPS
-        paths: list[tuple[PlantState, ...]] = [(start,)]
-        for path in paths:  # appended to below
+        left = deque[tuple[PlantState, ...]]([(start,)])
+        for number in range(_MOST_PATHS):
+            if not left:
+                return
+            shortest_first = number < _MOST_SHORTEST or len(left[0]) <= 2
+            path = left.popleft() if shortest_first else left.pop()
             yield path
             if looked > most:
                 continue
@@ -232,9 +241,7 @@ class _Explainer:
                     continue
                 if not self.system.is_good(target):
                     seen.add(target)
-                    paths.append((*path, target))
-            if len(paths) > _MOST_PATHS:
-                return
+                    left.append((*path, target))
 
     def _uncontrollable(
         self, state: PlantState, events: Iterable[CompiledEvent]
@@ -269,6 +276,8 @@ def _may_leave(plant: Plant, number: int) -> bool:
 
 
 _MOST_PATHS = 20_000
+_MOST_SHORTEST = 500
+"""The limit on paths, and on those of several events that are looked at shortest first."""
 _MOST_STEPS = 1_000_000
 _MOST_SAMPLES = 200_000
 """The limit on steps where events are sampled."""
