@@ -118,7 +118,7 @@ module shapes { module msg {
         Definition.of(
             "shapes/Shape",
             (
-                ("corners", "int32"), ("id", "uint64"), ("name", "string"),
+                ("corners", "int32", 3), ("id", "uint64"), ("name", "string"),
                 ("sides", "float64[]"), ("box", "shapes/Point[4]"),
                 ("stamp", "builtin_interfaces/Time"), ("flags", "uint8"),
             ),

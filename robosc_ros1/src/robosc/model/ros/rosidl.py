@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from robosc.model.ros.interfaces import PARTS, Definition, Folder
@@ -129,6 +129,7 @@ def _spelled(base: str, length: str | None) -> str:
 
 _NOISE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\])*"', re.DOTALL)
 _ANNOTATION = re.compile(r"@\w+\s*(?:\([^()]*\))?")
+_DEFAULT = re.compile(r"@default\s*\(\s*value\s*=\s*([^()]*?)\s*\)")
 _STRUCT = re.compile(r"struct\s+(\w+)\s*\{([^{}]*)\}")
 _TYPEDEF = re.compile(r"typedef\s+([^;]+?)\s+(\w+)\s*\[\s*(\d+)\s*\]\s*;")
 # ROS 2 declares an alias for a struct before an array of it.
@@ -154,7 +155,17 @@ def _idl(text: str, package: str, type_: str, folder: Folder) -> Iterator[Defini
         strings.append(ast.literal_eval(match[0]))
         return f'"{len(strings) - 1}"'
 
-    text = _ANNOTATION.sub(" ", _NOISE.sub(put_aside, text))
+    defaults: list[str] = []
+
+    def numbered(match: re.Match[str]) -> str:
+        """Replace the default of a member by its number; all other annotations say nothing here."""
+        default = _DEFAULT.fullmatch(match[0])
+        if default is None:
+            return " "
+        defaults.append(default[1])
+        return f" @{len(defaults) - 1} "
+
+    text = _ANNOTATION.sub(numbered, _NOISE.sub(put_aside, text))
     aliases = {name: base for base, name in _ALIAS.findall(text)}
     typedefs = _TYPEDEF.findall(text)
     arrays = {name: (aliases.get(base, base), length) for base, name, length in typedefs}
@@ -167,32 +178,44 @@ def _idl(text: str, package: str, type_: str, folder: Folder) -> Iterator[Defini
         if name not in structs:
             raise ValueError(f"has no struct {name}")
         members = [m.strip() for m in structs[name].split(";") if m.strip()]
-        fields = _members(members, arrays)
+        fields = _members(members, arrays, lambda base, n: _idl_value(base, defaults[n], strings))
         yield Definition.of(f"{package}/{type_}{part}", fields, constants.get(name, ()))
 
 
 def _idl_constants(body: str, strings: Sequence[str]) -> Iterator[tuple[str, Value]]:
     for type_, name, text in _CONSTANT.findall(body):
         base = _idl_type(type_)
-        if base == "string":
-            yield name, "".join(strings[int(number)] for number in re.findall(r'"(\d+)"', text))
-        else:
-            yield name, _constant(base, text, body[: body.index(text)].count("\n") + 1)
+        line = body[: body.index(text)].count("\n") + 1
+        yield name, _idl_value(base, text, strings, line)
 
 
-def _members(members: list[str], arrays: dict[str, tuple[str, str]]) -> Iterator[tuple[str, str]]:
+def _idl_value(base: str, text: str, strings: Sequence[str], line: int = 0) -> Value:
+    if base == "string":
+        return "".join(strings[int(number)] for number in re.findall(r'"(\d+)"', text))
+    return _constant(base, text, line)
+
+
+def _members(
+    members: list[str],
+    arrays: dict[str, tuple[str, str]],
+    default_of: Callable[[str, int], Value],
+) -> Iterator[tuple[str, str, Value | None]]:
+    """The name, type and default of each member; ``default_of`` gives one by type and number."""
     for member in members:
-        type_, _, name = " ".join(member.split()).rpartition(" ")
+        given = re.search(r"@(\d+)", member)
+        type_, _, name = " ".join(re.sub(r"@\d+", " ", member).split()).rpartition(" ")
         # A struct of IDL needs a member; ROS 2 gives this one to an empty message.
         if name == "structure_needs_at_least_one_member":
             continue
         if type_ in arrays:
             base, length = arrays[type_]
-            yield name, f"{_idl_type(base)}[{length}]"
+            yield name, f"{_idl_type(base)}[{length}]", None
         elif match := _SEQUENCE.fullmatch(type_):
-            yield name, f"{_idl_type(match[1])}[]"
+            yield name, f"{_idl_type(match[1])}[]", None
         else:
-            yield name, _idl_type(type_)
+            base = _idl_type(type_)
+            default = None if given is None or "/" in base else default_of(base, int(given[1]))
+            yield name, base, default
 
 
 def _idl_type(text: str) -> str:
