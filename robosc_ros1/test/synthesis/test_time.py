@@ -147,7 +147,8 @@ def _behaviour(
     def reaction(event: EventKind, key: str) -> ResultTransition:
         guard = None
         if event is EventKind.AFTER and rng.random() < 0.4:
-            guards = [t.guard for t in behaviour.all_taus if t.guard is not None]
+            taus = (*behaviour.taus, *(tau for s in behaviour.states for tau in s.taus))
+            guards = [t.transition.guard for t in taus if t.transition.guard is not None]
             guard = rng.choice(guards) if guards else None
         return ResultTransition(event, key, guard, (), rng.choice(targets), span=behaviour.span)
 
