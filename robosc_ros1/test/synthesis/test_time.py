@@ -159,7 +159,7 @@ def _behaviour(
         while rng.random() < 0.3:
             index += 1
             transition = reaction(EventKind.AFTER, name)
-            afters.append(After(index, SECOND, transition, span=old.span))
+            afters.append(After(index, SECOND, transition))
         return replace(old, transitions=(*old.transitions, *more), afters=tuple(afters))
 
     everywhere = tuple(reaction(EventKind.TIMEOUT, k) for k in watched if rng.random() < 0.2)
