@@ -21,7 +21,7 @@ from .matching import matching_command
 from .model import Controller, Requirement
 from .offers import Reasons, Repack
 from .port import Port, steady_time
-from .reasons import failures_of, reason_text
+from .reasons import reason_text, violation
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
 from .settings import Settings
@@ -145,9 +145,7 @@ class MonitorEngine(SupervisorEngine):
             self._topics[key] = topic
             self._take_command(key, "request", message)
             return
-        names = ", ".join(self._names[pattern.key] for pattern in patterns)
-        reason = {"kind": "unknown", "text": "its data match none of " + names}
-        self._forbid("request", "", [reason], self.describe(message))
+        self._forbid("request", "", self._unmatched(patterns), self.describe(message))
 
     def _take_command(self, key: str, kind: str, message: Any) -> None:
         command = self._scheduled[key, kind]
@@ -336,14 +334,10 @@ class MonitorEngine(SupervisorEngine):
                 self._violated.discard(number)
             elif number not in self._violated:
                 self._violated.add(number)
-                reason: Dict[str, Any] = {
-                    "kind": "requirement", "text": row.text, "place": row.place
-                }  # fmt: skip
-                because = list(failures_of(self.controller, row))
-                reasons = [{**reason, "because": because} if because else reason]
-                text = reason_text(reasons[0])
+                reason = violation(self.controller, row)
+                text = reason_text(reason)
                 self.recorder.counters["violations"] += 1
-                self.recorder.record("state", "", None, "violated", text, blocked_by=reasons)
+                self.recorder.record("state", "", None, "violated", text, blocked_by=[reason])
                 self._log("warning", row.place, "violated: " + text)
 
     def _mismatch(self, entry: BoundInput, message: Any, value: Any, reason: str) -> None:

@@ -69,10 +69,15 @@ def violated(controller: Controller, command: Command, *data: Any) -> List[Dict[
             continue
         read = data if requirement.on_data else ()
         if not requirement.holds(controller, *read):
-            reason = {"kind": "requirement", "text": requirement.text, "place": requirement.place}
-            because = list(failures_of(controller, requirement, *read))
-            found.append({**reason, "because": because} if because else reason)
+            found.append(violation(controller, requirement, *read))
     return found
+
+
+def violation(controller: Controller, requirement: Requirement, *read: Any) -> Dict[str, Any]:
+    """Return the reason that a requirement is violated, with the parts of it that do not hold."""
+    reason = {"kind": "requirement", "text": requirement.text, "place": requirement.place}
+    because = list(_failures(controller, requirement, *read))
+    return {**reason, "because": because} if because else reason
 
 
 def reason_text(reason: Mapping[str, Any]) -> str:
@@ -82,7 +87,7 @@ def reason_text(reason: Mapping[str, Any]) -> str:
     return "%s%s%s" % (reason["text"], place, because)
 
 
-def failures_of(controller: Controller, requirement: Requirement, *read: Any) -> Iterator[str]:
+def _failures(controller: Controller, requirement: Requirement, *read: Any) -> Iterator[str]:
     """Yield which parts of a requirement do not hold, with the values that they compare:
     ``Laser.front > 0.4 is false (Laser.front is 0.3875)``."""
     if requirement.failures is None:

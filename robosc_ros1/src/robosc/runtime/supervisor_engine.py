@@ -138,15 +138,18 @@ class SupervisorEngine(Engine):
     ) -> None:
         key = matching_command(patterns, message)
         if key is None:
-            names = ", ".join(self._names[pattern.key] for pattern in patterns)
-            reason = {"kind": "unknown", "text": "its data match none of " + names}
-            self._block("", topic, "request", [reason])
+            self._block("", topic, "request", self._unmatched(patterns))
             return
         checked, reasons = self._check(key, message, payload, repack)
         if reasons:
             self._block(self._names[key], topic, "request", reasons, checked)
         else:
             self._passes(key, "request", checked, topic)
+
+    def _unmatched(self, patterns: Sequence[CommandPattern]) -> Reasons:
+        """Return why a message is none of the commands of its topic."""
+        names = ", ".join(self._names[pattern.key] for pattern in patterns)
+        return [{"kind": "unknown", "text": "its data match none of " + names}]
 
     def _request(
         self, key: str, message: Any, payload: Any, answer: Answer, repack: Repack
