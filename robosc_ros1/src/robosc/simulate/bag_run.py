@@ -1,6 +1,6 @@
 """A bag through the runtime monitor: what the recorded robot and its controller did, judged.
 
-The monitor is the one that generated packages have. Its clock is that of the recording.
+The monitor judges as a generated supervisor does. Its clock is that of the recording.
 """
 
 from __future__ import annotations

@@ -92,12 +92,16 @@ def _event(name: str, kind: str) -> str:
 
 def _verdict(found: Judgement) -> str:
     events = counted(found.events, "event")
-    parts = [
-        counted(len(found.of("violation")), "violation"),
-        f"{counted(len(found.of('blocked')), 'command')} blocked beyond the requirements",
-        f"{counted(len(found.of('departure')), 'place')} outside the model",
+    kinds: tuple[tuple[Sort, str, str], ...] = (
+        ("violation", "violation", ""),
+        ("blocked", "command", " blocked beyond the requirements"),
+        ("departure", "place", " outside the model"),
+    )
+    said = [
+        f"{counted(number, noun)}{what}"
+        for sort, noun, what in kinds
+        if (number := len(found.of(sort)))
     ]
-    said = [part for part in parts if not part.startswith("0 ")]
     return f"{events}: {', '.join(said) if said else 'follows the model'}"
 
 
