@@ -87,6 +87,22 @@ def test_faulty_files_say_where(shapes: Path, text: str, fault: str) -> None:
         rosidl.read(shapes, "shapes", "Bad", "msg")
 
 
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("struct Bad { @default (value=much) long a; };", "the default of a: 'much' is not of"),
+        (
+            "module Bad_Constants { const long A = much; };",
+            "constant A: 'much' is not of type int32",
+        ),
+    ],
+)
+def test_faulty_idl_says_what(shapes: Path, text: str, fault: str) -> None:
+    write(shapes, "msg/Bad.idl", text)
+    with pytest.raises(ValueError, match=fault):
+        rosidl.read(shapes, "shapes", "Bad", "msg")
+
+
 def test_what_is_not_there_is_none(shapes: Path) -> None:
     assert rosidl.read(shapes, "shapes", "Nothing", "msg") is None
 

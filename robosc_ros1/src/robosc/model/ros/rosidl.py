@@ -24,7 +24,7 @@ def read(package: Path, name: str, type_: str, folder: Folder) -> tuple[Definiti
     """The parts of ``msg/type_.msg`` or the like in the package ``name``; None if it is not there.
 
     Raises:
-        ValueError: the file is faulty, with the line and what is wrong there.
+        ValueError: the file is faulty, with what is wrong where (in IDL of which name).
         OSError: it cannot be read.
     """
     file = package / folder / f"{type_}.{folder}"
@@ -78,18 +78,18 @@ def _part(lines: list[tuple[int, str]], package: str, name: str) -> Definition:
             raise ValueError(f"line {number}: {code!r} is neither a field nor a constant")
         if match["rest"].startswith("="):
             text = match["rest"][1:].strip()
-            constants.append((match["name"], _constant(match["base"], text, number)))
+            constants.append((match["name"], _constant(match["base"], text, f"line {number}")))
             continue
         base = match["base"]
         if "/" not in base:
             base = _BUILT_IN.get(base, f"{package}/{base}")
         single = base in _BUILT_IN.values() and match["length"] is None
-        default = _default(match["base"], match["rest"], number) if single else None
+        default = _default(match["base"], match["rest"], f"line {number}") if single else None
         fields.append((match["name"], _spelled(base, match["length"]), default))
     return Definition.of(name, fields, constants)
 
 
-def _default(base: str, text: str, line: int) -> Value | None:
+def _default(base: str, text: str, where: str) -> Value | None:
     """The default of a field; None if there is none.
 
     Raises:
@@ -99,11 +99,12 @@ def _default(base: str, text: str, line: int) -> Value | None:
     if quoted is not None and _BUILT_IN.get(base) == "string":
         return quoted[0][1:-1]
     text = text.partition("#")[0].strip()
-    return _constant(base, text, line) if text else None
+    return _constant(base, text, where) if text else None
 
 
-def _constant(base: str, text: str, line: int) -> Value:
-    """The value of a constant; as in ROS 2, a comment ends it even within quotes.
+def _constant(base: str, text: str, where: str) -> Value:
+    """The value of a constant, which stands ``where``; as in ROS 2, a comment ends it even within
+    quotes.
 
     Raises:
         ValueError: it is not of the type.
@@ -116,7 +117,7 @@ def _constant(base: str, text: str, line: int) -> Value:
             return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
         return float(text) if base.startswith("float") else int(text, 0)
     except (KeyError, ValueError):
-        raise ValueError(f"line {line}: {text!r} is not of type {base}") from None
+        raise ValueError(f"{where}: {text!r} is not of type {base}") from None
 
 
 def _spelled(base: str, length: str | None) -> str:
@@ -173,34 +174,37 @@ def _idl(text: str, package: str, type_: str, folder: Folder) -> Iterator[Defini
     constants = {
         name: tuple(_idl_constants(body, strings)) for name, body in _CONSTANTS.findall(text)
     }
+
+    def default_of(base: str, number: int, member: str) -> Value:
+        return _idl_value(base, defaults[number], strings, f"the default of {member}")
+
     for part in PARTS[folder]:
         name = f"{type_}_{part}" if part else type_
         if name not in structs:
             raise ValueError(f"has no struct {name}")
         members = [m.strip() for m in structs[name].split(";") if m.strip()]
-        fields = _members(members, arrays, lambda base, n: _idl_value(base, defaults[n], strings))
+        fields = _members(members, arrays, default_of)
         yield Definition.of(f"{package}/{type_}{part}", fields, constants.get(name, ()))
 
 
 def _idl_constants(body: str, strings: Sequence[str]) -> Iterator[tuple[str, Value]]:
     for type_, name, text in _CONSTANT.findall(body):
         base = _idl_type(type_)
-        line = body[: body.index(text)].count("\n") + 1
-        yield name, _idl_value(base, text, strings, line)
+        yield name, _idl_value(base, text, strings, f"constant {name}")
 
 
-def _idl_value(base: str, text: str, strings: Sequence[str], line: int = 0) -> Value:
+def _idl_value(base: str, text: str, strings: Sequence[str], where: str) -> Value:
     if base == "string":
         return "".join(strings[int(number)] for number in re.findall(r'"(\d+)"', text))
-    return _constant(base, text, line)
+    return _constant(base, text, where)
 
 
 def _members(
     members: list[str],
     arrays: dict[str, tuple[str, str]],
-    default_of: Callable[[str, int], Value],
+    default_of: Callable[[str, int, str], Value],
 ) -> Iterator[tuple[str, str, Value | None]]:
-    """The name, type and default of each member; ``default_of`` gives one by type and number."""
+    """Yield name, type and default of each member; ``default_of`` takes type, number and name."""
     for member in members:
         given = re.search(r"@(\d+)", member)
         type_, _, name = " ".join(re.sub(r"@\d+", " ", member).split()).rpartition(" ")
@@ -214,7 +218,9 @@ def _members(
             yield name, f"{_idl_type(match[1])}[]", None
         else:
             base = _idl_type(type_)
-            default = None if given is None or "/" in base else default_of(base, int(given[1]))
+            default = (
+                None if given is None or "/" in base else default_of(base, int(given[1]), name)
+            )
             yield name, base, default
 
 
