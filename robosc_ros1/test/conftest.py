@@ -93,7 +93,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     for report in reporter.stats.get("failed", []) + reporter.stats.get("error", []):
         # Side by side, pytest-xdist appends the group.
         test = report.nodeid.rpartition("@")[0] or report.nodeid
-        failed[test] = "slow" if "slow" in report.keywords else "quick"
+        failed[test] = "slow" if "slow" in getattr(report, "keywords", ()) else "quick"
     lines = "".join(f"{speed} {test}\n" for test, speed in failed.items())
     (REPOSITORY / ".cache" / "failed-tests").write_text(lines)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import get_args
 
 from robosc.codes import CODES
-from robosc.emit.package import Mode
+from robosc.emit.package.package import Mode
 from robosc.pipeline import Target
 
 

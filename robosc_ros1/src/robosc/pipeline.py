@@ -28,9 +28,9 @@ from robosc.errors import (
 from robosc.names import package_name, package_name_fault
 
 if TYPE_CHECKING:
-    from robosc.emit.export import Format
-    from robosc.emit.package import Mode, Package
-    from robosc.emit.writer import Written
+    from robosc.emit.export.export import Format
+    from robosc.emit.package.package import Mode, Package
+    from robosc.emit.write.writer import Written
     from robosc.model.entities import Robot
     from robosc.progress import Progress
     from robosc.supervisor import Supervisor
@@ -164,7 +164,7 @@ def synthesize(
     Raises:
         StateSpaceError: too large for the engine and the limit, or for the memory.
     """
-    from robosc.ir.lower import lower
+    from robosc.plant.build import lower
     from robosc.synthesis import DEFAULT_MAX_STATES
     from robosc.synthesis import synthesize as compute
 
@@ -194,7 +194,7 @@ def explore(
         EmptySupervisorError: there is no controlled system.
         StateSpaceError: it has more than ``limit`` states.
     """
-    from robosc.ir.lower import lower
+    from robosc.plant.build import lower
     from robosc.synthesis import explore as walk
 
     if plant:
@@ -222,8 +222,8 @@ def export(robot: Robot, format_: Format, *, with_supervisor: bool = False) -> s
         StateSpaceError: synthesis is needed, and the state space is too large.
         UsageError: a program that is needed is not installed.
     """
-    from robosc.emit.export import exported
-    from robosc.ir.lower import lower
+    from robosc.emit.export.export import exported
+    from robosc.plant.build import lower
 
     return exported(lower(robot), format_, with_supervisor)
 
@@ -242,7 +242,7 @@ def generate(
         EmptySupervisorError: no controller can satisfy the requirements.
         StateSpaceError: the state space is too large.
     """
-    from robosc.emit.writer import write
+    from robosc.emit.write.writer import write
 
     start = time.perf_counter()
     made = _package(path, options, output)
@@ -261,7 +261,7 @@ def difference(
     Raises:
         RoboscError: as :func:`generate`.
     """
-    from robosc.emit.writer import difference
+    from robosc.emit.write.writer import difference
 
     made = _package(path, options, output)
     return difference(made.package, made.folder, output.force, made.location), made.diagnostics
@@ -280,9 +280,9 @@ class _Made:
 
 
 def _package(path: str | Path, options: Options, output: Output) -> _Made:
-    from robosc.emit import ros1, ros2
-    from robosc.emit.original_config import load_config
-    from robosc.emit.package import namesake
+    from robosc.emit.package import ros1_target, ros2_target
+    from robosc.emit.package.original_config import load_config
+    from robosc.emit.package.package import namesake
 
     supervises = options.supervises or output.mode == "supervisor"
     loaded = load(path, replace(options, supervises=supervises), output.target)
@@ -302,7 +302,7 @@ def _package(path: str | Path, options: Options, output: Output) -> _Made:
     _existing(supervisor, loaded.diagnostics)
     _bounded(supervisor)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
-    emit = {"ros1": ros1.emit, "ros2": ros2.emit}[output.target]
+    emit = {"ros1": ros1_target.emit, "ros2": ros2_target.emit}[output.target]
     package = emit(supervisor, name, config.of_package(name), output.mode)
     folder = output.folder or config.output.get(output.target) or Path()
     location = None if output.folder else config.locations.get((output.target, output.mode))

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from robosc.errors import Diagnostic, counted, sort_diagnostics
-from robosc.ir.automaton import Plant, PlantState, VariableKind
-from robosc.ir.formulas import to_dsl
+from robosc.plant.automaton import Plant, PlantState, VariableKind
+from robosc.plant.formulas import to_dsl
 from robosc.supervisor import Explanation, Supervisor
 from robosc.synthesis.formatting import event_text, step_text, trace_text
 from robosc.synthesis.system import make_step

@@ -7,10 +7,10 @@ from functools import cached_property
 from typing import Literal, TypeAlias
 
 from robosc.errors import Diagnostic
-from robosc.ir.automaton import Event, Plant
-from robosc.ir.part_names import PartNames
-from robosc.model.expr import Expr
-from robosc.model.types import Value
+from robosc.expr.tree import Expr
+from robosc.expr.types import Value
+from robosc.plant.automaton import Event, Plant
+from robosc.plant.part_names import PartNames
 
 Status: TypeAlias = Literal["as required", "restricted", "never"]
 

@@ -13,11 +13,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
-from robosc.ir.formulas import negation
-from robosc.ir.step import Verdict, holds, outcome, valuations
-from robosc.model.expr import TRUE, Binary, Expr, StateRef, Unary, VariableRef
-from robosc.model.traversal import walk
+from robosc.expr.traversal import walk
+from robosc.expr.tree import TRUE, Binary, Expr, StateRef, Unary, VariableRef
+from robosc.plant.automaton import Event, Plant, PlantState, VariableKind
+from robosc.plant.formulas import negation
+from robosc.plant.step import Verdict, holds, outcome, valuations
 
 __all__ = ["Automaton", "Automata", "automata_of"]
 

@@ -19,8 +19,8 @@ from emit.golden_packages import GOLDEN, model_path, package_of
 from ros_support import PYTHON, Master, Workspace
 
 from robosc import pipeline
-from robosc.emit import ros1
-from robosc.emit.writer import write
+from robosc.emit.package import ros1_target
+from robosc.emit.write.writer import write
 
 __all__ = ["main"]
 
@@ -53,7 +53,7 @@ def built_workspace(folder: Path) -> Workspace:
     workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
     write(package_of("probe"), folder / "src")
     supervisor = pipeline.synthesize(pipeline.load(model_path("probe")).robot)
-    write(ros1.emit(supervisor, "probe_supervisor", mode="supervisor"), folder / "src")
+    write(ros1_target.emit(supervisor, "probe_supervisor", mode="supervisor"), folder / "src")
     workspace.build()
     return workspace
 

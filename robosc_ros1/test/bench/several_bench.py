@@ -9,13 +9,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from robosc.emit import ros1
-from robosc.ir.lower import lower
+from robosc.emit.package import ros1_target
+from robosc.expr.tree import TRUE
 from robosc.model.entities import Robot
-from robosc.model.expr import TRUE
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.pipeline import collector_at_rest, synthesize
+from robosc.plant.build import lower
 from robosc.source import Source
 from robosc.supervisor import Guard, Supervisor
 
@@ -89,7 +89,7 @@ def main(arguments: list[str]) -> int:
         reading[count] = min(seconds(lambda n=count: robot_of(n)) for _ in range(3)) / count
         before = seconds(lambda n=count: robot_of(n, BEFORE)) / count
         supervisor = supervisor_as_required(robot_of(count))
-        generating[count] = seconds(lambda s=supervisor: ros1.emit(s, "line")) / count
+        generating[count] = seconds(lambda s=supervisor: ros1_target.emit(s, "line")) / count
         times = reading[count], before, generating[count]
         print(f"  {count:6,} " + " ".join(f"{1000 * time:6.3f}" for time in times))
     robot = robot_of(40)

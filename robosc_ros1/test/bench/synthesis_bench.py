@@ -255,8 +255,8 @@ def _run(engine: str, family: str, size: tuple[int, ...]) -> dict[str, float]:
     import families
     import steep_families
 
-    from robosc.ir.lower import lower
     from robosc.model.resolve import load
+    from robosc.plant.build import lower
     from robosc.source import Source
 
     text = getattr(families, family, None) or getattr(steep_families, family)
@@ -269,7 +269,7 @@ def _run(engine: str, family: str, size: tuple[int, ...]) -> dict[str, float]:
 
 
 def _robosc(plant: Any, engine: str) -> dict[str, float]:
-    from robosc.ir.formulas import to_dsl
+    from robosc.plant.formulas import to_dsl
     from robosc.synthesis import synthesize
 
     start = time.process_time()

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from robosc.emit.controller import ControllerContext, controller_context
-from robosc.emit.rendering import render
-from robosc.ir.lower import lower
+from robosc.emit.controller.assembly import ControllerContext, controller_context
+from robosc.emit.package.rendering import render
 from robosc.model.resolve import load
+from robosc.plant.build import lower
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import synthesize
@@ -26,7 +26,7 @@ def supervisor_of(
 
 
 def controller_source(supervisor: Supervisor, name: str = "model.rscd") -> str:
-    return render("common/controller.py.jinja", controller_context(supervisor, name))
+    return render("common/node/controller.py.jinja", controller_context(supervisor, name))
 
 
 def controller_class(supervisor: Supervisor) -> tuple[Any, ControllerContext]:

@@ -6,8 +6,8 @@ from functools import cache
 from pathlib import Path
 
 from robosc import pipeline
-from robosc.emit import ros1, ros2
-from robosc.emit.package import File, Package
+from robosc.emit.package import ros1_target, ros2_target
+from robosc.emit.package.package import File, Package
 from robosc.resources import templates_folder
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
 GOLDEN = Path(__file__).resolve().parents[1] / "golden"
 
 TARGETS = ("ros1", "ros2")
-EMITTERS = {"ros1": ros1.emit, "ros2": ros2.emit}
+EMITTERS = {"ros1": ros1_target.emit, "ros2": ros2_target.emit}
 
 MODELS = ("lantern", "gauntlet", "thermostat")
 """``lantern`` needs no message definitions; ``gauntlet`` those of gauntlet_interfaces beside it;

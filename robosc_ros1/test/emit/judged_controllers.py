@@ -22,9 +22,9 @@ from typing import Any
 from emit.generated_code import controller_source, supervisor_of
 from runtime.lamp_robot import PlayedPort
 
-from robosc.emit.package import File, own_test_files
-from robosc.emit.target import plant_module
-from robosc.emit.whole_guards import whole_guards
+from robosc.emit.controller.whole_guards import whole_guards
+from robosc.emit.package.package import File, own_test_files
+from robosc.emit.package.target import plant_module
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller

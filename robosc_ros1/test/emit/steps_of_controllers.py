@@ -8,13 +8,13 @@ from typing import Any
 
 from emit.generated_code import controller_class
 
-from robosc.ir.automaton import Event, EventParameter, PlantState, StateVariable, VariableKind
-from robosc.ir.finite.terms import value_of
-from robosc.ir.step import Verdict, holds, outcome
+from robosc.expr.evaluation import Undefined, part_of_value
+from robosc.expr.tree import Leaf, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.expr.types import Value
 from robosc.model.entities import EventKind
-from robosc.model.evaluation import Undefined, part_of_value
-from robosc.model.expr import Leaf, PhaseRef, StateRef, ValueRef, VariableRef
-from robosc.model.types import Value
+from robosc.plant.automaton import Event, EventParameter, PlantState, StateVariable, VariableKind
+from robosc.plant.data.terms import value_of
+from robosc.plant.step import Verdict, holds, outcome
 from robosc.runtime.values import Mismatch
 from robosc.simulate.start import supervisor_with
 from robosc.supervisor import Supervisor

@@ -17,10 +17,10 @@ from synthesis.oracle import Occurrence, Oracle, OracleState
 from synthesis.subject import robot_of
 
 from robosc import pipeline
-from robosc.emit.cif import cif_plant, cif_supervised
+from robosc.emit.export.cif import cif_plant, cif_supervised
 from robosc.errors import UsageError
-from robosc.ir.lower import lower
 from robosc.model.entities import EventKind, Robot
+from robosc.plant.build import lower
 from robosc.synthesis import explore
 from robosc.synthesis.event_parameters import weight
 

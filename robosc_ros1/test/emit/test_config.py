@@ -12,9 +12,9 @@ from emit.golden_packages import model_path
 from ros_support import Completed
 
 from robosc import pipeline
-from robosc.emit import ros1, ros2
-from robosc.emit.config import Config
-from robosc.emit.original_config import load_config
+from robosc.emit.package import ros1_target, ros2_target
+from robosc.emit.package.config import Config
+from robosc.emit.package.original_config import load_config
 from robosc.errors import UsageError
 
 
@@ -192,13 +192,13 @@ def test_parameters_must_fit_the_robot(parameters: dict[str, object], complaint:
 def test_messages_on_one_topic_have_one_quality_of_service() -> None:
     supervisor = pipeline.synthesize(pipeline.load(model_path("gauntlet")).robot)
     config = Config(parameters={"qos/shout/depth": 3, "qos/up/reliability": "reliable"})
-    package = ros2.emit(supervisor, "gauntlet_controller", config)
+    package = ros2_target.emit(supervisor, "gauntlet_controller", config)
     told = package.files["config/gauntlet_controller.yaml"].content
     assert "# length of the queue of say, shout (at least 1)\n    qos.say.depth: 3\n" in told
     assert 'qos.up.reliability: "reliable"' in told
     assert "qos.shout" not in told
     # A file that serves both targets means nothing to ROS 1.
-    first = ros1.emit(supervisor, "gauntlet_controller", config)
+    first = ros1_target.emit(supervisor, "gauntlet_controller", config)
     assert "qos" not in first.files["config/gauntlet_controller.yaml"].content
     with pytest.raises(UsageError) as caught:
         Config(parameters={"qos/say/depth": 3, "qos/shout/depth": 4}).checked(
@@ -211,7 +211,7 @@ def test_texts_come_through_to_the_parameter_file() -> None:
     yaml = pytest.importorskip("yaml")
     supervisor = pipeline.synthesize(pipeline.load(model_path("lantern")).robot)
     text = 'C:\\log "today"/größer'
-    package = ros2.emit(supervisor, "lantern", Config(parameters={"event_log": text}))
+    package = ros2_target.emit(supervisor, "lantern", Config(parameters={"event_log": text}))
     document = yaml.safe_load(package.files["config/lantern.yaml"].content)
     assert document["/**"]["ros__parameters"]["event_log"] == text
 

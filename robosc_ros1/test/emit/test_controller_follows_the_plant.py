@@ -1,6 +1,6 @@
 """The generated controller means what the plant means: every event, in each state of a walk.
 
-The reference is ``ir.step``; the controller is real generated code.
+The reference is ``plant.step``; the controller is real generated code.
 """
 
 from __future__ import annotations
@@ -16,14 +16,10 @@ from quick import quick_first
 from random_models import random_model
 from runtime.lamp_robot import PlayedPort
 
-from robosc.emit.python import path_text
-from robosc.ir import part_names
-from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
-from robosc.ir.step import Verdict, holds, outcome, valuations
-from robosc.model.entities import EventKind
-from robosc.model.expr import ValueRef
-from robosc.model.traversal import walk
-from robosc.model.types import (
+from robosc.emit.controller.python import path_text
+from robosc.expr.traversal import walk
+from robosc.expr.tree import ValueRef
+from robosc.expr.types import (
     BooleanType,
     DoubleType,
     EnumType,
@@ -33,6 +29,10 @@ from robosc.model.types import (
     Type,
     Value,
 )
+from robosc.model.entities import EventKind
+from robosc.plant import part_names
+from robosc.plant.automaton import Event, Plant, PlantState, VariableKind
+from robosc.plant.step import Verdict, holds, outcome, valuations
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Command
 from robosc.runtime.reasons import blocked_by

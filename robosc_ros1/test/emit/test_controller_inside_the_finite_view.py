@@ -16,10 +16,10 @@ from data_models import SAMPLES, data_model
 from emit.steps_of_controllers import Run, step
 from quick import quick_first
 
-from robosc.ir.lower import lower
-from robosc.ir.step import holds
 from robosc.model.entities import EventKind
 from robosc.model.resolve import load
+from robosc.plant.build import lower
+from robosc.plant.step import holds
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import synthesize

@@ -13,11 +13,11 @@ from emit.golden_packages import model_path
 from emit.judged_controllers import judged, judging_modules
 
 from robosc import pipeline
-from robosc.emit import ros1, ros2
-from robosc.emit.config import Config, declared_communications, declared_parameters
-from robosc.emit.plant_data import plant_data
+from robosc.emit.package import ros1_target, ros2_target
+from robosc.emit.package.config import Config, declared_communications, declared_parameters
+from robosc.emit.package.plant_data import plant_data
 from robosc.errors import UsageError
-from robosc.model.parameters import with_parameters
+from robosc.model.declarations.parameters import with_parameters
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.supervisor import Supervisor
 
@@ -113,7 +113,7 @@ def test_every_type_is_declared_as_the_controller_has_it(thermostat: Supervisor)
     assert [c.timeout for c in communications] == [c.timeout for c in controller.COMMUNICATIONS]
 
 
-@pytest.mark.parametrize("emitter", [ros1.emit, ros2.emit])
+@pytest.mark.parametrize("emitter", [ros1_target.emit, ros2_target.emit])
 def test_the_options_of_the_generator_give_other_defaults(
     thermostat: Supervisor, emitter: Any
 ) -> None:
@@ -149,7 +149,9 @@ def test_names_that_python_or_launch_files_have_are_kept_apart() -> None:
     assert controller.can_request_go()
     assert controller.data_for_go() == {"data": 2.0}
     assert controller.data_for_call() == {"data": "y"}
-    launch = ros1.emit(supervisor, "r_controller").files["launch/r_controller.launch"].content
+    launch = (
+        ros1_target.emit(supervisor, "r_controller").files["launch/r_controller.launch"].content
+    )
     assert '<param name="name" value="$(arg name_)"' in launch
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from emit.generated_code import controller_source, supervisor_of
 
-from robosc.emit import folding
+from robosc.emit.controller import folding
 from robosc.runtime.model import Controller
 from robosc.runtime.values import Mismatch
 

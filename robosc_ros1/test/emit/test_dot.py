@@ -11,10 +11,10 @@ import pytest
 from random_models import random_model
 from synthesis.subject import robot_of
 
-from robosc.emit.dot import dot_text, svg_text
-from robosc.emit.export import exported
+from robosc.emit.export.dot import dot_text, svg_text
+from robosc.emit.export.export import exported
 from robosc.errors import UsageError
-from robosc.ir.lower import lower
+from robosc.plant.build import lower
 
 DOOR = """
 robot House {

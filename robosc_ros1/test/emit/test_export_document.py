@@ -17,9 +17,9 @@ from ros_support import REPOSITORY, SOURCES
 from synthesis.oracle import Oracle
 from synthesis.subject import robot_of
 
-from robosc.emit.export import exported
+from robosc.emit.export.export import exported
 from robosc.errors import EmptySupervisorError
-from robosc.ir.lower import lower
+from robosc.plant.build import lower
 
 BUFFER = """
 robot Buffer {

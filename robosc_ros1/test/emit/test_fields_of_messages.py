@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from robosc.emit.plant_data import plant_data
+from robosc.emit.package.plant_data import plant_data
 from robosc.errors import render_all
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions

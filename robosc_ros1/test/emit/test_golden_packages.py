@@ -11,7 +11,7 @@ from emit.golden_packages import MODELS, PACKAGES, TARGETS, golden_folder, kept_
 from kept import Kept
 
 import robosc.runtime
-from robosc.emit.package import MARKER
+from robosc.emit.package.package import MARKER
 
 RUNTIME = Path(robosc.runtime.__file__).parent
 

@@ -22,10 +22,10 @@ from ros2.launching import (
 )
 
 from robosc import pipeline
-from robosc.emit import ros1, ros2
-from robosc.emit.config import Config
-from robosc.emit.guarding import CommandMatch, command_matches
-from robosc.emit.writer import write
+from robosc.emit.package import ros1_target, ros2_target
+from robosc.emit.package.config import Config
+from robosc.emit.supervisor.guarding import CommandMatch, command_matches
+from robosc.emit.write.writer import write
 from robosc.errors import ModelError, UsageError
 
 MODEL = """
@@ -50,8 +50,8 @@ robot Cart {
 }
 """
 EMITTERS = {
-    "ros1": partial(ros1.emit, mode="supervisor"),
-    "ros2": partial(ros2.emit, mode="supervisor"),
+    "ros1": partial(ros1_target.emit, mode="supervisor"),
+    "ros2": partial(ros2_target.emit, mode="supervisor"),
 }
 VEL = ("/vel", "geometry_msgs/Twist")
 DRIVE = "provide drive with { linear: { x: Sensor.wanted }, angular: { z: 0.0 } }"

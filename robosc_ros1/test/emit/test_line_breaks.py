@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from robosc.emit.line_breaks import WIDTH, break_long_lines, unparenthesised
+from robosc.emit.write.line_breaks import WIDTH, break_long_lines, unparenthesised
 
 NAMES = [f"self.attribute_with_a_long_name_{number}" for number in range(4)]
 

@@ -14,7 +14,7 @@ from runtime.lamp_robot import PlayedPort
 from runtime.schemas import validate
 from simulate.players import session
 
-from robosc.emit.modeldata import model_document
+from robosc.emit.package.model_document import model_document
 from robosc.runtime.engine import Engine
 from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.runtime.values import NOW, demand_finite, fields_of, jsonable, not_finite

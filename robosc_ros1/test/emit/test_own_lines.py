@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 import pytest
 from emit.golden_packages import package_of
 
-from robosc.emit.package import File, Package, frozen_files
-from robosc.emit.writer import write
+from robosc.emit.package.package import File, Package, frozen_files
+from robosc.emit.write.writer import write
 from robosc.errors import UsageError
 
 BEGIN, END = "# begin of your own lines: here\n", "# end of your own lines\n"

@@ -11,7 +11,7 @@ import pytest
 from emit.generated_code import controller_source, supervisor_of
 from emit.golden_packages import PACKAGES, package_of
 
-from robosc.emit.line_breaks import WIDTH
+from robosc.emit.write.line_breaks import WIDTH
 
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)

@@ -12,15 +12,15 @@ from emit.golden_packages import model_path
 from ros2.launching import started
 
 from robosc import pipeline
-from robosc.emit import ros1, ros2
-from robosc.emit.config import Config, declared_communications
-from robosc.emit.package import Package
-from robosc.emit.writer import write
+from robosc.emit.package import ros1_target, ros2_target
+from robosc.emit.package.config import Config, declared_communications
+from robosc.emit.package.package import Package
+from robosc.emit.write.writer import write
 from robosc.runtime import settings
 from robosc.runtime.qos import qos_parameters
 from robosc.supervisor import Supervisor
 
-EMITTERS = {"ros1": ros1.emit, "ros2": ros2.emit}
+EMITTERS = {"ros1": ros1_target.emit, "ros2": ros2_target.emit}
 PACKAGE = "some_controller"
 CHANGED = {
     "rate": 1e22, "stop_command": "shout", "event_log": 'C:\\logs\n"new" | ~/ä.log', "seed": -3,

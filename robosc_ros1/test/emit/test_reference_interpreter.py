@@ -15,11 +15,11 @@ import pytest
 from emit.generated_code import supervisor_of
 from emit.judged_controllers import judging_modules
 
+from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import Binary, Call, Literal, Unary
+from robosc.expr.types import ArrayType, BooleanType, DoubleType, IntegerType
 from robosc.language.functions import AGGREGATES, CALLS
 from robosc.language.operators import BINARY, UNARY, Operand, Operator
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Binary, Call, Literal, Unary
-from robosc.model.types import ArrayType, BooleanType, DoubleType, IntegerType
 
 NUMBERS = (0, 1, -1, 2, -3, 7, 10**400, -(10**400), 0.0, -0.0, 0.5, -2.5, 1e308, math.inf, -math.inf,
            math.nan)  # fmt: skip

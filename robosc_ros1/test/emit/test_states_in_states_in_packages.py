@@ -13,7 +13,7 @@ from emit.test_cif import check
 from emit.test_controller_follows_the_plant import Twin, walk_through
 from nested_models import PARTS, nested_text, random_behaviour
 
-from robosc.emit.dot import dot_text
+from robosc.emit.export.dot import dot_text
 from robosc.model.resolve import load
 from robosc.source import Source
 

@@ -12,10 +12,10 @@ from emit.judged_controllers import judged, judging_modules
 from model.model_text import faults
 from simulate.players import play, session
 
-from robosc.emit.config import Config, declared_communications, declared_parameters
-from robosc.emit.ros1 import emit as emit_ros1
-from robosc.emit.ros2 import emit as emit_ros2
-from robosc.model.parameters import with_parameters
+from robosc.emit.package.config import Config, declared_communications, declared_parameters
+from robosc.emit.package.ros1_target import emit as emit_ros1
+from robosc.emit.package.ros2_target import emit as emit_ros2
+from robosc.model.declarations.parameters import with_parameters
 from robosc.runtime.settings import ParameterError, dotted, flatten, private, read
 from robosc.runtime.shapes import parts_by_name
 from robosc.source import Source

@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 import pytest
 from emit.golden_packages import PACKAGES, package_of
 
-from robosc.emit.line_breaks import WIDTH
-from robosc.emit.literals import assignment
-from robosc.emit.text_breaks import break_comments, break_markdown, break_xml
+from robosc.emit.controller.python_literals import assignment
+from robosc.emit.write.line_breaks import WIDTH
+from robosc.emit.write.text_breaks import break_comments, break_markdown, break_xml
 
 WORDS = "many words " * 7
 

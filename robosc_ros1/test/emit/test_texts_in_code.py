@@ -12,8 +12,8 @@ from emit.golden_packages import MODELS, model_path
 from ros_support import EXAMPLES
 
 from robosc import pipeline
-from robosc.emit.controller import ControllerContext
-from robosc.emit.literals import literal
+from robosc.emit.controller.assembly import ControllerContext
+from robosc.emit.controller.python_literals import literal
 
 ROBOTS = [
     *(file for file in sorted(EXAMPLES.rglob("*.rscd")) if file.parent.name != "libraries"),

@@ -7,7 +7,7 @@ from pathlib import Path
 from runtime.schemas import validate
 
 from robosc import pipeline
-from robosc.emit.modeldata import model_document
+from robosc.emit.package.model_document import model_document
 
 MODEL = """
 robot Cart {

@@ -7,8 +7,8 @@ import xmlrpc.client
 import yaml
 from emit.generated_code import supervisor_of
 
-from robosc.emit import ros1
-from robosc.emit.config import Config
+from robosc.emit.package import ros1_target
+from robosc.emit.package.config import Config
 from robosc.runtime.settings import Parameter, read
 
 MODEL = """\
@@ -31,7 +31,7 @@ robot Wide {
 
 
 def files(config: Config) -> dict[str, str]:
-    package = ros1.emit(supervisor_of(MODEL), "wide", config)
+    package = ros1_target.emit(supervisor_of(MODEL), "wide", config)
     return {path: file.content for path, file in package.files.items()}
 
 

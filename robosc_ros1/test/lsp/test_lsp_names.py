@@ -14,7 +14,7 @@ from robosc.lsp.analysis import Analysis, Desk
 from robosc.lsp.definition import definition_of
 from robosc.lsp.hover import hover_text, keyword_hover
 from robosc.lsp.rename import RenameError, applied, references, rename
-from robosc.model.occurrences import Occurrence, SymbolKind
+from robosc.model.names.occurrences import Occurrence, SymbolKind
 from robosc.model.ros.interfaces import Interface
 from robosc.source import Source
 

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from model_text import behaviour_of, faults, resolve
 
-from robosc.emit.python import access
-from robosc.ir.formulas import element_name, to_dsl, to_python
+from robosc.emit.controller.python import access
+from robosc.expr.evaluation import Undefined, evaluate
+from robosc.expr.tree import ElementRef, Expr, ValueRef
 from robosc.language.functions import HELPERS
-from robosc.model.evaluation import Undefined, evaluate
-from robosc.model.expr import ElementRef, Expr, ValueRef
+from robosc.plant.formulas import element_name, to_dsl, to_python
 
 MODEL = """
 datatype object Point { x: double y: double more: array(integer) }

@@ -7,12 +7,12 @@ from itertools import product
 import pytest
 
 from robosc.errors import render_all
-from robosc.ir.lower import lower
+from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import Expr, StateRef
 from robosc.model.entities import Robot
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Expr, StateRef
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
+from robosc.plant.build import lower
 from robosc.source import Source
 
 STATION = """

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from model.model_text import faults, resolve
 
-from robosc.ir.formulas import to_dsl
-from robosc.model.expr import Holds
+from robosc.expr.tree import Holds
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.packages import Packages
+from robosc.plant.formulas import to_dsl
 from robosc.source import Source
 
 ROBOT = """

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from model_text import behaviour_of, faults, resolve
 
-from robosc.ir.formulas import to_dsl
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Expr, ValueRef
+from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import Expr, ValueRef
+from robosc.plant.formulas import to_dsl
 
 MODEL = """
 constant far: double = 2

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from model_text import faults, resolve
 
-from robosc.ir.formulas import to_dsl
 from robosc.model.resolve import load
+from robosc.plant.formulas import to_dsl
 from robosc.source import Source
 
 MODEL = """

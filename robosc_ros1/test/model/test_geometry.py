@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from model.model_text import faults, resolve
 
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Expr, ValueRef, VariableRef
+from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import Expr, ValueRef, VariableRef
 
 ROBOT = """
 datatype object Point {{ x: double y: double z: double }}

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from robosc.errors import Diagnostic, Severity, render_all
+from robosc.expr.tree import Binary, Literal
+from robosc.expr.types import EnumType
 from robosc.model.entities import Robot
-from robosc.model.expr import Binary, Literal
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
-from robosc.model.types import EnumType
 
 WHEELS = """library Wheels {
     component Wheel {

@@ -8,8 +8,8 @@ from model_text import faults
 from simulate.players import play, session
 
 from robosc.errors import StateSpaceError
-from robosc.ir.lower import lower
 from robosc.model.resolve import load
+from robosc.plant.build import lower
 from robosc.simulate.session import Session
 from robosc.source import Source
 

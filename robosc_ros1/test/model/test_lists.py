@@ -8,9 +8,9 @@ from itertools import product
 import pytest
 from model_text import faults, resolve
 
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Aggregate, Expr, Leaf, StateRef, VariableRef
-from robosc.model.traversal import walk
+from robosc.expr.evaluation import evaluate
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Aggregate, Expr, Leaf, StateRef, VariableRef
 
 LAMPS = "".join(
     f"""

@@ -7,8 +7,8 @@ import random
 import pytest
 from model_text import behaviour_of, faults, resolve
 
-from robosc.ir.lower import lower
 from robosc.language.events import EventKind
+from robosc.plant.build import lower
 from robosc.source import Source
 from robosc.syntax.format import format_text
 

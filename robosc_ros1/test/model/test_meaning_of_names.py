@@ -7,11 +7,11 @@ import random
 import pytest
 from model_text import behaviour_of, faults, resolve
 
-from robosc.model.expr import Binary, Literal, PhaseRef, StateRef, Unary, VariableRef
-from robosc.model.occurrences import SymbolKind
+from robosc.expr.tree import Binary, Literal, PhaseRef, StateRef, Unary, VariableRef
+from robosc.expr.types import BooleanType, EnumType
+from robosc.model.names.occurrences import SymbolKind
 from robosc.model.resolve import load, read
 from robosc.model.ros.definitions import MessageDefinitions
-from robosc.model.types import BooleanType, EnumType
 from robosc.source import Source
 
 # A gear whose state, variables and enum values share their names as far as the language allows.

@@ -8,8 +8,8 @@ import pytest
 from model_text import faults, resolve
 
 from robosc.errors import render_all
-from robosc.ir.formulas import to_dsl
 from robosc.model.resolve import load
+from robosc.plant.formulas import to_dsl
 
 ROBOT = """
 constant limit: double = 2 * half

@@ -9,8 +9,8 @@ from emit.generated_code import controller_class
 from simulate.players import play, session
 
 from robosc.errors import render_all
-from robosc.ir.lower import lower
 from robosc.model.resolve import load
+from robosc.plant.build import lower
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import synthesize

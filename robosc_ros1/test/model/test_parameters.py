@@ -8,12 +8,12 @@ import pytest
 from model_text import faults, resolve
 
 from robosc.errors import render_all
-from robosc.ir.formulas import to_dsl
+from robosc.expr.evaluation import evaluate
+from robosc.expr.traversal import parameters_of
+from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Robot
-from robosc.model.evaluation import evaluate
-from robosc.model.parameters import with_parameters
 from robosc.model.resolve import load
-from robosc.model.traversal import parameters_of
+from robosc.plant.formulas import to_dsl
 
 ROBOT = """
 constant margin: double = 0.5

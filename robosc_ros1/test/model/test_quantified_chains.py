@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from robosc.expr.quantified import Chains, chain
+from robosc.expr.tree import Binary, Expr, StateRef, Unary
 from robosc.model.entities import Robot
-from robosc.model.expr import Binary, Expr, StateRef, Unary
-from robosc.model.quantified import Chains, chain
 from robosc.model.resolve import load
 from robosc.source import Source
 

@@ -9,15 +9,10 @@ import pytest
 from model_text import behaviour_of, faults, resolve
 from test_ros_definitions import around, package
 
-from robosc.emit.python import Attributes
-from robosc.language.functions import HELPERS
-from robosc.model.entities import Binding, DataArray, DataObject
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Binary, Literal
-from robosc.model.resolve import load
-from robosc.model.ros.definitions import MessageDefinitions
-from robosc.model.ros.types import DURATIONS
-from robosc.model.types import (
+from robosc.emit.controller.python import Attributes
+from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import Binary, Literal
+from robosc.expr.types import (
     ArrayType,
     DoubleType,
     EnumType,
@@ -26,6 +21,11 @@ from robosc.model.types import (
     ObjectType,
     StringType,
 )
+from robosc.language.functions import HELPERS
+from robosc.model.entities import Binding, DataArray, DataObject
+from robosc.model.resolve import load
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.object_types import DURATIONS
 from robosc.source import Source
 from robosc.syntax.format import format_text
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from language.test_columns_of_the_tables import MEANING
 from model.model_text import behaviour_of, faults, resolve
 
-from robosc.ir.formulas import to_dsl
-from robosc.model.evaluation import evaluate
+from robosc.expr.evaluation import evaluate
+from robosc.plant.formulas import to_dsl
 from robosc.runtime.functions import sector
 
 MODEL = """

@@ -9,14 +9,14 @@ from model_text import behaviour_of, faults, resolve
 from nested_models import PARTS, flat_text, nested_text, random_behaviour
 
 from robosc.errors import Severity, render_all
-from robosc.ir.automaton import Plant, PlantState
-from robosc.ir.formulas import to_dsl
-from robosc.ir.lower import lower
-from robosc.ir.step import outcome, valuations
+from robosc.expr.traversal import walk
+from robosc.expr.tree import StateRef
 from robosc.model.entities import Robot
-from robosc.model.expr import StateRef
 from robosc.model.resolve import load
-from robosc.model.traversal import walk
+from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.build import lower
+from robosc.plant.formulas import to_dsl
+from robosc.plant.step import outcome, valuations
 from robosc.source import Source
 from robosc.syntax.format import format_text
 

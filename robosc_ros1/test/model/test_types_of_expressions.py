@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from model_text import behaviour_of, faults, resolve
 
-from robosc.model.expr import Binary, Literal
-from robosc.model.types import DoubleType, IntegerType
+from robosc.expr.tree import Binary, Literal
+from robosc.expr.types import DoubleType, IntegerType
 
 PLAN = """
 component P {

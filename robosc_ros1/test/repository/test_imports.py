@@ -18,8 +18,8 @@ import pytest
 from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
-    "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "model",
-    "ir", "supervisor", "synthesis", "emit", "simulate", "view", "new", "pipeline", "report", "lsp",
+    "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "expr",
+    "model", "plant", "supervisor", "synthesis", "emit", "simulate", "view", "new", "pipeline", "report", "lsp",
     "model_files", "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
@@ -30,8 +30,8 @@ THIRD_PARTY = {
     "dd": ("synthesis",),
     "oxidd": ("synthesis",),
     "networkx": ("synthesis", "report"),
-    "jinja2": ("emit.rendering",),
-    "yaml": ("emit.config",),
+    "jinja2": ("emit.package.rendering",),
+    "yaml": ("emit.package.config",),
     "lsprotocol": ("lsp.open_texts", "lsp.server", "lsp.wire"),
     "argcomplete": ("cli",),
     "pygls": (
@@ -66,7 +66,7 @@ def tree(file: Path) -> ast.Module:
 
 
 def module_name(file: Path) -> str:
-    """``model.types`` for robosc/model/types.py; a package's __init__ is the package."""
+    """``expr.types`` for robosc/expr/types.py; a package's __init__ is the package."""
     parts = file.relative_to(PACKAGE).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
@@ -193,12 +193,12 @@ def test_runtime_needs_nothing_but_python() -> None:
     ("importer", "imported", "verdict"),
     [
         ("model.resolve", "robosc.syntax.nodes", True),
-        ("syntax.parser", "robosc.model.types", False),
+        ("syntax.parser", "robosc.expr.types", False),
         ("synthesis.dense", "numpy", True),
-        ("ir.lower", "numpy", False),
-        ("emit.ros1", "jinja2", False),
+        ("plant.build", "numpy", False),
+        ("emit.package.target", "jinja2", False),
         ("runtime.engine", "robosc.errors", False),
-        ("emit.ros1", "rospy", False),
+        ("emit.package.target", "rospy", False),
     ],
 )
 def test_the_rules_tell_right_from_wrong(importer: str, imported: str, verdict: bool) -> None:

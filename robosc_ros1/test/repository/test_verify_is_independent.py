@@ -28,4 +28,8 @@ def test_verification_uses_only_what_it_says_of_synthesis() -> None:
 def test_engines_do_not_take_the_effect_of_an_event_from_its_definition() -> None:
     for name, needs in NEEDS.items():
         if name.startswith(("synthesis.dense.", "synthesis.bdd.")):
-            assert not needs & {"ir.step.outcome", "ir.step.taken_edge", "ir.step.lookup"}, name
+            assert not needs & {
+                "plant.step.outcome",
+                "plant.step.taken_edge",
+                "plant.step.lookup",
+            }, name

@@ -11,7 +11,7 @@ from emit.golden_packages import GOLDEN, package_of
 from ros1.stage import Puppet, Stage
 from ros_support import EXAMPLES, Master, Workspace, built_once, run_robosc
 
-from robosc.emit.writer import write
+from robosc.emit.write.writer import write
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ import pytest
 from emit.golden_packages import package_of
 from ros_support import Workspace
 
-from robosc.emit.writer import write
+from robosc.emit.write.writer import write
 
 ROWS = {
     "lantern_controller": (

@@ -11,8 +11,8 @@ from ros1.stage import Puppet, Stage
 from ros_support import PYTHON, Master, Workspace
 from scripted import SCENES, SLOW, Script, drawn, play, supervisor_of
 
-from robosc.emit import ros1
-from robosc.emit.writer import write
+from robosc.emit.package import ros1_target
+from robosc.emit.write.writer import write
 from robosc.model.entities import Communication, Kind
 
 
@@ -80,7 +80,7 @@ def test_the_node_does_what_the_script_says(
     example_workspace: Workspace, shared_master: Master, robot: Puppet, tmp_path: Path, scene: str
 ) -> None:
     package = SCENES[scene].package
-    write(ros1.emit(supervisor_of(scene), package), tmp_path)
+    write(ros1_target.emit(supervisor_of(scene), package), tmp_path)
     side = Ros1Side(robot, drawn(scene), package)
     log = tmp_path / "events.jsonl"
     parameters = {"event_log": log, **SLOW}

@@ -11,11 +11,11 @@ from model.model_text import resolve
 from ros_support import EXAMPLES
 from simulate.players import play, session
 
+from robosc.expr.traversal import walk
+from robosc.expr.tree import ParameterRef
+from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Robot
-from robosc.model.expr import ParameterRef
-from robosc.model.parameters import with_parameters
 from robosc.model.resolve import load
-from robosc.model.traversal import walk
 from robosc.simulate.conditions import condition
 from robosc.simulate.faults import InvalidLine
 from robosc.source import Source

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from random_models import random_model
 from simulate.players import SEVERAL_TYPES, line_follower, play, session
 
-from robosc.ir.automaton import VariableKind
+from robosc.plant.automaton import VariableKind
 from robosc.simulate.event_data import parameter_values
 from robosc.simulate.faults import Failed, InvalidLine, Refused
 from robosc.simulate.session import Session

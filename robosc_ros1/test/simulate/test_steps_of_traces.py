@@ -13,9 +13,9 @@ from ros_support import EXAMPLES
 from simulate.players import play, session
 
 from robosc import pipeline
-from robosc.ir.automaton import Plant
-from robosc.ir.lower import lower
-from robosc.ir.step import valuations
+from robosc.plant.automaton import Plant
+from robosc.plant.build import lower
+from robosc.plant.step import valuations
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.trace_steps import step_written
 from robosc.supervisor import Step

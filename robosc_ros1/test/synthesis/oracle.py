@@ -1,6 +1,6 @@
 """A second reading of the semantics, slow and plain: what the engines are compared with.
 
-It starts from the resolved model (``robosc.model``) and shares no code with ``robosc.ir`` or the
+It starts from the resolved model (``robosc.model``) and shares no code with ``robosc.plant`` or the
 engines. A state is a tuple of plain values, one per *slot*: ``("at", component)``,
 ``("var", "Component.variable")``, ``("phase", communication)``, ``("parameter", name)``. Everything else is dictionaries,
 sets and loops that say what the language's documents say, in their order.

@@ -11,6 +11,15 @@ from typing import Any
 
 from synthesis.oracle_values import Path, Samples, UndefinedValue, evaluate, values_of
 
+from robosc.expr.traversal import walk
+from robosc.expr.tree import (
+    Expr,
+    ParameterRef,
+    PhaseRef,
+    StateRef,
+    ValueRef,
+    VariableRef,
+)
 from robosc.model.entities import (
     Communication,
     Component,
@@ -20,15 +29,6 @@ from robosc.model.entities import (
     Robot,
     Variable,
 )
-from robosc.model.expr import (
-    Expr,
-    ParameterRef,
-    PhaseRef,
-    StateRef,
-    ValueRef,
-    VariableRef,
-)
-from robosc.model.traversal import walk
 
 OracleState = tuple[Any, ...]
 

@@ -10,12 +10,12 @@ from typing import Any
 from synthesis.oracle_events import Event, Occurrence, OracleEvents, OracleState, first_phase
 from synthesis.oracle_values import Impossible, OutOfRange, UndefinedValue
 
+from robosc.expr.types import IntegerType
 from robosc.model.entities import (
     Component,
     EventKind,
     ResultTransition,
 )
-from robosc.model.types import IntegerType
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from robosc.model.expr import (
+from robosc.expr.tree import (
     Aggregate,
     Binary,
     Call,
@@ -23,7 +23,7 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
 )
-from robosc.model.types import ArrayType, BooleanType, EnumType, IntegerType, ObjectType, Type
+from robosc.expr.types import ArrayType, BooleanType, EnumType, IntegerType, ObjectType, Type
 
 Path = tuple[str | int, ...]
 Samples = Mapping[Type, Sequence[Any]]

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosc.errors import render_all
-from robosc.ir.automaton import Event, Plant, PlantState
-from robosc.ir.formulas import to_dsl
-from robosc.ir.lower import lower
-from robosc.ir.step import Verdict, outcome
 from robosc.model.entities import EventKind
 from robosc.model.resolve import load
+from robosc.plant.automaton import Event, Plant, PlantState
+from robosc.plant.build import lower
+from robosc.plant.formulas import to_dsl
+from robosc.plant.step import Verdict, outcome
 from robosc.source import Source
 from robosc.supervisor import Explanation, Guard, Step, Supervisor
 from robosc.synthesis import synthesize

@@ -13,16 +13,16 @@ from synthesis.oracle import Oracle
 from synthesis.plants import plant_of, replay
 from synthesis.subject import robot_of
 
-from robosc.ir.automaton import Plant
-from robosc.ir.formulas import conjunction, negation
-from robosc.ir.step import Verdict, holds
+from robosc.expr.tree import Expr
 from robosc.model.entities import EventKind
-from robosc.model.expr import Expr
+from robosc.plant.automaton import Plant
+from robosc.plant.formulas import conjunction, negation
+from robosc.plant.step import Verdict, holds
 from robosc.synthesis import synthesize
 from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
 from robosc.synthesis.bdd.synthesize import synthesize_bdd
-from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.system import allowed, possible, steps_of
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")

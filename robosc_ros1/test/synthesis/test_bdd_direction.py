@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import pytest
 
-from robosc.ir.automaton import Plant
-from robosc.ir.lower import lower
 from robosc.model.resolve import load
+from robosc.plant.automaton import Plant
+from robosc.plant.build import lower
 from robosc.source import Source
 from robosc.synthesis.bdd import manager
 from robosc.synthesis.bdd.encoding import Encoding

@@ -11,13 +11,13 @@ import pytest
 from random_models import random_model
 from synthesis.plants import plant_of
 
-from robosc.ir.automaton import Event, Plant, PlantState, VariableKind
-from robosc.ir.step import Values, valuations
+from robosc.expr.evaluation import Undefined, evaluate
+from robosc.expr.tree import Expr, Leaf, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.expr.types import Value
 from robosc.language.functions import CALLS
 from robosc.language.operators import BINARY, UNARY
-from robosc.model.evaluation import Undefined, evaluate
-from robosc.model.expr import Expr, Leaf, PhaseRef, StateRef, ValueRef, VariableRef
-from robosc.model.types import Value
+from robosc.plant.automaton import Event, Plant, PlantState, VariableKind
+from robosc.plant.step import Values, valuations
 from robosc.synthesis.bdd.encoding import Encoding
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")

@@ -7,7 +7,7 @@ import pytest
 import steep_families
 from synthesis.plants import explanation_of, guard_text, plant_of, replay, supervisor_of
 
-from robosc.ir.step import Verdict
+from robosc.plant.step import Verdict
 from robosc.synthesis.bdd.synthesize import synthesize_bdd
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")

@@ -13,9 +13,9 @@ from synthesis.subject import robot_of
 
 from robosc import pipeline
 from robosc.errors import Diagnostic, StateSpaceError
-from robosc.ir.lower import lower
+from robosc.plant.build import lower
 from robosc.supervisor import Supervisor
-from robosc.synthesis import compute, stepper, synthesize
+from robosc.synthesis import compiled_steps, compute, synthesize
 from robosc.synthesis.explain import properties as explain_properties
 
 CONTROL = ("livelock", "order-matters", "blocking-under-control")
@@ -250,7 +250,7 @@ def test_trace_has_the_preferred_command() -> None:
 
 def test_trace_through_one_of_very_many_values(monkeypatch: pytest.MonkeyPatch) -> None:
     """Only one value leads on: it is not found by changing one part after the other."""
-    monkeypatch.setattr(stepper, "_MOST_KEPT", 10)
+    monkeypatch.setattr(compiled_steps, "_MOST_KEPT", 10)
     found = supervisor_of(
         """
         datatype object Place { x: integer(0..9) y: integer(0..9) }

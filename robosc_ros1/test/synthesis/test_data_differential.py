@@ -17,13 +17,13 @@ from quick import quick_first
 from synthesis.oracle import Event, Oracle, OracleState
 
 from robosc import pipeline
-from robosc.ir.automaton import Plant, PlantState, VariableKind
-from robosc.ir.formulas import exact
-from robosc.ir.lower import lower
-from robosc.ir.step import holds
+from robosc.expr.types import ArrayType, DoubleType, IntegerType, StringType
 from robosc.model.entities import Robot
 from robosc.model.resolve import load
-from robosc.model.types import ArrayType, DoubleType, IntegerType, StringType
+from robosc.plant.automaton import Plant, PlantState, VariableKind
+from robosc.plant.build import lower
+from robosc.plant.formulas import exact
+from robosc.plant.step import holds
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import explore, synthesize

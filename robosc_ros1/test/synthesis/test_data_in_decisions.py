@@ -8,7 +8,7 @@ import pytest
 from plants import explanation_of, guard_text, plant_of, supervisor_of
 from synthesis.explored import explore_document
 
-from robosc.emit.export import exported
+from robosc.emit.export.export import exported
 from robosc.report import supervisor_text
 from robosc.synthesis import explore
 from robosc.synthesis.documents import synthesize_document

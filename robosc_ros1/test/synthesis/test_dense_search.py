@@ -7,15 +7,15 @@ import pytest
 import steep_families
 from synthesis.plants import plant_of
 
-from robosc.ir.formulas import conjunction, disjunction, negation
-from robosc.model.expr import Binary, Expr, Literal, VariableRef
-from robosc.model.types import BooleanType, IntegerType
+from robosc.expr.tree import Binary, Expr, Literal, VariableRef
+from robosc.expr.types import BooleanType, IntegerType
+from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.dense import transitions
 from robosc.synthesis.dense.bitset import count, places
 from robosc.synthesis.dense.dense_engine import DenseEngine, DenseSolution, Progress
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.search import DenseSystem
-from robosc.synthesis.stepper import Stepper
 from robosc.synthesis.system import steps_of
 
 

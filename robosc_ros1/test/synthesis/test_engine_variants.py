@@ -13,7 +13,7 @@ from random_models import random_model
 from synthesis.explored import explore_document
 from synthesis.subject import oracle_of
 
-from robosc.ir.lower import lower
+from robosc.plant.build import lower
 from robosc.synthesis import compute, explore, synthesize
 from robosc.synthesis.dense import layout, operations, stages, transitions
 

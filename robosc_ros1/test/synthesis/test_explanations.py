@@ -21,9 +21,9 @@ from synthesis.plants import (
 from synthesis.subject import robot_of
 
 from robosc.errors import Severity
-from robosc.ir.lower import lower
-from robosc.ir.step import Verdict, holds
 from robosc.model.entities import EventKind
+from robosc.plant.build import lower
+from robosc.plant.step import Verdict, holds
 from robosc.synthesis import synthesize
 
 GRABBER = """

@@ -10,10 +10,10 @@ from data_models import data_model
 from synthesis.subject import robot_of
 
 from robosc import pipeline
-from robosc.ir.formulas import exact, negation, to_dsl
-from robosc.model.evaluation import Undefined, evaluate
-from robosc.model.expr import Expr, Leaf, VariableRef
-from robosc.model.types import ArrayType, Type, Value, domain
+from robosc.expr.evaluation import Undefined, evaluate
+from robosc.expr.tree import Expr, Leaf, VariableRef
+from robosc.expr.types import ArrayType, Type, Value, domain
+from robosc.plant.formulas import exact, negation, to_dsl
 
 pytestmark = pytest.mark.slow
 

@@ -15,13 +15,13 @@ from synthesis.oracle import Event, Oracle
 from synthesis.plants import guard_text, plant_of, supervisor_of
 from synthesis.subject import robot_of
 
-from robosc.ir.formulas import to_dsl
-from robosc.ir.lower import lower
-from robosc.model.expr import Expr
+from robosc.expr.tree import Expr
+from robosc.plant.build import lower
+from robosc.plant.formulas import to_dsl
 from robosc.synthesis import synthesize
-from robosc.synthesis.minimise import condition_of
-from robosc.synthesis.stepper import Stepper
-from robosc.synthesis.sum_of_products import Diagrams
+from robosc.synthesis.compiled_steps import Stepper
+from robosc.synthesis.guards.minimise import condition_of
+from robosc.synthesis.guards.sum_of_products import Diagrams
 
 LINE = families.transfer_line(3, 2)
 

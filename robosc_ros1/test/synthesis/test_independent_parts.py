@@ -15,8 +15,8 @@ from synthesis.oracle import Oracle
 from synthesis.plants import plant_of, supervisor_of
 from synthesis.subject import robot_of
 
-from robosc.ir.lower import lower
 from robosc.model.entities import Robot
+from robosc.plant.build import lower
 from robosc.supervisor import Supervisor
 from robosc.synthesis import compute, decomposition, synthesize
 

@@ -15,19 +15,19 @@ from synthesis.plants import plant_of
 from synthesis.subject import robot_of
 
 from robosc import pipeline
-from robosc.emit.cif import cif_plant
+from robosc.emit.export.cif import cif_plant
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Event, Plant, PlantState
-from robosc.ir.partial_evaluation import holds
-from robosc.ir.step import valuations
-from robosc.model.expr import Expr, Operation
-from robosc.model.traversal import walk
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Expr, Operation
+from robosc.plant.automaton import Event, Plant, PlantState
+from robosc.plant.partial_evaluation import holds
+from robosc.plant.step import valuations
 from robosc.simulate import single
 from robosc.simulate.faults import Refused
 from robosc.synthesis import synthesize
 from robosc.synthesis.bdd.manager import available
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.event_parameters import choices, for_some, weight
-from robosc.synthesis.stepper import Stepper
 
 needs_library = pytest.mark.skipif(not available(), reason="needs oxidd")
 

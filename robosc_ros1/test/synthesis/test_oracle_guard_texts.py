@@ -13,8 +13,8 @@ from synthesis.oracle import Event, Oracle
 from synthesis.subject import robot_of
 
 from robosc import pipeline
-from robosc.model.expr import PhaseRef
-from robosc.model.traversal import walk
+from robosc.expr.traversal import walk
+from robosc.expr.tree import PhaseRef
 from robosc.synthesis.documents import synthesize_document
 
 pytestmark = pytest.mark.slow

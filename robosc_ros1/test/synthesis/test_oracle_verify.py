@@ -14,8 +14,8 @@ from synthesis.subject import robot_of
 
 from robosc import pipeline
 from robosc.errors import StateSpaceError
+from robosc.expr.tree import FALSE, TRUE, Expr
 from robosc.model.entities import EventKind
-from robosc.model.expr import FALSE, TRUE, Expr
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.verify import verification

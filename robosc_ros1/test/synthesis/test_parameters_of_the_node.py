@@ -9,10 +9,10 @@ from emit.generated_code import supervisor_of
 from synthesis.explored import explore_document
 
 from robosc import pipeline
-from robosc.ir.automaton import VariableKind
-from robosc.ir.lower import lower
-from robosc.ir.step import holds
 from robosc.model.resolve import load
+from robosc.plant.automaton import VariableKind
+from robosc.plant.build import lower
+from robosc.plant.step import holds
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import explore

@@ -14,14 +14,14 @@ from synthesis.plants import plant_of
 from synthesis.subject import robot_of
 
 from robosc import pipeline
-from robosc.ir import part_names
-from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl
-from robosc.ir.part_names import PartNames
-from robosc.ir.step import holds
+from robosc.expr.evaluation import evaluate
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Expr, StateRef
 from robosc.lsp import derived
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Expr, StateRef
-from robosc.model.traversal import walk
+from robosc.plant import part_names
+from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.plant.part_names import PartNames
+from robosc.plant.step import holds
 from robosc.report import supervisor_text
 from robosc.simulate.session import Session
 from robosc.simulate.start import machine_maker

@@ -13,8 +13,8 @@ from kept import Kept
 from robosc import pipeline
 from robosc.codes import CODES
 from robosc.errors import render_all
-from robosc.ir.lower import lower
 from robosc.model.resolve import load
+from robosc.plant.build import lower
 from robosc.source import Source
 from robosc.synthesis import synthesize
 

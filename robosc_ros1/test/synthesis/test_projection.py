@@ -11,8 +11,8 @@ from random_models import random_model
 from synthesis.plants import plant_of
 from synthesis.subject import robot_of
 
-from robosc.ir.automaton import Plant, PlantState
-from robosc.ir.lower import lower
+from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.build import lower
 from robosc.synthesis import explore
 from robosc.synthesis.dense.bitset import places
 from robosc.synthesis.dense.dense_engine import DenseEngine

@@ -12,8 +12,9 @@ from synthesis.differential import ENGINES, differences
 from synthesis.plants import plant_of
 from synthesis.subject import oracle_of, robot_of
 
-from robosc.ir.formulas import to_dsl
-from robosc.synthesis import guards, synthesize
+from robosc.plant.formulas import to_dsl
+from robosc.synthesis import synthesize
+from robosc.synthesis.guards import shorten
 
 SMALL = {
     "allocation": (4,),
@@ -123,7 +124,7 @@ def test_guards_count_what_uncontrollable_events_cannot_take_away(engine: str) -
 def test_guards_looked_for_in_every_way_are_exact(
     engine: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(guards, "_LONG", 0)
+    monkeypatch.setattr(shorten, "_LONG", 0)
     for seed in range(300, 316):
         oracle = oracle_of(random_model(random.Random(seed), 1 + seed % 2))
         assert differences(oracle.robot, oracle, engine) == [], seed

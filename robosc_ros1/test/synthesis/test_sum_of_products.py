@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from robosc.synthesis.sum_of_products import Diagrams, Product, TooLarge
+from robosc.synthesis.guards.sum_of_products import Diagrams, Product, TooLarge
 
 SIZES = (2, 3, 2, 4)
 EVERY = list(product(*(range(size) for size in SIZES)))

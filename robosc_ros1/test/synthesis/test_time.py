@@ -13,6 +13,8 @@ from synthesis.subject import SUBJECTS, Subject, robot_of, steps
 from synthesis.test_oracle_differential import engines
 
 from robosc import pipeline
+from robosc.expr.tree import Literal
+from robosc.expr.types import DoubleType
 from robosc.model.entities import (
     After,
     Behaviour,
@@ -24,8 +26,6 @@ from robosc.model.entities import (
     Robot,
     State,
 )
-from robosc.model.expr import Literal
-from robosc.model.types import DoubleType
 
 subjects = pytest.mark.parametrize("subject", SUBJECTS, ids=lambda s: s.__name__)
 SECOND = Literal(1.0, DoubleType())

@@ -9,8 +9,8 @@ import pytest
 from random_models import random_model
 from synthesis.plants import plant_of, replay
 
-from robosc.ir.step import Verdict
 from robosc.language.events import EventKind
+from robosc.plant.step import Verdict
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.relaxed import Relaxation
 from robosc.synthesis.bdd.search import SymbolicSystem

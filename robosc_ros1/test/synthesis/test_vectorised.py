@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthesis.plants import plant_of
 
-from robosc.ir.automaton import Plant
+from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import Binary, Call, Expr, Leaf, Literal, StateRef, Unary, VariableRef
+from robosc.expr.types import BooleanType, DoubleType, EnumType, IntegerType, Type, Value
 from robosc.language.functions import CALLS, FUNCTIONS
 from robosc.language.operators import BINARY, UNARY, Operand, Operator, Result
-from robosc.model.compatibility import result_type
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Binary, Call, Expr, Leaf, Literal, StateRef, Unary, VariableRef
-from robosc.model.types import BooleanType, DoubleType, EnumType, IntegerType, Type, Value
+from robosc.model.typing.compatibility import result_type
+from robosc.plant.automaton import Plant
 from robosc.synthesis.vectorised import evaluate_vectorised, support
 
 PLANT: Plant = plant_of(

@@ -14,7 +14,7 @@ from synthesis.subject import robot_of
 
 from robosc import pipeline
 from robosc.errors import StateSpaceError
-from robosc.model.expr import FALSE, TRUE
+from robosc.expr.tree import FALSE, TRUE
 from robosc.report import verify_text
 from robosc.supervisor import Supervisor
 from robosc.synthesis.verify.findings import VerifyReport, verify_document

@@ -2,5 +2,5 @@
 
 :mod:`robosc.lsp.server` speaks the protocol and is the only module that knows of pygls; the others
 work on texts and offsets. :mod:`robosc.lsp.analysis` is what is known of one state of a document,
-:mod:`robosc.model.occurrences` what each name in it means.
+:mod:`robosc.model.names.occurrences` what each name in it means.
 """

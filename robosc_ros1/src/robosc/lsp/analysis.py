@@ -15,7 +15,7 @@ from robosc.lsp.carriers import carriers
 from robosc.lsp.context import Context, Landmarks, context_at
 from robosc.model.file_resolver import FileContents
 from robosc.model.libraries import LibraryFinder
-from robosc.model.occurrences import NameIndex
+from robosc.model.names.occurrences import NameIndex
 from robosc.model.resolve import ReadResult, read
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.interfaces import Definition

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.language.events import Kind
 from robosc.model.file_resolver import FileContents
+from robosc.model.names.tables import CommunicationInfo
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import misfit
 from robosc.model.ros.interfaces import Definition, Field, Interface
-from robosc.model.tables import CommunicationInfo
-from robosc.model.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.syntax.nodes import InterfaceNode
 
 

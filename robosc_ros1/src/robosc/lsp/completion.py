@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robosc.expr.types import ArrayType, ObjectType, Type
 from robosc.language.attributes import ATTRIBUTES, Value
 from robosc.language.events import FOLDERS
 from robosc.language.keywords import starts_of
@@ -20,7 +21,6 @@ from robosc.lsp.offers import (
     listed_events,
 )
 from robosc.lsp.statement_offers import ALL_COMMANDS, SENT, StatementOffers
-from robosc.model.types import ArrayType, ObjectType, Type
 
 _TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
 _LABELS = {

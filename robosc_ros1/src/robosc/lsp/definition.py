@@ -5,7 +5,7 @@ from __future__ import annotations
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.interfaces import definition_file, field_place
 from robosc.model.file_resolver import FileContents
-from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
+from robosc.model.names.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.source import Span
 
 

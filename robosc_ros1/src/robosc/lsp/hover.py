@@ -12,7 +12,7 @@ from robosc.lsp.analysis import Analysis
 from robosc.lsp.carriers import interface_of
 from robosc.lsp.derived import Derived
 from robosc.lsp.interfaces import definition_file
-from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
+from robosc.model.names.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.interfaces import KINDS, Interface
 from robosc.source import Source, Span

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robosc.expr.types import ArrayType, ObjectType, Type
 from robosc.lsp.chains import names_before
 from robosc.lsp.offers import Candidate, Offers, keywords
 from robosc.model.ros.interfaces import Missing
-from robosc.model.types import ArrayType, ObjectType, Type
 
 
 class MemberOffers(Offers):

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 
+from robosc.expr.types import BooleanType, EnumType, Type
 from robosc.language.events import FOLDERS, EventKind, Kind
 from robosc.language.keywords import Role, starts_of, words_of
 from robosc.language.operators import BINARY, symbols
@@ -14,9 +15,8 @@ from robosc.lsp.chains import aggregate_variables
 from robosc.lsp.context import Context
 from robosc.lsp.interfaces import offered_types
 from robosc.model.file_resolver import FileContents
-from robosc.model.tables import CommunicationInfo, Instance, SymbolTable
-from robosc.model.types import BooleanType, EnumType, Type
-from robosc.model.value_scope import ValueScope
+from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
+from robosc.model.names.value_scope import ValueScope
 from robosc.names import copy_name, family_and_index
 from robosc.syntax.nodes import (
     ComponentNode,

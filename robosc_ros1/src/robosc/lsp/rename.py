@@ -9,7 +9,7 @@ from robosc.language.functions import AGGREGATES, FUNCTIONS, GEOMETRY
 from robosc.language.keywords import KEYWORDS, RESERVED, UNITS
 from robosc.lsp.actions import Edit
 from robosc.lsp.analysis import Analysis, Desk
-from robosc.model.occurrences import Occurrence, Symbol, SymbolKind
+from robosc.model.names.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.names import is_identifier
 from robosc.source import Source
 

@@ -28,7 +28,7 @@ from robosc.lsp.open_texts import OpenTexts
 from robosc.lsp.outline import folds, outline, symbols
 from robosc.lsp.positions import offset_of
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
-from robosc.model.occurrences import Occurrence
+from robosc.model.names.occurrences import Occurrence
 from robosc.pipeline import collector_at_rest
 from robosc.source import Source, Span
 from robosc.syntax.format import format_text, format_tree

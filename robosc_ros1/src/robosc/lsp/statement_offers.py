@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robosc.expr.types import Type
 from robosc.language.events import EventKind
 from robosc.lsp.interfaces import offered_types
 from robosc.lsp.member_offers import MemberOffers
 from robosc.lsp.offers import Candidate, block_words, ends_operand, keywords
 from robosc.lsp.snippets import SNIPPETS
 from robosc.model.file_resolver import FileContents
-from robosc.model.types import Type
 
 ALL_COMMANDS = Candidate("all", "keyword", "all commands of the robot", rank=2)
 SENT = (EventKind.REQUEST, EventKind.CANCEL)

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeAlias
 
+from robosc.expr.traversal import reads_value
+from robosc.expr.tree import Expr, RosParameter
+from robosc.expr.types import NoneType, Type, Value
 from robosc.language.events import COMMUNICATIONS, CommunicationSort, EventKind, Kind, Phases
 from robosc.model.diagnostics import Report
-from robosc.model.expr import Expr, RosParameter
-from robosc.model.traversal import reads_value
-from robosc.model.types import NoneType, Type, Value
 from robosc.source import Span
 from robosc.syntax.nodes import ExprNode
 

@@ -6,9 +6,19 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
-from robosc.model.behaviour import BehaviourResolver
-from robosc.model.command_data import with_command_data
-from robosc.model.components import (
+from robosc.expr.tree import Expr, RosParameter
+from robosc.expr.types import EnumType, Type
+from robosc.model.checks.command_data import with_command_data
+from robosc.model.checks.freshness import check_freshness
+from robosc.model.checks.indexes import check_indexes
+from robosc.model.checks.overlap import check_overlaps
+from robosc.model.checks.similar_names import check_case, check_topics
+from robosc.model.checks.stopping import check_stop
+from robosc.model.checks.undefined_data import check_undefined_data
+from robosc.model.checks.unused import check_unused
+from robosc.model.checks.usage import Usage
+from robosc.model.declarations.behaviour import BehaviourResolver
+from robosc.model.declarations.components import (
     bind,
     check_interfaces,
     check_local_names,
@@ -16,34 +26,24 @@ from robosc.model.components import (
     declare,
     join,
 )
-from robosc.model.conditions import conditions_over
-from robosc.model.datatypes import Given, TypeTable
-from robosc.model.declared_functions import FunctionTyper
+from robosc.model.declarations.datatypes import Given, TypeTable
+from robosc.model.declarations.named_values import NamedValueTyper
+from robosc.model.declarations.parameters import check_parameters
+from robosc.model.declarations.state_variables import select_state_variables
+from robosc.model.declarations.statements import StatementResolver, Statements, check_preferences
+from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Muted, Report
 from robosc.model.entities import Component, Robot
-from robosc.model.expected import BOOLEAN
-from robosc.model.expr import Expr, RosParameter
-from robosc.model.expressions import Typer
-from robosc.model.freshness import check_freshness
-from robosc.model.incoming import RULE, Incoming
-from robosc.model.indexes import check_indexes
-from robosc.model.named_values import NamedValueTyper
-from robosc.model.overlap import check_overlaps
-from robosc.model.parameters import check_parameters
+from robosc.model.names.scope import FileScope, report_duplicate
+from robosc.model.names.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
+from robosc.model.names.value_scope import ValueScope
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.links import Binder
-from robosc.model.scope import FileScope, report_duplicate
-from robosc.model.similar_names import check_case, check_topics
-from robosc.model.state_variables import select_state_variables
-from robosc.model.statements import StatementResolver, Statements, check_preferences
-from robosc.model.stopping import check_stop
-from robosc.model.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
-from robosc.model.type_declarations import TypeDeclarations
-from robosc.model.types import EnumType, Type
-from robosc.model.undefined_data import check_undefined_data
-from robosc.model.unused import check_unused
-from robosc.model.usage import Usage
-from robosc.model.value_scope import ValueScope
+from robosc.model.typing.asked_conditions import conditions_over
+from robosc.model.typing.declared_functions import FunctionTyper
+from robosc.model.typing.expected import BOOLEAN
+from robosc.model.typing.expressions import Typer
+from robosc.model.typing.incoming import RULE, Incoming
 from robosc.syntax.nodes import (
     BehaviourNode,
     ComponentNode,

@@ -14,15 +14,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robosc.errors import Diagnostic, Note, Severity, at_most, has_errors, sort_diagnostics
-from robosc.model.copies import write_out
+from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Robot
 from robosc.model.file_resolver import FileContents, FileResolver
 from robosc.model.libraries import LibraryFinder, Reader
+from robosc.model.names.copies import write_out
+from robosc.model.names.scope import FileScope
 from robosc.model.ros.definitions import MessageDefinitions
-from robosc.model.ros.types import RosTypes
-from robosc.model.scope import FileScope
-from robosc.model.type_declarations import TypeDeclarations
+from robosc.model.ros.object_types import RosTypes
 from robosc.source import Source
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.parser import parse, read_source

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from robosc.emit.guarding import CommandMatch, command_matches
+from robosc.emit.supervisor.guarding import CommandMatch, command_matches
 from robosc.errors import UsageError
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot

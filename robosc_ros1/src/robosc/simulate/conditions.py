@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from robosc.errors import Diagnostic, Severity
+from robosc.expr.tree import Expr
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Robot
-from robosc.model.expr import Expr
 from robosc.simulate.faults import InvalidLine
 from robosc.source import Source
 from robosc.syntax.nodes import ExprNode, RequirementNode

@@ -5,10 +5,8 @@ from __future__ import annotations
 import random
 from typing import cast
 
-from robosc.ir.automaton import Event, is_optional, value_type
-from robosc.model.entities import Robot
-from robosc.model.traversal import path_text
-from robosc.model.types import (
+from robosc.expr.traversal import path_text
+from robosc.expr.types import (
     ArrayType,
     BooleanType,
     DoubleType,
@@ -18,6 +16,8 @@ from robosc.model.types import (
     ObjectType,
     Type,
 )
+from robosc.model.entities import Robot
+from robosc.plant.automaton import Event, is_optional, value_type
 from robosc.simulate.event_data import Given, complete, is_test, outer_parts
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Raw

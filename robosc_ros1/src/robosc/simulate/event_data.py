@@ -14,13 +14,9 @@ from types import SimpleNamespace
 from typing import Any, TypeAlias
 
 from robosc.errors import listing
-from robosc.ir.automaton import Event, is_optional, value_parts, value_type
-from robosc.ir.step import Values, missing_together
-from robosc.model.compatibility import describe
-from robosc.model.entities import Robot
-from robosc.model.evaluation import converted, part_of_value
-from robosc.model.traversal import path_text
-from robosc.model.types import (
+from robosc.expr.evaluation import converted, part_of_value
+from robosc.expr.traversal import path_text
+from robosc.expr.types import (
     ArrayType,
     BooleanType,
     EnumType,
@@ -30,6 +26,10 @@ from robosc.model.types import (
     Type,
     Value,
 )
+from robosc.model.entities import Robot
+from robosc.model.typing.compatibility import describe
+from robosc.plant.automaton import Event, is_optional, value_parts, value_type
+from robosc.plant.step import Values, missing_together
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Path, Raw, literal_text

@@ -6,9 +6,9 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from robosc.ir.automaton import Event, EventParameter, Plant, StateVariable
-from robosc.model.expr import VariableRef
-from robosc.model.traversal import path_text, walk
+from robosc.expr.traversal import path_text, walk
+from robosc.expr.tree import VariableRef
+from robosc.plant.automaton import Event, EventParameter, Plant, StateVariable
 from robosc.runtime.values import jsonable
 
 

@@ -13,14 +13,14 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
-from robosc.emit.config import declared_communications, declared_parameters
-from robosc.ir.automaton import Event, Plant, value_parts, value_type
-from robosc.ir.step import valuations
+from robosc.emit.package.config import declared_communications, declared_parameters
+from robosc.expr.traversal import path_text
+from robosc.expr.tree import Expr
+from robosc.expr.types import IntegerType, ObjectType
 from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Robot
-from robosc.model.expr import Expr
-from robosc.model.traversal import path_text
-from robosc.model.types import IntegerType, ObjectType
+from robosc.plant.automaton import Event, Plant, value_parts, value_type
+from robosc.plant.step import valuations
 from robosc.runtime import model as runtime
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine

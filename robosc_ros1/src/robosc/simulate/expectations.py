@@ -9,11 +9,11 @@ from itertools import groupby
 from typing import Any
 
 from robosc.errors import listing
-from robosc.ir.automaton import Event
-from robosc.ir.formulas import to_dsl
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
 from robosc.language.events import EventKind
-from robosc.model.expr import Expr, PhaseRef, StateRef, VariableRef
-from robosc.model.traversal import walk
+from robosc.plant.automaton import Event
+from robosc.plant.formulas import to_dsl
 from robosc.runtime.values import jsonable
 from robosc.simulate.conditions import condition
 from robosc.simulate.event_data import complete

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from robosc.emit.controller import controller_context
-from robosc.emit.naming import file_of
-from robosc.emit.rendering import render
+from robosc.emit.controller.assembly import controller_context
+from robosc.emit.controller.naming import file_of
+from robosc.emit.package.rendering import render
 from robosc.runtime.model import Controller
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
@@ -15,7 +15,7 @@ from robosc.supervisor import Supervisor
 def make_controller(supervisor: Supervisor) -> Controller:
     """A controller in its initial state."""
     context = controller_context(supervisor, file_of(supervisor.plant.robot.span))
-    text = render("common/controller.py.jinja", context)
+    text = render("common/node/controller.py.jinja", context)
     # In a package the runtime is a copy beside the controller; here it is robosc's own.
     text = text.replace("from ._runtime.", "from robosc.runtime.")
     namespace: dict[str, Any] = {"__name__": "controller"}

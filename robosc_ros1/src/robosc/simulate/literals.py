@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
+from robosc.expr.types import Value
 from robosc.language.tokens import (
     ESCAPES,
     INTEGER,
@@ -20,7 +21,6 @@ from robosc.language.tokens import (
     pattern,
     tokenize,
 )
-from robosc.model.types import Value
 from robosc.runtime.values import jsonable
 from robosc.simulate.faults import InvalidLine
 from robosc.source import Source

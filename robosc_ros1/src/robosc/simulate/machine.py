@@ -11,11 +11,11 @@ from difflib import get_close_matches
 from typing import Any, Protocol
 
 from robosc.errors import listing
-from robosc.ir.automaton import Event, Plant, value_parts
-from robosc.ir.step import valuations
+from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
-from robosc.model.expr import Expr
+from robosc.plant.automaton import Event, Plant, value_parts
+from robosc.plant.step import valuations
 from robosc.runtime.reasons import reason_text
 from robosc.simulate.event_data import Given, given_text
 from robosc.simulate.faults import InvalidLine

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from robosc.emit.naming import place
+from robosc.emit.controller.naming import place
 from robosc.errors import listing
-from robosc.ir.automaton import Event, PlantState
-from robosc.ir.conjuncts import conjuncts
-from robosc.ir.step import Verdict, holds, lookup, outcome, taken_edge, valuations
 from robosc.language.events import EventKind
+from robosc.plant.automaton import Event, PlantState
+from robosc.plant.conjuncts import conjuncts
+from robosc.plant.step import Verdict, holds, lookup, outcome, taken_edge, valuations
 from robosc.runtime.reasons import UNEXPLAINED
 from robosc.simulate.machine import Reason
 from robosc.supervisor import Guard, Supervisor

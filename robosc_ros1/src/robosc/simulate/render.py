@@ -9,8 +9,8 @@ from itertools import groupby
 from typing import Any
 
 from robosc.errors import listing
+from robosc.expr.types import Value
 from robosc.language.events import ACTIVE
-from robosc.model.types import Value
 from robosc.simulate.literals import literal_text
 from robosc.simulate.machine import CommandState, Happening, Machine, label
 from robosc.simulate.session import Session

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from robosc.errors import UsageError, counted, listing
-from robosc.ir.automaton import Event
-from robosc.model.types import ArrayType, EnumType, ObjectType, StringType
+from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
+from robosc.plant.automaton import Event
 from robosc.simulate.conditions import condition
 from robosc.simulate.event_data import Given, complete
 from robosc.simulate.expectations import expect

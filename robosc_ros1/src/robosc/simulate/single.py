@@ -12,7 +12,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from robosc.ir.automaton import (
+from robosc.expr.evaluation import evaluate
+from robosc.expr.presence import condition_on_data
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Binary, Expr, Leaf, Literal, TestRef, ValueRef, VariableRef
+from robosc.expr.types import DoubleType, IntegerType, Value, domain
+from robosc.language.events import EventKind
+from robosc.language.operators import MIRRORED
+from robosc.plant.automaton import (
     Edge,
     Event,
     EventParameter,
@@ -20,17 +27,10 @@ from robosc.ir.automaton import (
     PlantState,
     VariableKind,
 )
-from robosc.ir.finite.classes import Classes
-from robosc.ir.finite.terms import value_of
-from robosc.ir.formulas import to_dsl
-from robosc.ir.step import Values, taken_edge
-from robosc.language.events import EventKind
-from robosc.language.operators import MIRRORED
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Binary, Expr, Leaf, Literal, TestRef, ValueRef, VariableRef
-from robosc.model.presence import condition_on_data
-from robosc.model.traversal import walk
-from robosc.model.types import DoubleType, IntegerType, Value, domain
+from robosc.plant.data.classes import Classes
+from robosc.plant.data.terms import value_of
+from robosc.plant.formulas import to_dsl
+from robosc.plant.step import Values, taken_edge
 from robosc.runtime.values import Undefined, widen
 from robosc.simulate.drawn_values import completed
 from robosc.simulate.event_data import (
@@ -56,8 +56,8 @@ from robosc.simulate.machine import (
 from robosc.simulate.reasons import reasons
 from robosc.simulate.state import SystemState, sent_data, state_of
 from robosc.supervisor import Step, Supervisor
+from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
 from robosc.synthesis.formatting import step_text
-from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import tau_values
 
 MOST_STATES = 1_000_000

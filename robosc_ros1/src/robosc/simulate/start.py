@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from robosc.ir.lower import lower
-from robosc.model.parameters import with_parameters
+from robosc.model.declarations.parameters import with_parameters
+from robosc.plant.build import lower
 from robosc.simulate.execute import Execution, read_settings
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import parse_raw

@@ -6,12 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, cast
 
-from robosc.ir.automaton import Plant, PlantState, VariableKind
-from robosc.ir.finite.terms import value_of
-from robosc.ir.step import is_true
-from robosc.model.entities import Data, DataArray, DataObject, Robot
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import (
+from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import (
     ElementRef,
     Expr,
     Leaf,
@@ -22,7 +18,11 @@ from robosc.model.expr import (
     ValueRef,
     VariableRef,
 )
-from robosc.model.types import ArrayType, DoubleType, IntegerType, ObjectType, Type, Value
+from robosc.expr.types import ArrayType, DoubleType, IntegerType, ObjectType, Type, Value
+from robosc.model.entities import Data, DataArray, DataObject, Robot
+from robosc.plant.automaton import Plant, PlantState, VariableKind
+from robosc.plant.data.terms import value_of
+from robosc.plant.step import is_true
 from robosc.runtime.values import Undefined, widen
 
 

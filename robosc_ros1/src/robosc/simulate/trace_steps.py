@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from robosc.ir.automaton import Event, EventParameter, Plant
-from robosc.ir.step import Values, is_consistent, missing_together
+from robosc.plant.automaton import Event, EventParameter, Plant
+from robosc.plant.step import Values, is_consistent, missing_together
 from robosc.simulate.drawn_values import completed
 from robosc.simulate.event_data import Given, by_path
 from robosc.simulate.machine import Machine, label

@@ -14,12 +14,10 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from robosc.errors import listing
-from robosc.ir.finite.terms import type_of_part
-from robosc.model.compatibility import default_value, describe
-from robosc.model.evaluation import converted
-from robosc.model.expr import Literal, condition_of
-from robosc.model.traversal import walk
-from robosc.model.types import (
+from robosc.expr.evaluation import converted
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Literal, condition_of
+from robosc.expr.types import (
     ArrayType,
     BooleanType,
     DoubleType,
@@ -30,6 +28,8 @@ from robosc.model.types import (
     Type,
     Value,
 )
+from robosc.model.typing.compatibility import default_value, describe
+from robosc.plant.data.terms import type_of_part
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Path, Raw, literal_text, path_in
 

@@ -9,8 +9,8 @@ from functools import partial
 from math import prod
 
 from robosc.errors import StateSpaceError, listing
-from robosc.ir.automaton import Plant, values_read
-from robosc.model.expr import Binary, Call, Expr, Unary
+from robosc.expr.tree import Binary, Call, Expr, Unary
+from robosc.plant.automaton import Plant, values_read
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear
@@ -24,7 +24,7 @@ from robosc.synthesis.dense.search import DenseSystem
 from robosc.synthesis.dense.transitions import Compiler
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.formatting import amount, contributors
-from robosc.synthesis.guards import GuardInputs, make_guard
+from robosc.synthesis.guards.shorten import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
 from robosc.synthesis.vectorised import support
 

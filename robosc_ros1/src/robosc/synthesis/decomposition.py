@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, replace
 from math import prod
 from typing import TypeAlias
 
-from robosc.ir.automaton import Event, Plant, VariableKind
-from robosc.ir.disjoint_sets import DisjointSets
-from robosc.ir.finite.view import sent_wholes
 from robosc.language.events import EventKind, Kind
+from robosc.plant.automaton import Event, Plant, VariableKind
+from robosc.plant.data.disjoint_sets import DisjointSets
+from robosc.plant.data.view import sent_wholes
 from robosc.supervisor import Explanation, Step, Supervisor
 from robosc.synthesis.result import nothing_allowed
 from robosc.synthesis.system import inputs

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
-from robosc.ir.automaton import Event, EventParameter, Plant, PlantState, VariableKind
-from robosc.ir.formulas import to_dsl
-from robosc.model.traversal import path_text
-from robosc.model.types import Value
+from robosc.expr.traversal import path_text
+from robosc.expr.types import Value
+from robosc.plant.automaton import Event, EventParameter, Plant, PlantState, VariableKind
+from robosc.plant.formulas import to_dsl
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
 from robosc.synthesis.system import make_step

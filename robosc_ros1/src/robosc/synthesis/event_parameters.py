@@ -9,12 +9,12 @@ from math import prod
 from typing import TypeAlias
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Edge, Event, values_read
-from robosc.ir.disjoint_sets import DisjointSets
-from robosc.ir.formulas import conjunction, disjunction, junction, negation
-from robosc.ir.partial_evaluation import PartValues, holds
-from robosc.ir.step import is_consistent, missing_together
-from robosc.model.expr import Expr
+from robosc.expr.tree import Expr
+from robosc.plant.automaton import Edge, Event, values_read
+from robosc.plant.data.disjoint_sets import DisjointSets
+from robosc.plant.formulas import conjunction, disjunction, junction, negation
+from robosc.plant.partial_evaluation import PartValues, holds
+from robosc.plant.step import is_consistent, missing_together
 
 MOST_COMBINATIONS = 2**20
 """Combinations of parameter values above which they are not enumerated."""

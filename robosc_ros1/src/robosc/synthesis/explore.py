@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Plant, PlantState
-from robosc.ir.step import Values
+from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.step import Values
 from robosc.supervisor import Supervisor
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.formatting import amount
-from robosc.synthesis.stepper import Stepper
 
 
 @dataclass(frozen=True, slots=True)

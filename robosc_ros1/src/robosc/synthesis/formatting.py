@@ -7,10 +7,10 @@ from math import log10
 from textwrap import shorten
 
 from robosc.errors import listing
-from robosc.ir.automaton import Event, EventParameter
+from robosc.expr.traversal import path_text
+from robosc.expr.types import Value
 from robosc.language.events import EventKind
-from robosc.model.traversal import path_text
-from robosc.model.types import Value
+from robosc.plant.automaton import Event, EventParameter
 from robosc.supervisor import Step
 
 _LONG = 120

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from robosc.errors import Diagnostic, listing
-from robosc.ir.automaton import Plant
-from robosc.model.expr import FALSE, TRUE
+from robosc.expr.tree import FALSE, TRUE
+from robosc.plant.automaton import Plant
 from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Supervisor
 from robosc.synthesis.explain.properties import Properties, examine

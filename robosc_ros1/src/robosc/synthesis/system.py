@@ -14,14 +14,14 @@ from itertools import pairwise
 from typing import Protocol
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, PhaseStep, Plant, PlantState
-from robosc.ir.formulas import conjunction, disjunction, negation
-from robosc.ir.step import Values
+from robosc.expr.tree import FALSE, TRUE, Binary, Expr, Literal, StateRef
+from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind, Kind
-from robosc.model.expr import FALSE, TRUE, Binary, Expr, Literal, StateRef
-from robosc.model.types import BooleanType
+from robosc.plant.automaton import Edge, Event, LocalAutomaton, PhaseStep, Plant, PlantState
+from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.step import Values
 from robosc.supervisor import Guard, Step
-from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.compiled_steps import Stepper
 
 
 @dataclass(frozen=True, slots=True)

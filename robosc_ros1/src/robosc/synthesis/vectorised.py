@@ -2,7 +2,7 @@
 
 An expression over a few state variables is evaluated for all their values in one call: each state
 variable is a *column*, an array of indexes into its values, shaped so that numpy broadcasts columns
-against each other. Results equal :func:`robosc.ir.formulas.evaluate` exactly: integers never
+against each other. Results equal :func:`robosc.plant.formulas.evaluate` exactly: integers never
 overflow and are never rounded to a double (Python integers are used where 64 bits might not
 suffice), and division is that of IEEE 754.
 """
@@ -16,11 +16,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.ir.automaton import Event, Plant, StateVariable
-from robosc.ir.finite.classes import Classes
-from robosc.language.operators import EXACT_IN_DOUBLE, EXACT_IN_INT64, Operator, Range
-from robosc.model.evaluation import constant, scalar_of
-from robosc.model.expr import (
+from robosc.expr.evaluation import constant, scalar_of
+from robosc.expr.traversal import fold, walk_all
+from robosc.expr.tree import (
     Aggregate,
     Call,
     Convert,
@@ -35,8 +33,10 @@ from robosc.model.expr import (
     TestRef,
     VariableRef,
 )
-from robosc.model.traversal import fold, walk_all
-from robosc.model.types import EnumType, StringType, Type
+from robosc.expr.types import EnumType, StringType, Type
+from robosc.language.operators import EXACT_IN_DOUBLE, EXACT_IN_INT64, Operator, Range
+from robosc.plant.automaton import Event, Plant, StateVariable
+from robosc.plant.data.classes import Classes
 
 Bools: TypeAlias = NDArray[np.bool_]
 Indexes: TypeAlias = NDArray[np.intp]

@@ -12,9 +12,9 @@ import time
 from collections.abc import Iterable
 from typing import Any
 
-from robosc.emit.modeldata import model_document
-from robosc.emit.naming import file_of
-from robosc.ir.automaton import Event
+from robosc.emit.controller.naming import file_of
+from robosc.emit.package.model_document import model_document
+from robosc.plant.automaton import Event
 from robosc.runtime.telemetry import dump
 from robosc.simulate.documents import choice_document, command_document, state_document
 from robosc.simulate.event_data import complete

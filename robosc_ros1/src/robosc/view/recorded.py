@@ -13,8 +13,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from robosc.emit.modeldata import model_document
-from robosc.emit.naming import file_of
+from robosc.emit.controller.naming import file_of
+from robosc.emit.package.model_document import model_document
 from robosc.errors import UsageError
 from robosc.language.events import EventKind
 from robosc.runtime.model import Controller

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from robosc.model.ros.interfaces import INTEGERS, FieldType
-from robosc.model.types import (
+from robosc.expr.types import (
     ArrayType,
     BooleanType,
     DoubleType,
@@ -13,6 +12,7 @@ from robosc.model.types import (
     StringType,
     Type,
 )
+from robosc.model.ros.interfaces import INTEGERS, FieldType
 
 
 def misfit(type_: Type, field: FieldType, sending: bool) -> tuple[str, str] | None:

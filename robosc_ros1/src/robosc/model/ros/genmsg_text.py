@@ -9,8 +9,8 @@ import ast
 import re
 from collections.abc import Iterator
 
+from robosc.expr.types import Value
 from robosc.model.ros.interfaces import INTEGERS, PARTS, Definition, Folder
-from robosc.model.types import Value
 
 _BUILT_IN = frozenset({*INTEGERS, "bool", "float32", "float64", "string", "time", "duration"})
 _CONSTANTS = _BUILT_IN - {"time", "duration"}

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from robosc.model.types import Value
+from robosc.expr.types import Value
 
 Folder: TypeAlias = Literal["msg", "srv", "action"]
 """The folder of a package's messages, services or actions; also part of type names in ROS 2."""

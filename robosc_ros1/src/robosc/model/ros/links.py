@@ -9,18 +9,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+from robosc.expr.types import ArrayType, EnumType, IntegerType, NoneType, ObjectType, Type
 from robosc.language.events import Direction
+from robosc.model.checks.usage import Path, Usage
+from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Binding
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import misfit
 from robosc.model.ros.interfaces import KINDS, Definition, FieldType, Interface, Missing
 from robosc.model.ros.missing import MissingDefinitions
+from robosc.model.ros.object_types import FOLDERS, is_ros_type
 from robosc.model.ros.sent import SentData
-from robosc.model.ros.types import FOLDERS, is_ros_type
-from robosc.model.type_declarations import TypeDeclarations
-from robosc.model.types import ArrayType, EnumType, IntegerType, NoneType, ObjectType, Type
-from robosc.model.usage import Path, Usage
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,

@@ -16,8 +16,8 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from robosc.expr.types import Value
 from robosc.model.ros.interfaces import PARTS, Definition, Folder
-from robosc.model.types import Value
 
 
 def read(package: Path, name: str, type_: str, folder: Folder) -> tuple[Definition, ...] | None:

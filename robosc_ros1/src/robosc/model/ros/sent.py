@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from robosc.expr.evaluation import constant
+from robosc.expr.tree import Expr, ParameterRef, VariableRef
+from robosc.expr.types import IntegerType
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Binding, Communication, Data, DataArray, DataObject
-from robosc.model.evaluation import constant
-from robosc.model.expr import Expr, ParameterRef, VariableRef
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import too_wide
 from robosc.model.ros.interfaces import Definition, Field, FieldType, Folder, Interface, Missing
-from robosc.model.ros.types import FOLDERS
-from robosc.model.types import IntegerType
+from robosc.model.ros.object_types import FOLDERS
 from robosc.syntax.nodes import CommunicationNode
 
 

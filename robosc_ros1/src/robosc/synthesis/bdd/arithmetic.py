@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from robosc.model.expr import Binary, Expr, Leaf, Literal, TestRef, Unary, ValueRef, VariableRef
-from robosc.model.types import IntegerType
+from robosc.expr.tree import Binary, Expr, Leaf, Literal, TestRef, Unary, ValueRef, VariableRef
+from robosc.expr.types import IntegerType
 from robosc.synthesis.bdd.manager import Bdd, Manager
 
 

@@ -1,9 +1,9 @@
 """Care sets as decision diagrams.
 
 Most guards read a few state variables: their care sets are minimised in the same way for both
-engines (:mod:`robosc.synthesis.minimise`). Where a guard reads so many that no sum of products is
-found, it is covered by boxes computed on the diagrams themselves: each grows from a single
-combination as far as nothing refused gets in.
+engines (:mod:`robosc.synthesis.guards.minimise`). Where a guard reads so many that no sum of
+products is found, it is covered by boxes computed on the diagrams themselves: each grows from a
+single combination as far as nothing refused gets in.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from math import prod
 from typing import Any, TypeVar
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Plant
-from robosc.ir.formulas import conjunction, disjunction
-from robosc.model.expr import Expr
+from robosc.expr.tree import Expr
+from robosc.plant.automaton import Plant
+from robosc.plant.formulas import conjunction, disjunction
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
-from robosc.synthesis.dropping import drop
-from robosc.synthesis.minimise import condition_of, condition_on
-from robosc.synthesis.sum_of_products import END, NOTHING, Diagrams, TooLarge
+from robosc.synthesis.guards.dropping import drop
+from robosc.synthesis.guards.minimise import condition_of, condition_on
+from robosc.synthesis.guards.sum_of_products import END, NOTHING, Diagrams, TooLarge
 
 _Result = TypeVar("_Result")
 
@@ -34,7 +34,10 @@ _MOST_CALLS = 2**17
 
 @dataclass(frozen=True, eq=False)
 class BddCareSet:
-    """A :class:`~robosc.synthesis.guards.CareSet`: diagrams over the remaining state variables."""
+    """Diagrams over the remaining state variables.
+
+    A :class:`~robosc.synthesis.guards.shorten.CareSet`.
+    """
 
     encoding: Encoding
     variables: tuple[int, ...]

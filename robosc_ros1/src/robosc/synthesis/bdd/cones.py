@@ -19,7 +19,7 @@ from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import chain
 
-from robosc.ir.automaton import PlantState
+from robosc.plant.automaton import PlantState
 from robosc.synthesis.bdd.chaining import chained, related_events
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.relations import Disjunct

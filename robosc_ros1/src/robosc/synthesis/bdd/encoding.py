@@ -12,13 +12,13 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
-from robosc.ir.automaton import Plant, PlantState
-from robosc.ir.step import missing_together
-from robosc.model.by_identity import ByIdentity
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Binary, Expr, Leaf, Operation, Unary, ValueRef
-from robosc.model.traversal import fold, walk
-from robosc.model.types import Value
+from robosc.expr.by_identity import ByIdentity
+from robosc.expr.evaluation import evaluate
+from robosc.expr.traversal import fold, walk
+from robosc.expr.tree import Binary, Expr, Leaf, Operation, Unary, ValueRef
+from robosc.expr.types import Value
+from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.step import missing_together
 from robosc.runtime.values import Undefined
 from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
 from robosc.synthesis.bdd.manager import Bdd, Manager

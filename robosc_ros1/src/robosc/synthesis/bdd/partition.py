@@ -7,10 +7,10 @@ from itertools import groupby
 from typing import TypeAlias
 
 from robosc.errors import StateSpaceError
+from robosc.expr.evaluation import scalar_of
+from robosc.expr.tree import Operation
+from robosc.expr.types import Value
 from robosc.language.operators import Operator
-from robosc.model.evaluation import scalar_of
-from robosc.model.expr import Operation
-from robosc.model.types import Value
 from robosc.synthesis.bdd.manager import Bdd, Manager
 
 _MOST_PAIRS = 2**22

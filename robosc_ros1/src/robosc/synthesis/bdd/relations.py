@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from robosc.ir.automaton import Edge, LocalAutomaton
-from robosc.model.expr import TRUE
-from robosc.model.types import Value
+from robosc.expr.tree import TRUE
+from robosc.expr.types import Value
+from robosc.plant.automaton import Edge, LocalAutomaton
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd, Renaming
 from robosc.synthesis.bdd.partition import Partition

@@ -16,11 +16,11 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Expr, Leaf, ValueRef
-from robosc.model.traversal import operands, walk
-from robosc.model.types import Value
+from robosc.expr.evaluation import evaluate
+from robosc.expr.traversal import operands, walk
+from robosc.expr.tree import Expr, Leaf, ValueRef
+from robosc.expr.types import Value
+from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
 from robosc.runtime.values import Undefined
 from robosc.synthesis.bdd.sources import LeafSource
 from robosc.synthesis.vectorised import support

@@ -8,11 +8,11 @@ and where that is too much as well, no path is looked for.
 
 from __future__ import annotations
 
-from robosc.ir.automaton import Plant, PlantState
-from robosc.model.expr import Expr
+from robosc.expr.tree import Expr
+from robosc.plant.automaton import Plant, PlantState
 from robosc.synthesis.bdd.cones import MOST_WORK, Cones
-from robosc.synthesis.bdd.controller import SymbolicController
 from robosc.synthesis.bdd.manager import Bdd
+from robosc.synthesis.bdd.run_to_completion import SymbolicController
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.system import Runs
 from robosc.synthesis.vectorised import support

@@ -10,17 +10,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from robosc.ir.automaton import Plant
 from robosc.language.events import EventKind
+from robosc.plant.automaton import Plant
 from robosc.progress import Progress
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
 from robosc.synthesis.bdd.relations import MOST_DISJUNCTS, Disjunct, EventRelation, Relations
 from robosc.synthesis.bdd.saturation import saturated
-from robosc.synthesis.dropping import drop
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.fixpoint import supremal
+from robosc.synthesis.guards.dropping import drop
 
 _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
 """Allowed and refused states, and the state variables that distinguish them."""

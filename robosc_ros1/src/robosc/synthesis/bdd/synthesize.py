@@ -6,9 +6,9 @@ import time
 from functools import partial
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Plant
-from robosc.ir.formulas import conjunction
-from robosc.model.expr import TRUE
+from robosc.expr.tree import TRUE
+from robosc.plant.automaton import Plant
+from robosc.plant.formulas import conjunction
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
@@ -17,9 +17,9 @@ from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution
 from robosc.synthesis.formatting import contributors
-from robosc.synthesis.guards import GuardInputs, make_guard
+from robosc.synthesis.guards.shorten import GuardInputs, make_guard
+from robosc.synthesis.guards.sum_of_products import TooLarge
 from robosc.synthesis.result import Sizes, make_supervisor
-from robosc.synthesis.sum_of_products import TooLarge
 
 
 def synthesize_bdd(

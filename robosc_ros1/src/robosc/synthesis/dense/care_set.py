@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from robosc.ir.automaton import Plant
-from robosc.model.expr import Expr
+from robosc.expr.tree import Expr
+from robosc.plant.automaton import Plant
 from robosc.synthesis.dense.bitset import Bitset
 from robosc.synthesis.dense.dimensions import Dim
 from robosc.synthesis.dense.layout import Layout
-from robosc.synthesis.minimise import condition_of
-from robosc.synthesis.sum_of_products import Diagrams, TooLarge
+from robosc.synthesis.guards.minimise import condition_of
+from robosc.synthesis.guards.sum_of_products import Diagrams, TooLarge
 from robosc.synthesis.vectorised import Bools, Indexes, evaluate_vectorised, support
 
 _MOST_ROWS = 2**20
@@ -23,7 +23,7 @@ _MOST_ROWS = 2**20
 
 @dataclass(frozen=True, eq=False)
 class DenseCareSet:
-    """A :class:`~robosc.synthesis.guards.CareSet`: flat boolean arrays over dimensions."""
+    """A :class:`~robosc.synthesis.guards.shorten.CareSet`: flat boolean arrays over dimensions."""
 
     plant: Plant
     dims: tuple[Dim, ...]

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robosc.ir.automaton import Event
-from robosc.ir.formulas import junction
-from robosc.model.expr import Expr, Unary
+from robosc.expr.tree import Expr, Unary
+from robosc.plant.automaton import Event
+from robosc.plant.formulas import junction
 from robosc.progress import Progress
 from robosc.synthesis.dense.bitset import Bitset, count, members
 from robosc.synthesis.dense.care_set import DenseCareSet

@@ -19,7 +19,7 @@ from math import prod
 
 import numpy as np
 
-from robosc.ir.automaton import Plant, PlantState
+from robosc.plant.automaton import Plant, PlantState
 from robosc.synthesis.dense.bitset import BITS, WORD, Bitset, add, pack, unpack
 from robosc.synthesis.dense.dimensions import Dim
 from robosc.synthesis.dense.merging import Condition, Factor, TransitionRule, Writes

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import prod
 from typing import TypeAlias
 
-from robosc.ir.automaton import Event
+from robosc.plant.automaton import Event
 from robosc.synthesis.vectorised import Bools, IndexArrays
 
 Writes: TypeAlias = tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]

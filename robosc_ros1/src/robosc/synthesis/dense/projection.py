@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from robosc.ir.automaton import Plant
+from robosc.plant.automaton import Plant
 from robosc.synthesis.dense.bitset import Bitset, count, places
 from robosc.synthesis.dense.dimensions import Dim
 from robosc.synthesis.dense.images import Stages, forward, image

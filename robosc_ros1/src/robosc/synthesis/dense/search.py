@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.ir.automaton import Plant, PlantState
-from robosc.model.expr import Expr
+from robosc.expr.tree import Expr
+from robosc.plant.automaton import Plant, PlantState
 from robosc.synthesis.dense.bitset import WORD, Bitset, add, members, places
 from robosc.synthesis.dense.dense_engine import DenseSolution, EventOperations
 from robosc.synthesis.dense.layout import Layout

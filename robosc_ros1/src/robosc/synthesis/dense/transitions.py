@@ -22,12 +22,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, values_read
-from robosc.ir.finite.classes import Classes
-from robosc.ir.formulas import junction
-from robosc.ir.partial_evaluation import PartValues, assigned, holds
-from robosc.model.expr import Expr, Unary, ValueRef
-from robosc.model.types import BooleanType, EnumType
+from robosc.expr.tree import Expr, Unary, ValueRef
+from robosc.expr.types import BooleanType, EnumType
+from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, values_read
+from robosc.plant.data.classes import Classes
+from robosc.plant.formulas import junction
+from robosc.plant.partial_evaluation import PartValues, assigned, holds
 from robosc.synthesis.dense.merging import (
     ALWAYS,
     Condition,

@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from robosc.errors import listing
-from robosc.ir.automaton import Edge, Event, Plant, PlantState, VariableKind
 from robosc.language.events import EventKind
+from robosc.plant.automaton import Edge, Event, Plant, PlantState, VariableKind
 from robosc.source import Span
 from robosc.supervisor import Step
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
-from robosc.synthesis.stepper import Stepper
 
 _MOST_STATES = 20_000
 """States above which the search for a marked one is given up."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from robosc.ir.automaton import Plant
 from robosc.language.events import EventKind
+from robosc.plant.automaton import Plant
 
 
 def longest_locally(plant: Plant) -> int | None:

@@ -26,15 +26,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from robosc.errors import Diagnostic, Severity, listing
-from robosc.ir.automaton import PlantState
 from robosc.language.events import EventKind
 from robosc.model.diagnostics import first_of
+from robosc.plant.automaton import PlantState
 from robosc.supervisor import Guard, Step
+from robosc.synthesis.compiled_steps import CompiledEvent
 from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
 from robosc.synthesis.explain.local_bound import longest_locally
 from robosc.synthesis.explain.run_to_completion import ExplicitController, tau_targets
 from robosc.synthesis.formatting import amount, step_text, trace_text
-from robosc.synthesis.stepper import CompiledEvent
 from robosc.synthesis.system import Runs, System, make_step
 
 _FEW_STATES = 10_000

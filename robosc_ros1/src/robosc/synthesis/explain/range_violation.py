@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from robosc.ir.automaton import Edge, LocalAutomaton, Plant, PlantState
-from robosc.ir.formulas import to_dsl
-from robosc.ir.step import lookup, taken_edge
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Binary, Expr, Literal, VariableRef
-from robosc.model.types import BooleanType, Value
+from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import Binary, Expr, Literal, VariableRef
+from robosc.expr.types import BooleanType, Value
+from robosc.plant.automaton import Edge, LocalAutomaton, Plant, PlantState
+from robosc.plant.formulas import to_dsl
+from robosc.plant.step import lookup, taken_edge
 from robosc.runtime.values import Undefined
 from robosc.supervisor import Step
 from robosc.synthesis.explain.blocking import Cause

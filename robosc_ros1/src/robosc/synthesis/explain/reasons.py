@@ -15,15 +15,16 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 from robosc.errors import Diagnostic, Note, Severity, listing
-from robosc.ir.automaton import Event, Plant, PlantState
-from robosc.ir.formulas import conjunction, negation
-from robosc.ir.step import Outcome, Verdict
+from robosc.expr.traversal import walk
+from robosc.expr.tree import FALSE, StateRef, VariableRef
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
-from robosc.model.expr import FALSE, StateRef, VariableRef
-from robosc.model.traversal import walk
+from robosc.plant.automaton import Event, Plant, PlantState
+from robosc.plant.formulas import conjunction, negation
+from robosc.plant.step import Outcome, Verdict
 from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Step
+from robosc.synthesis.compiled_steps import CompiledEvent, Stepper, Test
 from robosc.synthesis.explain.blocking import Cause, why_blocked
 from robosc.synthesis.explain.range_violation import why_out_of_range
 from robosc.synthesis.explain.starts import (
@@ -34,7 +35,6 @@ from robosc.synthesis.explain.starts import (
     whereabouts,
 )
 from robosc.synthesis.formatting import event_text, quoted, trace_text
-from robosc.synthesis.stepper import CompiledEvent, Stepper, Test
 from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
 
 

@@ -11,11 +11,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from robosc.ir.automaton import Plant, PlantState
 from robosc.language.events import EventKind
+from robosc.plant.automaton import Plant, PlantState
 from robosc.supervisor import Guard
+from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
 from robosc.synthesis.explore import reaching
-from robosc.synthesis.stepper import CompiledEvent, Stepper
 from robosc.synthesis.system import Runs, inputs
 
 _Path: TypeAlias = tuple[PlantState, ...]

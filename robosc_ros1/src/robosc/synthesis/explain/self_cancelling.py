@@ -14,18 +14,18 @@ from math import prod
 from typing import TypeAlias
 
 from robosc.errors import Diagnostic, Severity, StateSpaceError
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant, values_read
-from robosc.ir.formulas import conjunction, disjunction, negation
+from robosc.expr.traversal import walk_all
+from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, VariableRef
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
-from robosc.model.expr import Expr, PhaseRef, StateRef, TestRef, VariableRef
-from robosc.model.traversal import walk_all
+from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, values_read
+from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.supervisor import Guard
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.event_parameters import for_some
 from robosc.synthesis.explain.starts import UNTRACED, whereabouts
 from robosc.synthesis.formatting import quoted, trace_text
-from robosc.synthesis.precondition import after
-from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.guards.precondition import after
 from robosc.synthesis.system import System, enabled, steps_of, taken_where
 from robosc.synthesis.vectorised import support
 

@@ -8,10 +8,10 @@ begins in some state, of which it tells what concerns its condition.
 from __future__ import annotations
 
 from robosc.errors import listing
-from robosc.ir.automaton import Plant, PlantState
-from robosc.ir.formulas import conjunction, to_dsl
-from robosc.model.expr import TRUE, Expr
-from robosc.synthesis.minimise import condition_on
+from robosc.expr.tree import TRUE, Expr
+from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.formulas import conjunction, to_dsl
+from robosc.synthesis.guards.minimise import condition_on
 from robosc.synthesis.system import System
 from robosc.synthesis.vectorised import support
 

@@ -11,22 +11,22 @@ from dataclasses import replace
 from itertools import combinations
 
 from robosc.errors import Diagnostic, Note, Severity, listing
-from robosc.ir.automaton import Edge, Event, LocalAutomaton, Plant
-from robosc.ir.finite.view import sent_wholes
-from robosc.ir.formulas import conjunction, disjunction, negation, to_dsl
-from robosc.ir.partial_evaluation import holds
+from robosc.expr.tree import TRUE, Expr, StateRef
+from robosc.expr.types import NoneType, ObjectType
 from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Communication, Provide, Requirement
-from robosc.model.expr import TRUE, Expr, StateRef
-from robosc.model.types import NoneType, ObjectType
+from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
+from robosc.plant.data.view import sent_wholes
+from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.plant.partial_evaluation import holds
 from robosc.source import Span
 from robosc.supervisor import Guard
-from robosc.synthesis.dropping import drop
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.event_parameters import for_some
 from robosc.synthesis.explain.self_cancelling import self_cancelling
 from robosc.synthesis.explain.starts import UNTRACED, whereabouts
 from robosc.synthesis.formatting import quoted, trace_text
-from robosc.synthesis.stepper import Stepper
+from robosc.synthesis.guards.dropping import drop
 from robosc.synthesis.system import System, enabled, in_phase, possible, steps_of
 
 

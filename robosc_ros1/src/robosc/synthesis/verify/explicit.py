@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import PlantState, VariableKind
+from robosc.plant.automaton import PlantState, VariableKind
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import remedy
 from robosc.synthesis.vectorised import support

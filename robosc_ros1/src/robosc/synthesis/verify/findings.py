@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from robosc.ir.automaton import Event
+from robosc.plant.automaton import Event
 from robosc.supervisor import Step
 from robosc.synthesis.formatting import event_text
 

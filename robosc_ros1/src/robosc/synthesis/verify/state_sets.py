@@ -15,11 +15,11 @@ from math import prod
 from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Event, Plant, PlantState, values_read
-from robosc.ir.step import Values, Verdict, lookup, outcome, valuations
-from robosc.model.evaluation import evaluate
-from robosc.model.expr import Binary, Expr, Unary
-from robosc.model.types import Value
+from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import Binary, Expr, Unary
+from robosc.expr.types import Value
+from robosc.plant.automaton import Event, Plant, PlantState, values_read
+from robosc.plant.step import Values, Verdict, lookup, outcome, valuations
 from robosc.synthesis.bdd.manager import Bdd, Manager, Renaming
 from robosc.synthesis.vectorised import support
 from robosc.synthesis.verify.findings import event_phrase

@@ -1,8 +1,8 @@
 """Single steps of a plant for the explicit verifier: the successors by one event in one state.
 
 A state is coded as one integer, its state variables in mixed radix, so that a step is an addition.
-The effect of an event (:func:`robosc.ir.step.outcome`) and the value of a condition depend on few
-state variables; they are computed once for each combination of their values and cached.
+The effect of an event (:func:`robosc.plant.step.outcome`) and the value of a condition depend on
+few state variables; they are computed once for each combination of their values and cached.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from operator import itemgetter
 from typing import Any, TypeAlias, TypeVar
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Event, Plant, PlantState
-from robosc.ir.step import Verdict, holds, outcome, valuations
-from robosc.model.expr import Binary, Expr, Unary
+from robosc.expr.tree import Binary, Expr, Unary
+from robosc.plant.automaton import Event, Plant, PlantState
+from robosc.plant.step import Verdict, holds, outcome, valuations
 from robosc.synthesis.vectorised import support
 
 T = TypeVar("T")

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosc.errors import StateSpaceError
-from robosc.ir.automaton import Plant
-from robosc.model.expr import FALSE, TRUE
+from robosc.expr.tree import FALSE, TRUE
+from robosc.plant.automaton import Plant
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.verify.findings import Check, Findings, event_phrase

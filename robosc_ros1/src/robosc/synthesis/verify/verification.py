@@ -3,13 +3,13 @@
 The engines compute with arrays or decision diagrams over the whole product; here the states are
 searched one by one, in plain Python (:mod:`robosc.synthesis.verify.explicit`), or by sets where
 they are too many (:mod:`robosc.synthesis.verify.symbolic`). What an event does in a state is taken
-from its definition, :func:`robosc.ir.step.outcome`, which the engines do not call: they compile
+from its definition, :func:`robosc.plant.step.outcome`, which the engines do not call: they compile
 events into faster forms.
 
 What verification and the engines share, so that a fault there may be found by neither: the plant
-(:mod:`robosc.ir.automaton`) and how it is made from the model; of that definition, which values of
-an event occur together (:func:`robosc.ir.step.missing_together`); the values of operators and enum
-conversions (:mod:`robosc.model.evaluation`); which state variables an expression reads
+(:mod:`robosc.plant.automaton`) and how it is made from the model; of that definition, which values
+of an event occur together (:func:`robosc.plant.step.missing_together`); the values of operators and
+enum conversions (:mod:`robosc.expr.evaluation`); which state variables an expression reads
 (:func:`robosc.synthesis.vectorised.support`); and, of the symbolic engine, the BDD library with its
 manager (:mod:`robosc.synthesis.bdd.manager`). They share no search, no fixpoint, no representation
 of states and no transition relation.

@@ -1,0 +1,1 @@
+"""The module ``controller.py`` of a generated package."""

@@ -1,0 +1,400 @@
+"""From a supervisor to what the template of ``controller.py`` places.
+
+Everything that needs thought happens here: which component moves where, in which order, under which
+condition; the template only writes it down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from robosc.emit.controller import python_literals
+from robosc.emit.controller.controller_tables import bound_of_steps, imports_of, parameter_row
+from robosc.emit.controller.guard_methods import GuardTexts, holds_where
+from robosc.emit.controller.indexed_copies import with_copies
+from robosc.emit.controller.messages import (
+    converting_enums,
+    corrected_data,
+    enum_view,
+    provided_data,
+    reading,
+)
+from robosc.emit.controller.naming import PythonNames, place
+from robosc.emit.controller.python import (
+    Attributes,
+    PythonCode,
+    duration,
+    joined,
+    literal,
+    readable,
+)
+from robosc.emit.controller.reactions import Reactions, alike
+from robosc.emit.controller.views import (
+    AfterView,
+    AttributeView,
+    CommandView,
+    ComponentView,
+    ConjunctView,
+    ControllerContext,
+    GuardPartView,
+    InputView,
+    RequirementView,
+    TauView,
+)
+from robosc.emit.controller.whole_guards import whole_guards
+from robosc.emit.package.config import ATTRIBUTES, declared_communications, declared_parameters
+from robosc.emit.package.rendering import instantiated
+from robosc.expr.tree import TRUE, Expr
+from robosc.language.events import EventKind, Kind
+from robosc.language.functions import HELPERS
+from robosc.names import snake_case
+from robosc.plant.automaton import Event, Plant
+from robosc.plant.conjuncts import conjuncts
+from robosc.plant.part_names import NamedExpr
+from robosc.runtime.model import Communication as Declared
+from robosc.supervisor import Guard, Supervisor
+
+_PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
+
+# What the module imports or defines, and what the base class has.
+_RESERVED = """
+    After Command Communication Controller Input Mismatch Parameter Requirement Tau Undefined
+    Rows annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS REQUIREMENTS PARAMETERS
+    STEP_BOUND assigned components configure copied copy count_undefined given holds in_range kept
+    i message now only_field optional parameters rows self state undefined value variables
+"""
+
+
+def controller_context(supervisor: Supervisor, robot_file: str) -> ControllerContext:
+    builder = _Builder(supervisor)
+    context = builder.build(robot_file)
+    context = with_copies(context, builder.robot, builder.attributes, builder.names)
+    source = instantiated("common/node/controller.py.jinja", context)
+    return replace(context, imports=imports_of(source))
+
+
+class _Builder:
+    """Names everything once, then describes it in model order."""
+
+    def __init__(self, supervisor: Supervisor) -> None:
+        self.supervisor = supervisor
+        self.plant: Plant = supervisor.plant
+        self.robot = supervisor.plant.robot
+        self.names = PythonNames([*_RESERVED.split(), *HELPERS])
+        self.class_name = self.names.take(f"{self.robot.name}Controller")
+        self.enums = converting_enums(self.robot)
+        functions = {e: self.names.take(snake_case(e.name)) for e in self.enums}
+        locations: dict[str, str] = {}
+        variables: dict[str, str] = {}
+        for component in self.robot.components:
+            if component.behaviour is None:
+                continue
+            locations[component.name] = self.names.take(snake_case(component.name))
+            for variable in component.behaviour.variables:
+                wish = f"{snake_case(component.name)}_{snake_case(variable.name)}"
+                variables[variable.key] = self.names.take(wish)
+        entries = {
+            c.name: self.names.take(f"{snake_case(c.name)}_entries")
+            for c in self.robot.components
+            if c.behaviour is not None and any(s.afters for s in c.behaviour.states)
+        }
+        phases = {
+            c.key: self.names.take(f"{self._word(c.key)}_{c.phases.active[0]}")
+            for c in self.robot.communications.values()
+            if c.phases is not None
+        }
+        parameters = {
+            p.key: self.names.take("_".join(snake_case(part) for part in p.key.split(".")))
+            for p in self.robot.parameters
+        }
+        self.part_names = supervisor.part_names
+        parts = {part.name: self.names.take(part.name) for part in self.part_names.definitions}
+        self.attributes = Attributes(
+            locations, variables, phases, functions, entries, parameters, parts
+        )
+        self.reactions = Reactions(self.plant, self.attributes)
+        self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
+        methods = {number: r.method for number, r in enumerate(self.requirements)}
+        self.guards = GuardTexts(supervisor, self.attributes, methods)
+        self.shown: list[Expr] = []
+        """The conditions in guards, with the names of their parts."""
+
+    def _word(self, key: str) -> str:
+        """A communication as a part of an identifier."""
+        return snake_case(self.robot.display_names[key].replace(".", "_")) or "n"
+
+    def build(self, robot_file: str) -> ControllerContext:
+        guards = {g.event.identity: g for g in whole_guards(self.supervisor)}
+        inputs = []
+        commands = []
+        taus = []
+        afters = []
+        for event in dict.fromkeys(e.whole or e for e in self.plant.events):
+            if event.kind is EventKind.TAU:
+                taus.append(self._tau(guards[event.identity]))
+            elif event.kind is EventKind.AFTER:
+                afters.append(self._after(event))
+            elif event.controllable:
+                commands.append(self._command(guards[event.identity]))
+            else:
+                inputs.append(self._input(event))
+        return ControllerContext(
+            robot=self.robot.name,
+            source=robot_file,
+            class_name=self.class_name,
+            step_bound=bound_of_steps(self.supervisor),
+            enums=tuple(enum_view(e, self.attributes) for e in self.enums),
+            components=tuple(self._components()),
+            phases=tuple(self._phase_views()),
+            locations=tuple(self.attributes.locations.items()),
+            variables=tuple(self.attributes.variables.items()),
+            communications=tuple(map(self._row, declared_communications(self.robot))),
+            requirements=self.requirements,
+            inputs=tuple(inputs),
+            commands=self._with_preferences(commands),
+            taus=tuple(t for t in taus if t.body),
+            afters=tuple(afters),
+            guard_parts=tuple(map(self._part, self.part_names.used(self.shown))),
+            parameters=tuple(
+                AttributeView(
+                    self.attributes.parameters[p.key], readable(p.default), f"{p.key}: {p.type}"
+                )
+                for p in self.robot.parameters
+            ),
+            parameter_rows=tuple(
+                map(parameter_row, declared_parameters(self.robot, self.attributes.parameters))
+            ),
+        )
+
+    # --- what there is -----------------------------------------------------------------------
+
+    def _row(self, declared: Declared) -> str:
+        """The entry of a communication in the table, as arguments."""
+        parts = [literal(part) for part in (declared.key, declared.name, declared.sort)]
+        phases = self.robot.communications[declared.key].phases
+        if phases is not None:
+            parts.append(literal(self.attributes.phases[declared.key]))
+            parts.append(f"phases={python_literals.literal(phases.names)}")
+        more = [(field, getattr(declared, field)) for field in ATTRIBUTES]
+        parts += [f"{field}={literal(value)}" for field, value in more if value is not None]
+        return ", ".join(parts)
+
+    def _components(self) -> Iterator[ComponentView]:
+        for component in self.robot.components:
+            if component.behaviour is None:
+                continue
+            states = component.behaviour.states
+            initial = next(s.name for s in states if s.initial)
+            attributes = [
+                AttributeView(
+                    self.attributes.locations[component.name],
+                    literal(initial),
+                    "state: " + ", ".join(s.name for s in states),
+                )
+            ]
+            if component.name in self.attributes.entries:
+                entries = self.attributes.entries[component.name]
+                attributes.append(AttributeView(entries, "0", "how often it entered a state"))
+            for variable in component.behaviour.variables:
+                what = "" if variable.in_state else ", only for data that is sent"
+                attributes.append(
+                    AttributeView(
+                        self.attributes.variables[variable.key],
+                        "None" if variable.initial is None else literal(variable.initial),
+                        f"variable {variable.name}: {variable.type}{what}",
+                    )
+                )
+            yield ComponentView(component.name, place(component.span), tuple(attributes))
+
+    def _phase_views(self) -> Iterator[AttributeView]:
+        for key, attribute in self.attributes.phases.items():
+            name = self.robot.display_names[key]
+            calling = self.robot.communications[key].kind is not Kind.OUTGOING
+            comment = f"{name} is under way" if calling else f"{name} came within its timeout"
+            yield AttributeView(attribute, "False", comment)
+
+    def _requirement(self, number: int) -> RequirementView:
+        requirement = self.robot.requirements[number]
+        parts = tuple(
+            ConjunctView(
+                part.failure,
+                self.attributes.text(part.unmet),
+                tuple((name, self.attributes.text(ref)) for name, ref in part.values.items()),
+            )
+            for part in conjuncts(requirement, self.robot)
+        )
+        return RequirementView(
+            requirement.text,
+            place(requirement.span),
+            self.names.take(f"requirement_{number + 1}"),
+            self.robot.supervises and requirement.on_data,
+            self.attributes.text(holds_where(requirement)),
+            self.names.take(f"failures_of_requirement_{number + 1}") if parts else None,
+            parts,
+        )
+
+    def _part(self, part: NamedExpr) -> GuardPartView:
+        return GuardPartView(
+            self.attributes.parts[part.name],
+            part.text(self.robot),
+            self.attributes.text(part.expr),
+        )
+
+    # --- events --------------------------------------------------------------------------------
+
+    def _description(self, event: Event) -> str:
+        communication = self.robot.communications[event.key]
+        return f"{event.kind.value} of the {communication.kind.value} {communication.name}"
+
+    def _input(self, event: Event) -> InputView:
+        word = self._word(event.key)
+        read, lines = reading(event, self.robot, self.attributes)
+        reader = None
+        if read is not None:
+            reader = self.names.take(f"read_{event.kind.value}_of_{word}")
+        return InputView(
+            key=event.key,
+            kind=event.kind.value,
+            place=place(event.span),
+            description=self._description(event),
+            read=read,
+            read_lines=lines,
+            reader=reader,
+            applier=self.names.take(f"on_{event.kind.value}_of_{word}"),
+            reaction=self.reactions.reaction(event),
+        )
+
+    def _command(self, guard: Guard) -> CommandView:
+        event = guard.event
+        word = self._word(event.key)
+        kind = event.kind.value
+        reaction = self.reactions.reaction(event)
+        synchronisation = self.reactions.synchronisation(event)
+        data: tuple[str, ...] = ()
+        if event.kind is EventKind.REQUEST:
+            data = provided_data(event.key, self.robot, self.attributes)
+        text = self.guards.guard(guard)
+        self.shown += text.shown
+        changes = reaction.body or reaction.writes
+        read, lines = reading(event, self.robot, self.attributes)
+        corrections = corrected_data(event.key, self.robot, self.attributes)
+        return CommandView(
+            key=event.key,
+            kind=kind,
+            place=place(event.span),
+            description=self._description(event),
+            permission=f"{event.name} may be {_PERMITTED[event.kind]}",
+            read=read,
+            read_lines=lines,
+            reader=self.names.take(f"read_{kind}_of_{word}") if read is not None else None,
+            corrector=self.names.take(f"corrected_{word}") if corrections else None,
+            corrector_body=corrections,
+            guard=self.names.take(f"can_{kind}_{word}"),
+            guard_notes=text.notes,
+            guard_text=text.code.text,
+            synchronisation=(
+                self.names.take(f"synchronises_{kind}_of_{word}") if synchronisation else None
+            ),
+            synchronisation_text=synchronisation.text,
+            busy=self.attributes.phases.get(event.key),
+            data=self.names.take(f"data_for_{word}") if data else None,
+            data_body=data,
+            applier=self.names.take(f"{kind}_{word}") if changes else None,
+            reaction=reaction,
+            reads=_read_by([text.code, synchronisation]),
+            requirements=event.requirements,
+            reason=text.reason,
+            partners=self.reactions.partners(event, f"{kind}_of_{word}", self.names),
+        )
+
+    def _with_preferences(self, commands: list[CommandView]) -> tuple[CommandView, ...]:
+        at = {c.key: n for n, c in enumerate(commands) if c.kind == EventKind.REQUEST.value}
+        preferred = self.robot.yields_to
+        return tuple(
+            replace(c, yields_to=tuple(sorted(at[key] for key in preferred[c.key])))
+            if c.key in preferred and c.kind == EventKind.REQUEST.value
+            else c
+            for c in commands
+        )
+
+    def _after(self, event: Event) -> AfterView:
+        component = self.robot.component(event.key)
+        assert component.behaviour is not None
+        state, after = next(
+            (state, after)
+            for state in component.behaviour.states
+            for after in state.afters
+            if after.index == event.index
+        )
+        (automaton,) = event.automata
+        condition = self.reactions.condition(automaton)
+        reaction = self.reactions.reaction(event, tested=True)
+        location = self.attributes.locations[event.key]
+        delay = duration(after.delay)
+        body = [
+            f"before = self.{location}",
+            *reaction.body,
+            f'return before + "->" + self.{location}',
+        ]
+        if condition:
+            body = [f"if {condition.text}:", *(f"    {line}" for line in body), "return None"]
+        return AfterView(
+            event.name,
+            event.index,
+            self.names.take(f"after_{event.index}_of_{snake_case(event.key)}"),
+            place(event.span),
+            state.name,
+            literal(delay),
+            f"~{delay}" if isinstance(delay, str) else f"{delay} s",
+            location,
+            self.attributes.entries[event.key],
+            tuple(body),
+            _read_by([condition]),
+            reaction.writes,
+        )
+
+    def _tau(self, guard: Guard) -> TauView:
+        event = guard.event
+        (automaton,) = event.automata
+        variable = self.plant.variables[automaton.variable]
+        location = self.attributes.locations[event.key]
+        conditions: list[PythonCode] = []
+        body = []
+        writes: dict[str, None] = {}
+        for edges in alike(automaton.edges):
+            edge = edges[0]
+            # Others would change nothing.
+            moved = [e for e in edges if e.source != e.target or e.updates]
+            if not moved:
+                continue
+            parts = [self.reactions.location_test(variable, [e.source for e in moved])]
+            for condition in (edge.guard, guard.expr):
+                if condition is not None and condition != TRUE:
+                    shown = self.part_names.of_guard(condition)
+                    self.shown.append(shown)
+                    code = self.attributes.code(condition)
+                    parts.append(replace(code, text=self.attributes.operand(shown)))
+            parts += self.reactions.ranges(edge)
+            conditions.append(joined("and", parts))
+            effects, written = self.reactions.effects(event, moved)
+            writes.update(dict.fromkeys(written))
+            body += [
+                f"if {conditions[-1].text or 'True'}:",
+                f"    before = self.{location}",
+                *(f"    {line}" for line in effects),
+                f'    return before + "->{variable.values[edge.target]}"',
+            ]
+        return TauView(
+            event.name,
+            event.index,
+            self.names.take(f"step_{event.index}_of_{snake_case(event.key)}"),
+            place(event.span),
+            (*body, "return None") if body else (),
+            _read_by(conditions),
+            tuple(writes),
+        )
+
+
+def _read_by(codes: Iterable[PythonCode]) -> tuple[str, ...]:
+    return tuple(sorted(joined("and", codes).reads))

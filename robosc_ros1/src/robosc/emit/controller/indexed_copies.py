@@ -1,0 +1,202 @@
+"""Copies in ``controller.py``: one function of ``i`` for all that are alike but for their index.
+
+A component with indexes is several components to all other stages, and each statement of a ``for``
+several statements. Here those whose code differs in nothing but the index become one function
+again. What differs otherwise (a guard that synthesis restricts for one of them) stays as it is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from robosc.emit.controller.folding import Run, in_function, mapped, runs
+from robosc.emit.controller.naming import PythonNames
+from robosc.emit.controller.python import Attributes
+from robosc.emit.controller.views import (
+    ControllerContext,
+    CopiedRows,
+    CopiesView,
+    CopyView,
+    RequirementView,
+)
+from robosc.emit.package.rendering import instantiated
+from robosc.model.entities import Robot
+from robosc.names import family_and_index, snake_case
+
+_TABLES = tuple(f.name for f in fields(CopyView))
+_METHODS = ("requirements", "inputs", "commands", "taus", "afters")
+_FOR = re.compile(r"\((\w+) = (\d+)\)$")
+_CALL = re.compile(r"self\.requirement_(\d+)\((value)?\)")
+
+_Owner = tuple[str, int]
+"""What an entry of a table belongs to: a component's name, or the number of a ``for``, and the
+index."""
+
+
+@dataclass(frozen=True)
+class _Entry:
+    view: Any
+    owner: _Owner | None
+
+
+_Entries = list[_Entry]
+
+
+@dataclass(frozen=True)
+class _Folded:
+    """A run of copies, what they are called together, and the list of their rows."""
+
+    name: str
+    copies: str
+    run: Run
+
+
+def with_copies(
+    context: ControllerContext, robot: Robot, attributes: Attributes, names: PythonNames
+) -> ControllerContext:
+    """The context with its tables, and with a function for each run of copies that are alike."""
+    methods = [f"requirement_{n}" for n, _ in enumerate(context.requirements, 1)]
+    owners = dict(_owners(context, robot, attributes))
+    tables = {
+        table: [_Entry(*pair) for pair in zip(getattr(context, table), owners[table], strict=True)]
+        for table in _TABLES
+    }
+    folded: list[_Folded] = []
+    if methods == [requirement.method for requirement in context.requirements]:
+        for name, copies in _copies(tables).items():
+            for run in runs(sorted(copies.items())):
+                rows = names.take(f"{_word(name).upper()}_ROWS")
+                found = {t: _replaced(e, name, run, rows) for t, e in tables.items()}
+                if all(entries is not None for entries in found.values()):
+                    tables = {t: e for t, e in found.items() if e is not None}
+                    folded.append(_Folded(name, rows, run))
+    left = {e.view.method for e in tables["requirements"] if not isinstance(e.view, CopiedRows)}
+    return _with_functions(context, tables, folded, left, names)
+
+
+def _by_table(number: int, value: str | None) -> str:
+    return f"self.REQUIREMENTS[{number}].holds(self{', value' if value else ''})"
+
+
+def _with_functions(
+    context: ControllerContext,
+    tables: Mapping[str, _Entries],
+    folded: Sequence[_Folded],
+    methods: set[str],
+    names: PythonNames,
+) -> ControllerContext:
+    """The context of these tables; ``methods`` are those of requirements that are left."""
+
+    def called(text: str) -> str:
+        """A requirement that has no method of its own is found in the table."""
+        return _CALL.sub(
+            lambda call: (
+                call[0]
+                if f"requirement_{call[1]}" in methods
+                else _by_table(int(call[1]) - 1, call[2])
+            ),
+            text,
+        )
+
+    views = {t: mapped(tuple(e.view for e in entries), called) for t, entries in tables.items()}
+    alone: dict[str, Any] = {
+        t: tuple(v for v in views[t] if not isinstance(v, CopiedRows)) for t in _METHODS
+    }
+    functions = []
+    for one in folded:
+        pattern = mapped(one.run.pattern, called)
+        body, constants = in_function(instantiated("common/node/copies.jinja", pattern))
+        functions.append(
+            CopiesView(
+                title=_title(pattern, one.name),
+                function=names.take(f"rows_of_{_word(one.name)}"),
+                copies=one.copies,
+                first=one.run.first,
+                last=one.run.last,
+                names=constants,
+                body=body,
+                has_attributes=bool(pattern.components or pattern.phases),
+            )
+        )
+    return replace(context, copies=tuple(functions), tables=views, **alone)
+
+
+def _word(name: str) -> str:
+    return snake_case(name.replace(" ", "_"))
+
+
+def _title(pattern: CopyView, name: str) -> str:
+    if pattern.requirements:
+        return f"what is required for each i ({pattern.requirements[0].place})"
+    where = f" ({pattern.components[0].place})" if pattern.components else ""
+    return f"{name}[i]{where}"
+
+
+def _owners(
+    context: ControllerContext, robot: Robot, attributes: Attributes
+) -> Iterator[tuple[str, list[_Owner | None]]]:
+    """By table, what each of its entries belongs to."""
+    component = {key: c.component for key, c in robot.communications.items()}
+    yield "components", [_owner(c.name) for c in context.components]
+    yield "phases", [_owner(component[key]) for key in attributes.phases]
+    yield "locations", [_owner(name) for name, _ in context.locations]
+    yield "variables", [_owner(key.rpartition(".")[0]) for key, _ in context.variables]
+    yield "communications", [_owner(name) for name in component.values()]
+    yield "inputs", [_owner(component[i.key]) for i in context.inputs]
+    yield "commands", [_owner(component[c.key]) for c in context.commands]
+    yield "taus", [_owner(tau.component) for tau in context.taus]
+    yield "afters", [_owner(after.component) for after in context.afters]
+    yield "requirements", list(_statements(context.requirements))
+
+
+def _owner(component: str) -> _Owner | None:
+    name, index = family_and_index(component)
+    return None if index is None else (name, index)
+
+
+def _statements(requirements: Sequence[RequirementView]) -> Iterator[_Owner | None]:
+    """The ``for`` of each requirement: one ends where its index does not go on."""
+    number, before = 0, ("", 0)
+    for requirement in requirements:
+        found = _FOR.search(requirement.text)
+        here = ("", 0) if found is None else (found[1], int(found[2]))
+        number += here[0] != before[0] or here[1] < before[1]
+        before = here
+        yield None if found is None else (f"requirements {number}", here[1])
+
+
+def _copies(tables: Mapping[str, _Entries]) -> dict[str, dict[int, CopyView]]:
+    """By name and index, all that belongs to a copy."""
+    parts: dict[str, dict[int, dict[str, list[Any]]]] = {}
+    for table, entries in tables.items():
+        for entry in entries:
+            if entry.owner is not None:
+                name, index = entry.owner
+                copy = parts.setdefault(name, {}).setdefault(index, {})
+                copy.setdefault(table, []).append(entry.view)
+    return {
+        name: {
+            index: CopyView(**{table: tuple(views) for table, views in copy.items()})
+            for index, copy in copies.items()
+        }
+        for name, copies in parts.items()
+    }
+
+
+def _replaced(entries: _Entries, name: str, run: Run, rows: str) -> _Entries | None:
+    """The entries with one in place of those of a run; None: they do not stand together."""
+    at = [
+        n
+        for n, entry in enumerate(entries)
+        if entry.owner and entry.owner[0] == name and run.first <= entry.owner[1] <= run.last
+    ]
+    if not at:
+        return entries
+    together = entries[at[0] : at[-1] + 1]
+    indexes = [entry.owner[1] if entry.owner else 0 for entry in together]
+    if len(together) != len(at) or indexes != sorted(indexes):
+        return None
+    return [*entries[: at[0]], _Entry(CopiedRows(rows), None), *entries[at[-1] + 1 :]]

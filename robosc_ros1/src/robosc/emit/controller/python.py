@@ -1,0 +1,342 @@
+"""Expressions and types of the model as Python source."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from robosc.emit.controller import python_literals
+from robosc.emit.controller.naming import field_attribute
+from robosc.expr.traversal import (
+    all_names,
+    fold,
+    may_be_undefined,
+    parameters_of,
+    path_text,
+    walk,
+    with_operands,
+)
+from robosc.expr.tree import (
+    Binary,
+    Count,
+    ElementRef,
+    Expr,
+    Leaf,
+    Literal,
+    NamedPart,
+    ParameterRef,
+    Part,
+    PhaseRef,
+    StateRef,
+    TestRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    condition_of,
+)
+from robosc.expr.types import (
+    ArrayType,
+    BooleanType,
+    EnumType,
+    IntegerType,
+    ObjectType,
+    StringType,
+    Type,
+)
+from robosc.plant.counting import with_counts
+from robosc.plant.formulas import (
+    conjunction,
+    disjunction,
+    element_name,
+    exact,
+    negation,
+    to_python,
+)
+from robosc.runtime.values import NOW
+
+Path = tuple[str | int, ...]
+
+_LOCATION = "\0location"  # no variable can be called so
+
+
+@dataclass(frozen=True)
+class PythonCode:
+    """The Python source of an expression, and what happens when it is evaluated.
+
+    ``reads`` are attributes of the controller, those that called requirements read included.
+    ``mismatches`` says that a value outside a range may raise Mismatch.
+    """
+
+    text: str
+    reads: frozenset[str] = frozenset()
+    mismatches: bool = False
+
+    def __bool__(self) -> bool:
+        return bool(self.text)
+
+
+def joined(operator: str, codes: Iterable[PythonCode]) -> PythonCode:
+    """The operands, those that are not empty, with an operator between them."""
+    parts = [code for code in codes if code]
+    return PythonCode(
+        f" {operator} ".join(code.text for code in parts),
+        frozenset().union(*(code.reads for code in parts)),
+        any(code.mismatches for code in parts),
+    )
+
+
+@dataclass(frozen=True)
+class Attributes:
+    """The controller's attributes, and expressions over them as Python source.
+
+    They are given by component (its state), ``Component.variable``, and key (its phase).
+
+    ``entries`` are those that count how often a component entered a state, ``parameters`` those
+    that hold parameters, by their keys. ``parts`` are methods, by the names of parts of guards.
+    """
+
+    locations: Mapping[str, str]
+    variables: Mapping[str, str]
+    phases: Mapping[str, str]
+    enums: Mapping[EnumType, str]
+    entries: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    parts: Mapping[str, str] = field(default_factory=dict)
+
+    def text(self, expr: Expr) -> str:
+        """An expression over the controller's state and an event's ``value``.
+
+        The value of a basic type or enum is a plain one, that of an object a dict by path. What did
+        not come is None there.
+        """
+
+        def leaf(node: Leaf) -> str:
+            return _in_controller(node, self)
+
+        def convert(enum: EnumType, text: str) -> str:
+            return converted(enum, text, self)
+
+        def part(node: Part, whole: str) -> str:
+            return converted(node.carried, defined_access(whole, node.path), self)
+
+        spread = _spread(exact(with_counts(expr, chains=False)))
+        return to_python(spread, leaf, _constant, convert, part)
+
+    def operand(self, expr: Expr) -> str:
+        """The text of a condition as an operand of ``and``."""
+        return operand(expr, self.text(expr))
+
+    def code(self, expr: Expr) -> PythonCode:
+        """An expression without named parts, and what evaluating it reads and raises."""
+        read = exact(expr)
+        return PythonCode(
+            self.text(expr),
+            frozenset(self._read_by(read)),
+            any(
+                isinstance(part, ElementRef | Part) and _ranged(part.carried) for part in walk(read)
+            ),
+        )
+
+    def _read_by(self, expr: Expr) -> Iterator[str]:
+        for parameter in parameters_of(expr):
+            yield self.parameters[parameter.key]
+        for part in walk(expr):
+            match part:
+                case StateRef(component=component):
+                    yield self.locations[component]
+                case VariableRef(key=key):
+                    yield self.variables[key]
+                case PhaseRef(communication=key):
+                    yield self.phases[key]
+
+
+def _ranged(type_: Type) -> bool:
+    return isinstance(type_, IntegerType) and type_.bounds is not None
+
+
+def literal(value: Any) -> str:
+    """A value of the model as Python source; an array is a list there."""
+    if value is NOW:
+        return "now()"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{literal(n)}: {literal(v)}" for n, v in value.items()) + "}"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(literal, value))}]"
+    return python_literals.literal(value)
+
+
+def _constant(node: Literal) -> str:
+    """A constant in an expression; the fields of objects are read there."""
+    return readable(node.value)
+
+
+def readable(value: Any) -> str:
+    """A value as Python source that reads the fields of objects as those of messages."""
+    if isinstance(value, dict):
+        fields = (f"{field_attribute(name)}={readable(part)}" for name, part in value.items())
+        return f"record({', '.join(fields)})"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(readable, value))}]"
+    return literal(value)
+
+
+def _in_controller(node: Leaf, attributes: Attributes) -> str:
+    match node:
+        case VariableRef(component=component, variable=name):
+            if name == _LOCATION:
+                return f"self.{attributes.locations[component]}"
+            text = f"self.{attributes.variables[f'{component}.{name}']}"
+            return f"given({text})" if isinstance(node.type, ArrayType | ObjectType) else text
+        case StateRef() | TestRef():
+            raise AssertionError("states and tests are spread before")
+        case PhaseRef(communication=key):
+            return f"self.{attributes.phases[key]}"
+        case ParameterRef(parameter=parameter):
+            return f"self.{attributes.parameters[parameter.key]}"
+        case Count(conditions=conditions, least=least, negated=negated):
+            texts = ", ".join(map(attributes.text, conditions))
+            return f"sum(({texts})) {'<' if negated else '>='} {least}"
+        case NamedPart(variable=name):
+            return f"self.{attributes.parts[name]}()"
+        case ValueRef(path=(), type=type_, optional=optional):
+            whole = 'value[""]' if isinstance(type_, ObjectType) else "value"
+            return f"given({whole})" if optional else whole
+        case ElementRef(variable=name, path=path):
+            return converted(node.carried, access(element_name(name), path), attributes)
+        case ValueRef(path=path, optional=optional):
+            part = f"value[{literal(path_text(path))}]"
+            return part if all_names(path) and not optional else f"given({part})"
+
+
+def _spread(expr: Expr) -> Expr:
+    """State tests as comparisons of the component's state, which need fewer parentheses."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        if isinstance(node, Count) and node.least in (1, len(node.conditions)):
+            chain = disjunction if node.least == 1 else conjunction
+            whole = chain(node.conditions)
+            return _spread(negation(whole) if node.negated else whole)
+        return _state_test("=", node) if isinstance(node, StateRef) else node
+
+    def negated(node: Expr) -> Expr | None:
+        match node:
+            case Unary(operator="!", operand=StateRef() as state):
+                return _state_test("!=", state)
+            case Unary(operator="!", operand=Binary(operator="=" | "!=") as same):
+                return _spread(negation(same))
+            case Binary(operator="=>", left=Binary(operator="=" | "!=") as same, right=right):
+                return _spread(Binary("or", negation(same), right, BooleanType()))
+        return None
+
+    return fold(expr, leaf, with_operands, known=negated)
+
+
+def _state_test(operator: str, state: StateRef) -> Binary:
+    text = StringType()
+    location = VariableRef(state.component, _LOCATION, text)
+    return Binary(operator, location, Literal(state.state, text), BooleanType())
+
+
+def in_enum_rule(expr: Expr, attributes: Attributes) -> str:
+    """An expression over the raw ``value`` that an enum converts, in the enum's function."""
+
+    def leaf(node: Leaf) -> str:
+        match node:
+            case ValueRef(path=path):
+                return convert(node.type, access("value", path))
+            case ElementRef(variable=name, path=path):
+                return convert(node.carried, access(element_name(name), path))
+            case ParameterRef(parameter=parameter):
+                return attributes.parameters[parameter.key]
+        raise TypeError(f"{node} in the rule of an enum")
+
+    def convert(type_: Type, text: str) -> str:
+        return converted(type_, text, attributes, in_rule=True)
+
+    def part(node: Part, whole: str) -> str:
+        return convert(node.carried, defined_access(whole, node.path))
+
+    return to_python(expr, leaf, _constant, convert, part)
+
+
+def access(root: str, path: Path) -> str:
+    """A part of a ROS message by attributes and indexes."""
+    return root + "".join(
+        f"[{part}]" if isinstance(part, int) else f".{field_attribute(part)}" for part in path
+    )
+
+
+def defined_access(root: str, path: Path) -> str:
+    """A part of what is stored or computed, which is undefined where an array is too short."""
+    text = root
+    for part in path:
+        if isinstance(part, int):
+            text = f"element({text}, {part})"
+        else:
+            text = f"{text}.{field_attribute(part)}"
+    return text
+
+
+def converted(type_: Type, text: str, attributes: Attributes, *, in_rule: bool = False) -> str:
+    """What came in as a value of the language: enums applied, ranges checked.
+
+    The function of an enum gets all that it needs as arguments; ``in_rule`` says that it is called
+    in another one.
+    """
+    match type_:
+        case EnumType():
+            here = "" if in_rule else "self."
+            counter = "undefined" if in_rule else "self.count_undefined"
+            arguments = [text, *([counter] if converter_counts(type_) else [])]
+            arguments += [here + attributes.parameters[key] for key in converter_parameters(type_)]
+            return f"{attributes.enums[type_]}({', '.join(arguments)})"
+        case IntegerType(bounds=(low, high)):
+            return f'in_range({text}, {low}, {high}, "the value")'
+    return text
+
+
+def converter_counts(enum: EnumType) -> bool:
+    """Whether a rule of the enum can be undefined, so that its function takes a counter."""
+    for rule in enum.rules:
+        if may_be_undefined(condition_of(rule)):
+            return True
+        for part in walk(condition_of(rule)):
+            reads = isinstance(part, ValueRef | ElementRef | Part)
+            if reads and isinstance(part.type, EnumType) and converter_counts(part.type):
+                return True
+    return False
+
+
+def converter_parameters(enum: EnumType) -> tuple[str, ...]:
+    """The parameters, by key, that the rules of an enum read, those of enums in them included."""
+    found = (p.key for rule in enum.rules for p in parameters_of(condition_of(rule)))
+    return tuple(dict.fromkeys(found))
+
+
+def within(expr: Expr, type_: Type) -> bool:
+    """Whether a value assigned to a variable of this type is surely in its range."""
+    if not (isinstance(type_, IntegerType) and type_.bounds):
+        return True
+    low, high = type_.bounds
+    match expr:
+        case Literal(value=int(value)):
+            return low <= value <= high
+        case VariableRef() | ValueRef() | ParameterRef() if isinstance(expr.type, IntegerType):
+            bounds = expr.type.bounds
+            return bounds is not None and low <= bounds[0] and bounds[1] <= high
+    return False
+
+
+def operand(expr: Expr, text: str) -> str:
+    """The text of a condition as an operand of ``and``."""
+    weak = isinstance(expr, Binary) and expr.operator in ("or", "=>")
+    return f"({text})" if weak else text
+
+
+def duration(expr: Expr) -> float | str:
+    """A duration in seconds, or the name of the parameter that says it."""
+    if isinstance(expr, ParameterRef):
+        return expr.parameter.name
+    assert isinstance(expr, Literal)
+    return float(expr.value)

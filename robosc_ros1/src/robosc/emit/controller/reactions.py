@@ -1,0 +1,305 @@
+"""What an event does to the controller, and when the plant can do it, as Python text.
+
+Assignments are simultaneous: conditions and right-hand sides see the state before the event, and
+nothing is changed if one of them raises Mismatch. So an attribute is assigned at once only if
+nothing that is evaluated afterwards reads it or raises; else its new value waits in a local
+variable of its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+from robosc.emit.controller.naming import PythonNames, place
+from robosc.emit.controller.python import Attributes, PythonCode, joined, literal, operand, within
+from robosc.emit.controller.views import PartnerView, ReactionView
+from robosc.emit.write.line_breaks import unparenthesised
+from robosc.expr.traversal import may_be_undefined
+from robosc.expr.tree import Binary, Expr, Leaf, Literal
+from robosc.expr.types import DoubleType, IntegerType
+from robosc.language.events import EventKind
+from robosc.model.entities import Variable
+from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
+from robosc.plant.formulas import exact, may_be_huge
+
+
+@dataclass(frozen=True)
+class _Effect:
+    """An attribute and its new value over the old state.
+
+    ``change`` is how far the new value is from the old one, such as ``+= 1``, if it is written so.
+    """
+
+    attribute: str
+    value: PythonCode
+    change: str = ""
+
+
+@dataclass(frozen=True)
+class _Branch:
+    """One way in which a component takes part: ``condition`` (empty: always) and its effects."""
+
+    condition: PythonCode
+    place: str
+    effects: tuple[_Effect, ...]
+
+
+@dataclass(frozen=True)
+class _LocalReaction:
+    """What an event does to one component."""
+
+    component: str
+    branches: tuple[_Branch, ...]
+
+    @property
+    def evaluated(self) -> list[PythonCode]:
+        """All that is evaluated."""
+        values = [effect.value for branch in self.branches for effect in branch.effects]
+        return [branch.condition for branch in self.branches] + values
+
+
+class Reactions:
+    """Describes the events of one plant."""
+
+    def __init__(self, plant: Plant, attributes: Attributes) -> None:
+        self.plant = plant
+        self.attributes = attributes
+        self.variables = plant.robot.variables
+
+    def reaction(self, event: Event, tested: bool = False) -> ReactionView:
+        """What an event does; ``tested``: its one edge is known to be enabled."""
+        parts = []
+        for automaton in event.automata:
+            groups = alike(automaton.edges)
+            branches = tuple(self._branch(event, automaton, edges) for edges in groups)
+            if tested:
+                branches = tuple(replace(branch, condition=PythonCode("")) for branch in branches)
+            if any(branch.effects for branch in branches):
+                parts.append(_LocalReaction(automaton.component, branches))
+        body = list(_body(parts))
+        changed = {e.attribute: None for part in parts for b in part.branches for e in b.effects}
+        phase = event.phase
+        if phase is not None:
+            busy = self.attributes.phases[event.key]
+            if phase.sources == (1,):
+                wrong = "silent" if event.kind is EventKind.TIMEOUT else "not under way"
+                mismatch = f'    raise Mismatch("{event.name} is {wrong}")'
+                body = [f"if not self.{busy}:", mismatch, *body]
+            if phase.sources != (phase.target,):
+                body.append(f"self.{busy} = {phase.target == 1}")
+                changed[busy] = None
+        return ReactionView(tuple(body), tuple(changed))
+
+    def effects(self, event: Event, edges: list[Edge]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The statements of an event's one transition, where it is taken, and what they write."""
+        (automaton,) = event.automata
+        branch = replace(self._branch(event, automaton, edges), condition=PythonCode(""))
+        _, *lines = _body([_LocalReaction(automaton.component, (branch,))])
+        return tuple(lines), tuple(effect.attribute for effect in branch.effects)
+
+    def _branch(self, event: Event, automaton: LocalAutomaton, edges: list[Edge]) -> _Branch:
+        edge = edges[0]
+        effects = []
+        for assignment in edge.assignments:
+            variable = self.variables[f"{automaton.component}.{assignment.variable}"]
+            effects.append(self._effect(event, variable, assignment.value))
+        location = self.plant.variables[automaton.variable]
+        if any(e.source != e.target for e in edges):
+            target = PythonCode(literal(location.values[edge.target]))
+            effects.append(_Effect(self.attributes.locations[automaton.component], target))
+        entries = self.attributes.entries.get(automaton.component)
+        if edge.enters and entries is not None:
+            more = PythonCode(f"self.{entries} + 1", frozenset([entries]))
+            effects.append(_Effect(entries, more, "+= 1"))
+        condition = self._edge_condition(location, edges)
+        return _Branch(condition, place(edge.span), tuple(effects))
+
+    def _edge_condition(self, location: StateVariable, edges: list[Edge]) -> PythonCode:
+        guard = edges[0].guard
+        parts = [self.location_test(location, [e.source for e in edges])]
+        if guard is not None:
+            code = self.attributes.code(guard)
+            text = operand(guard, code.text)
+            if may_be_undefined(exact(guard)):
+                text = f"self.holds(lambda: {code.text}, {literal(place(edges[0].span))})"
+            parts.append(replace(code, text=text))
+        return joined("and", parts)
+
+    def condition(self, automaton: LocalAutomaton) -> PythonCode:
+        """Where an automaton with one edge takes part; empty: always."""
+        location = self.plant.variables[automaton.variable]
+        return self._edge_condition(location, list(automaton.edges))
+
+    def location_test(self, location: StateVariable, sources: Iterable[int]) -> PythonCode:
+        """Whether the component is in one of the states; empty if it always is."""
+        states = [str(location.values[source]) for source in sources]
+        attribute = self.attributes.locations[location.name]
+        if len(states) == location.size:
+            return PythonCode("")
+        if len(states) == 1:
+            test = f"== {literal(states[0])}"
+        else:
+            test = f"in ({', '.join(literal(s) for s in states)})"
+        return PythonCode(f"self.{attribute} {test}", frozenset([attribute]))
+
+    def _effect(self, event: Event, variable: Variable, expr: Expr) -> _Effect:
+        attribute = self.attributes.variables[variable.key]
+        code = self.attributes.code(expr)
+        text, reads, mismatches = code.text, code.reads, code.mismatches
+        if isinstance(variable.type, DoubleType) and isinstance(expr.type, IntegerType):
+            text = f"{'widen' if may_be_huge(expr) else 'float'}({text})"
+        where = literal(place(expr.span)) if expr.span is not None else '""'
+        if not within(expr, variable.type):
+            assert isinstance(variable.type, IntegerType)
+            assert variable.type.bounds is not None
+            low, high = variable.type.bounds
+            if not variable.in_state:
+                text = f"self.kept({text}, {low}, {high}, self.{attribute}, {where})"
+                reads |= {attribute}
+            elif not event.controllable:
+                text = f"in_range({text}, {low}, {high}, {literal(variable.key)})"
+                mismatches = True
+        if may_be_undefined(exact(expr)):
+            text = f"self.assigned(lambda: {text}, self.{attribute}, {where})"
+            reads |= {attribute}
+        value = PythonCode(text, reads, mismatches)
+        return _Effect(attribute, value, self._change(attribute, expr, text))
+
+    def _change(self, attribute: str, expr: Expr, text: str) -> str:
+        """What is added to an attribute, or subtracted, by an expression with this text."""
+        if isinstance(expr, Binary) and isinstance(expr.right, Literal | Leaf):
+            change = f"{expr.operator} {self.attributes.text(expr.right)}"
+            if expr.operator in ("+", "-") and text == f"self.{attribute} {change}":
+                return change.replace(" ", "= ", 1)
+        return ""
+
+    def synchronisation(self, event: Event) -> PythonCode:
+        """The condition under which the plant can do a controllable event, its phase apart; empty
+        if it always can."""
+        conditions = [condition for _, condition in self._synchronisation(event)]
+        if len(conditions) == 1:
+            return replace(conditions[0], text=unparenthesised(conditions[0].text))
+        return joined("and", conditions)
+
+    def partners(self, event: Event, name: str, names: PythonNames) -> tuple[PartnerView, ...]:
+        """The components of that condition, each with whether it can take part, the ranges of its
+        variables apart; several have a method each, one alone has that of the whole."""
+        parts = list(self._synchronisation(event, ranges=False))
+        if len(parts) == 1 and parts == list(self._synchronisation(event)):
+            return (PartnerView(parts[0][0], parts[0][1].text, ""),)
+        return tuple(
+            PartnerView(
+                component, unparenthesised(code.text), names.take(f"partner_{number}_in_{name}")
+            )
+            for number, (component, code) in enumerate(parts, 1)
+        )
+
+    def _synchronisation(
+        self, event: Event, ranges: bool = True
+    ) -> Iterator[tuple[str, PythonCode]]:
+        for automaton in event.automata:
+            location = self.plant.variables[automaton.variable]
+            ways = []
+            free = True
+            for edges in alike(automaton.edges):
+                inside = joined("and", self.ranges(edges[0]) if ranges else ())
+                where = self._edge_condition(location, edges)
+                free = free and not inside
+                both = joined("and", [where, inside])
+                if automaton.blocking:
+                    ways.append(both)
+                elif inside:
+                    text = f"(not ({where.text}) or {inside.text})" if where else inside.text
+                    yield automaton.component, replace(both, text=text)
+            if not automaton.blocking or (free and self._always(automaton, location)):
+                continue
+            if len(ways) == 1:
+                yield automaton.component, ways[0]
+            else:
+                one = joined("or", ways)
+                text = f"({one.text})" if ways else "False"
+                yield automaton.component, replace(one, text=text)
+
+    def _always(self, automaton: LocalAutomaton, location: StateVariable) -> bool:
+        open_edges = {e.source for e in automaton.edges if e.guard is None}
+        return len(open_edges) == location.size
+
+    def ranges(self, edge: Edge) -> Iterator[PythonCode]:
+        """The conditions under which what an edge assigns stays in its ranges."""
+        for index, expr in edge.updates:
+            variable = self.variables.get(self.plant.variables[index].name)
+            if variable is not None and not within(expr, variable.type):
+                assert isinstance(variable.type, IntegerType)
+                assert variable.type.bounds is not None
+                low, high = variable.type.bounds
+                code = self.attributes.code(expr)
+                yield replace(code, text=f"{low} <= {code.text} <= {high}")
+
+
+def alike(edges: Iterable[Edge]) -> list[list[Edge]]:
+    """The edges of one transition in one group: on the automaton level there is one per state.
+
+    In each state the first edge counts, so that a group comes after all that stand before one of
+    its edges.
+    """
+    groups: dict[tuple[object, ...], list[Edge]] = {}
+    ranks: dict[tuple[object, ...], int] = {}
+    seen: dict[int, int] = {}
+    for edge in edges:
+        span = edge.span
+        key = id(span.source), span.start, span.end, edge.guard, edge.updates, edge.assignments
+        groups.setdefault(key, []).append(edge)
+        seen[edge.source] = rank = seen.get(edge.source, 0) + 1
+        ranks[key] = max(ranks.get(key, 0), rank)
+    return [groups[key] for key in sorted(groups, key=ranks.__getitem__)]
+
+
+def _body(parts: list[_LocalReaction]) -> Iterator[str]:
+    """The statements that change the state."""
+    waiting = _waiting(parts)
+    assigned = {name for part in parts for name in _always_assigned(part)}
+    for name in waiting:
+        if name not in assigned:
+            yield f"{name} = self.{name}"
+    for part in parts:
+        first = part.branches[0]
+        if not first.condition:
+            yield f"# {part.component} ({first.place})"
+            yield from _effects(first, waiting, "")
+            continue
+        yield f"# {part.component}"
+        for number, branch in enumerate(part.branches):
+            word = "if" if number == 0 else "elif"
+            head = f"{word} {branch.condition.text}:" if branch.condition else "else:"
+            yield f"{head}  # {branch.place}"
+            yield from _effects(branch, waiting, "    ") if branch.effects else ["    pass"]
+    for name in waiting:
+        yield f"self.{name} = {name}"
+
+
+def _effects(branch: _Branch, waiting: Iterable[str], indent: str) -> Iterator[str]:
+    for effect in branch.effects:
+        name = effect.attribute
+        if name in waiting:
+            yield f"{indent}{name} = {effect.value.text}"
+        else:
+            yield f"{indent}self.{name} {effect.change or f'= {effect.value.text}'}"
+
+
+def _always_assigned(part: _LocalReaction) -> Iterator[str]:
+    if not part.branches[0].condition:
+        yield from (effect.attribute for effect in part.branches[0].effects)
+
+
+def _waiting(parts: list[_LocalReaction]) -> list[str]:
+    """The attributes whose new values must wait until all of the event is evaluated."""
+    found: dict[str, None] = {}
+    for number, part in enumerate(parts):
+        later = [code for other in parts[number + 1 :] for code in other.evaluated]
+        for branch in part.branches:
+            for at, effect in enumerate(branch.effects, 1):
+                after = [other.value for other in branch.effects[at:]] + later
+                if any(code.mismatches or effect.attribute in code.reads for code in after):
+                    found[effect.attribute] = None
+    return list(found)

@@ -1,0 +1,66 @@
+"""All transitions of a component in one form, for what is exported of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from robosc.expr.tree import Expr
+from robosc.language.events import EventKind
+from robosc.model.entities import After, Assignment, Behaviour, ResultTransition, Robot, Tau
+from robosc.plant.formulas import to_dsl
+from robosc.source import Span
+
+
+@dataclass(frozen=True, slots=True)
+class AnyTransition:
+    """A transition on an event of a communication, after a delay, or an internal one.
+
+    ``source`` None: it leaves every state; of a state with states in it, each of those. ``target``
+    None: it stays. ``communication`` is the key
+    of one; None for others, which ``index`` counts from 1.
+    """
+
+    source: str | None
+    target: str | None
+    kind: EventKind
+    communication: str | None
+    index: int
+    delay: Expr | None
+    guard: Expr | None
+    assignments: tuple[Assignment, ...]
+    span: Span
+
+
+def transitions(behaviour: Behaviour) -> Iterator[AnyTransition]:
+    """Those of every state, of states with states in them, then state by state."""
+    yield from (_on_event(None, t) for t in behaviour.transitions)
+    yield from (_internal(None, tau) for tau in behaviour.taus)
+    for outer in behaviour.composites:
+        yield from (_on_event(outer.name, t) for t in outer.transitions)
+        yield from (_internal(outer.name, tau) for tau in outer.taus)
+    for state in behaviour.states:
+        yield from (_on_event(state.name, t) for t in state.transitions)
+        yield from (_internal(state.name, tau) for tau in state.taus)
+        yield from (_delayed(state.name, after) for after in state.afters)
+
+
+def _on_event(source: str | None, found: ResultTransition) -> AnyTransition:
+    taken = found.guard, found.assignments, found.span
+    return AnyTransition(source, found.goto, found.event, found.communication, 0, None, *taken)
+
+
+def _internal(source: str | None, tau: Tau) -> AnyTransition:
+    return replace(_on_event(source, tau.transition), communication=None, index=tau.index)
+
+
+def _delayed(source: str, after: After) -> AnyTransition:
+    found = _on_event(source, after.transition)
+    return replace(found, communication=None, index=after.index, delay=after.delay)
+
+
+def as_written(expr: Expr, robot: Robot) -> str:
+    """Return an expression as it was written, white space folded."""
+    if expr.span is not None:
+        return " ".join(expr.span.text.split())
+    return to_dsl(expr, robot)

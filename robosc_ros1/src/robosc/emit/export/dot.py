@@ -1,0 +1,201 @@
+"""Pictures for graphviz: each component's automaton, and the controlled state space when small.
+
+Drawn as is usual for automata: an arrow without origin enters the initial state, marked states have
+a double line, uncontrollable events are dashed. Labels use the words of the model.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from robosc.emit.export.all_transitions import AnyTransition, as_written, transitions
+from robosc.errors import UsageError, counted
+from robosc.model.entities import Behaviour, Component, Robot
+from robosc.plant.automaton import Plant, PlantState, VariableKind
+from robosc.supervisor import Step
+from robosc.synthesis.documents import step_document
+from robosc.synthesis.explore import Graph
+
+_EVERY_STATE = "in every state"
+
+
+def dot_text(robot: Robot, controlled: Graph | None = None) -> str:
+    """One graph with a cluster per automaton, and one for the controlled states if given."""
+    lines = [
+        f"digraph {_quoted(robot.name)} {{",
+        "  rankdir=LR; compound=true; fontname=Helvetica;",
+        "  node [shape=box, style=rounded, fontname=Helvetica, fontsize=11];",
+        "  edge [fontname=Helvetica, fontsize=9];",
+    ]
+    for component in robot.components:
+        if component.behaviour is not None:
+            lines += _cluster(component.name, _automaton(robot, component, component.behaviour))
+    if controlled is not None:
+        title = f"controlled system: {counted(len(controlled.states), 'state')}"
+        lines += _cluster(title, _states(controlled))
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def svg_text(dot: str) -> str:
+    """The picture of a DOT text, laid out by graphviz.
+
+    Raises:
+        UsageError: graphviz is not installed, or fails.
+    """
+    program = shutil.which("dot")
+    if program is None:
+        raise UsageError("svg needs graphviz (apt install graphviz); --format dot works without it")
+    done = subprocess.run([program, "-Tsvg"], input=dot, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise UsageError(f"graphviz cannot draw this: {done.stderr.strip()}")
+    return done.stdout
+
+
+@dataclass(frozen=True, slots=True)
+class _Arrow:
+    source: str
+    target: str
+    label: str
+    controllable: bool
+    box: str = ""
+    """The box of states that it leaves, if it leaves all in it."""
+
+
+def _cluster(name: str, body: Iterable[str], title: str = "") -> list[str]:
+    return [
+        f"  subgraph {_quoted(f'cluster {name}')} {{",
+        f"    label={_quoted(title or name)}; color=gray;",
+        *(f"    {line}" for line in body),
+        "  }",
+    ]
+
+
+def _node(name: str, label: str, marked: bool) -> str:
+    lines = 2 if marked else 1
+    return f"{_quoted(name)} [label={_quoted(label)}, peripheries={lines}];"
+
+
+def _start(name: str) -> Iterator[str]:
+    origin = _quoted(f"{name} start")
+    yield f'{origin} [shape=point, width=0.08, label=""];'
+    yield f"{origin} -> {_quoted(name)};"
+
+
+def _arrows(arrows: Sequence[_Arrow]) -> Iterator[str]:
+    """Arrows with the same ends become one, its label with a line for each."""
+    groups: dict[tuple[str, str, bool, str], list[str]] = {}
+    for arrow in arrows:
+        key = arrow.source, arrow.target, arrow.controllable, arrow.box
+        groups.setdefault(key, []).append(arrow.label)
+    for (source, target, controllable, box), labels in groups.items():
+        style = "solid" if controllable else "dashed"
+        label = _quoted("\n".join(dict.fromkeys(labels)))
+        tail = f", ltail={_quoted(box)}" if box else ""
+        yield f"{_quoted(source)} -> {_quoted(target)} [label={label}, style={style}{tail}];"
+
+
+# --- components ----------------------------------------------------------------------------------
+
+
+def _automaton(robot: Robot, component: Component, behaviour: Behaviour) -> Iterator[str]:
+    def place(state: str) -> str:
+        return f"{component.name}.{state}"
+
+    everywhere = f"{component.name} {_EVERY_STATE}"
+    yield from _states_in(component.name, behaviour, "")
+    if behaviour.transitions or behaviour.taus:
+        yield f"{_quoted(everywhere)} [label={_quoted(_EVERY_STATE)}, shape=plaintext];"
+    arrows = []
+    for transition in sorted(transitions(behaviour), key=lambda t: t.source is None):
+        label = "\n".join(_label(robot, transition))
+        sources = [everywhere]
+        box = ""
+        if transition.source is not None:
+            inside = [s.name for s in behaviour.states if s.is_in(transition.source)]
+            if transition.target not in (None, *inside) and inside != [transition.source]:
+                box = f"cluster {place(transition.source)}"
+            sources = [place(name) for name in (inside[:1] if box else inside)]
+        for source in sources:
+            target = source if transition.target is None else place(transition.target)
+            arrows.append(_Arrow(source, target, label, transition.kind.controllable, box))
+    yield from _arrows(arrows)
+
+
+def _states_in(component: str, behaviour: Behaviour, inside: str) -> Iterator[str]:
+    """The states that stand in one with a path, and no deeper; "" stands for all."""
+    boxes = {outer.name for outer in behaviour.composites}
+    prefix = f"{inside}." if inside else ""
+    paths = (s.name for s in behaviour.states if s.is_in(inside or None))
+    heads = (prefix + path.removeprefix(prefix).partition(".")[0] for path in paths)
+    for path in dict.fromkeys(heads):
+        name = f"{component}.{path}"
+        if path in boxes:
+            body = _states_in(component, behaviour, path)
+            yield from _cluster(name, body, path.removeprefix(prefix))
+            continue
+        state = next(s for s in behaviour.states if s.name == path)
+        yield _node(name, path.removeprefix(prefix), state.marked)
+        if state.initial:
+            yield from _start(name)
+
+
+def _label(robot: Robot, transition: AnyTransition) -> Iterator[str]:
+    if transition.communication is not None:
+        yield f"{robot.display_names[transition.communication]}.{transition.kind.value}"
+    if transition.delay is not None:
+        yield f"after {as_written(transition.delay, robot)}"
+    if transition.guard is not None:
+        yield f"[{as_written(transition.guard, robot)}]"
+    yield from (f"{a.variable} := {as_written(a.value, robot)}" for a in transition.assignments)
+
+
+# --- the controlled system -----------------------------------------------------------------------
+
+
+def _states(graph: Graph) -> Iterator[str]:
+    plant = graph.plant
+    for number, state in enumerate(graph.states):
+        label = "\n".join(_state_lines(plant, state)) or "the only state"
+        yield _node(f"state {number}", label, plant.is_marked(state))
+    yield from _start("state 0")
+    arrows = []
+    for transition in graph.transitions:
+        event = plant.events[transition.event]
+        value = step_document(Step(event, transition.values))["value"]
+        label = f"{event.name}.{event.kind.value}"
+        if event.kind.of_component:
+            label = f"{event.name}.{event.kind.value} {event.index}"
+        elif value is not None:
+            label += f"({_value(value)})"
+        ends = f"state {transition.source}", f"state {transition.target}"
+        arrows.append(_Arrow(*ends, label, event.controllable))
+    yield from _arrows(arrows)
+
+
+def _state_lines(plant: Plant, state: PlantState) -> Iterator[str]:
+    for variable, index in zip(plant.variables, state, strict=True):
+        value = variable.values[index]
+        if variable.labels is not None:
+            yield variable.labels[index]
+        elif variable.kind is VariableKind.LOCATION:
+            yield f"{variable.name}.{value}"
+        elif variable.kind in (VariableKind.DATA, VariableKind.TEST):
+            yield f"{variable.name} = {_value(value)}"
+        elif index:
+            yield f"{plant.robot.display_names[variable.name]} {value}"
+
+
+def _value(value: object) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{path} = {_value(part)}" for path, part in value.items())
+    if value is None:
+        return "nothing"
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'

@@ -1,0 +1,55 @@
+"""``robosc export``: a model in the formats of other tools."""
+
+from __future__ import annotations
+
+import json
+from math import prod
+from typing import Literal, TypeAlias
+
+from robosc.emit.export.cif import cif_plant, cif_supervised
+from robosc.emit.export.dot import dot_text, svg_text
+from robosc.emit.export.json_export import export_document
+from robosc.errors import EmptySupervisorError, StateSpaceError
+from robosc.plant.automaton import Plant
+from robosc.synthesis import Graph, explore, synthesize
+
+Format: TypeAlias = Literal["cif", "dot", "svg", "json"]
+
+_DRAWN_STATES = 40  # more are no picture any more
+_DRAWN_PRODUCT = 1 << 22  # what synthesis does in no time
+
+
+def exported(plant: Plant, format_: Format, with_supervisor: bool = False) -> str:
+    """The text of a plant in a format; ``with_supervisor`` adds its guards to CIF.
+
+    Raises:
+        EmptySupervisorError: there is no supervisor to add.
+        StateSpaceError: synthesis is needed, and the state space is too large.
+        UsageError: graphviz is needed and not installed, or CIF has no place for a test of data.
+    """
+    match format_:
+        case "cif" if with_supervisor:
+            supervisor = synthesize(plant)
+            if supervisor.empty:
+                raise EmptySupervisorError("the supervisor is empty; leave out --supervisor")
+            return cif_supervised(supervisor)
+        case "cif":
+            return cif_plant(plant)
+        case "json":
+            document = export_document(synthesize(plant))
+            return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    picture = dot_text(plant.robot, _drawn(plant))
+    return picture if format_ == "dot" else svg_text(picture)
+
+
+def _drawn(plant: Plant) -> Graph | None:
+    """The controlled system, if it is small enough for a picture."""
+    if prod(variable.size for variable in plant.variables) > _DRAWN_PRODUCT:
+        return None
+    supervisor = synthesize(plant)
+    if supervisor.empty:
+        return None
+    try:
+        return explore(supervisor, _DRAWN_STATES)
+    except StateSpaceError:
+        return None

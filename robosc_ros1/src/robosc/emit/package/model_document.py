@@ -1,0 +1,154 @@
+"""The model as plain data, for viewers (``~model``) and for the test that plays the robot.
+
+Components, transitions, requirements stand here as the user wrote them; derived is only which
+commands synthesis restricts. So the test of a package has the model from here and does not believe
+the controller.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from robosc.emit.controller.naming import place
+from robosc.emit.controller.whole_guards import whole_guards
+from robosc.emit.export.all_transitions import as_written, transitions
+from robosc.emit.package.thresholds import thresholds
+from robosc.expr.types import DoubleType, IntegerType
+from robosc.language.events import EventKind
+from robosc.model.entities import Behaviour, Component, Robot, Variable
+from robosc.plant.automaton import Plant
+from robosc.plant.formulas import to_dsl
+from robosc.supervisor import Supervisor
+
+Json = Any
+
+
+def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
+    """The document of ``~model``: the model as a person reads it, expressions as text."""
+    robot = supervisor.plant.robot
+    names = robot.display_names
+    return {
+        "version": 1,
+        "robot": robot.name,
+        "source": source,
+        "components": [_component(component, supervisor.plant) for component in robot.components],
+        "communications": [
+            {
+                "name": names[c.key],
+                "component": c.component,
+                "kind": c.kind.value,
+                "identifier": c.identifier,
+                "request": str(c.request),
+                "response": str(c.response),
+                "feedback": str(c.feedback),
+                "place": place(c.span),
+            }
+            for c in robot.communications.values()
+        ],
+        "parameters": [
+            {
+                "name": parameter.key,
+                "parameter": parameter.name,
+                "type": str(parameter.type),
+                "default": parameter.default,
+                "place": place(parameter.span),
+            }
+            for parameter in robot.parameters
+        ],
+        "requirements": [
+            {
+                "text": requirement.text,
+                "place": place(requirement.span),
+                "communications": [names[key] for key in requirement.communications],
+            }
+            for requirement in robot.requirements
+        ],
+        "commands": [
+            {
+                "event": _event(guard.event.kind, guard.event.name, guard.event.index),
+                "guard": to_dsl(guard.expr, robot),
+                "status": guard.status,
+            }
+            for guard in whole_guards(supervisor)
+        ],
+        "thresholds": dict(thresholds(robot)),
+    }
+
+
+def _event(kind: EventKind, name: str, index: int) -> dict[str, Json]:
+    return {"kind": kind.value, "name": name} | ({"index": index} if index else {})
+
+
+def _component(component: Component, plant: Plant) -> dict[str, Json]:
+    behaviour = component.behaviour
+    robot = plant.robot
+    states: list[Json] = []
+    variables: list[Json] = []
+    transitions: list[Json] = []
+    if behaviour is not None:
+        states = [
+            {"name": s.name, "initial": s.initial, "marked": s.marked} for s in behaviour.states
+        ]
+        variables = [
+            {"name": v.name, "type": str(v.type), "initial": v.initial} | _comparisons(v, plant)
+            for v in behaviour.variables
+        ]
+        transitions = _transitions(behaviour, component.name, robot)
+    return {
+        "name": component.name,
+        "place": place(component.span),
+        "library": component.library,
+        "states": states,
+        "variables": variables,
+        "transitions": transitions,
+    }
+
+
+_MOST_CLASSES = 500
+"""Each class is told by the outcomes of all comparisons, so the table grows with the square."""
+
+
+def _comparisons(variable: Variable, plant: Plant) -> dict[str, Json]:
+    """The numbers that decisions compare a variable with, and the classes that they make of it:
+    how the comparisons come out (``1`` holds, ``0`` does not), to what users see of the class."""
+    classes = plant.view.variables.get(variable.key)
+    if classes is None or not isinstance(variable.type, DoubleType | IntegerType):
+        return {}
+    if len(classes) > _MOST_CLASSES:
+        return {}  # the page shows the number alone
+    labels = next(v.labels for v in plant.variables if v.name == variable.key)
+    assert labels is not None
+    there = range(len(classes) - classes.optional)
+    outcomes = [classes.outcomes(number) for number in there]
+    finite = [c for c in outcomes[0] if not isinstance(c[1], str) and math.isfinite(c[1])]
+    texts = {
+        "".join("01"[found[comparison]] for comparison in finite): labels[number]
+        for number, found in enumerate(outcomes)
+    }
+    return {"comparisons": [list(comparison) for comparison in finite], "classes": texts}
+
+
+def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Json]:
+    """All transitions; ``from`` None stands for every state, ``to`` None for staying.
+
+    That of a state with states in it leaves each of those.
+    """
+    names = robot.display_names
+    inside = {
+        outer.name: [state.name for state in behaviour.states if state.is_in(outer.name)]
+        for outer in behaviour.composites
+    }
+    return [
+        {
+            "from": source,
+            "to": t.target,
+            "event": _event(t.kind, names.get(t.communication or "", component), t.index),
+            "guard": None if t.guard is None else to_dsl(t.guard, robot),
+            "assignments": [f"{a.variable} := {to_dsl(a.value, robot)}" for a in t.assignments],
+            "place": place(t.span),
+        }
+        | ({} if t.delay is None else {"delay": as_written(t.delay, robot)})
+        for t in transitions(behaviour)
+        for source in inside.get(t.source or "", [t.source])
+    ]

@@ -1,0 +1,90 @@
+"""What the templates of a package see of it: names, topics, parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from xml.sax.saxutils import escape
+
+from robosc.emit.package.readme import ParameterView
+from robosc.errors import UsageError
+from robosc.model.entities import Communication
+from robosc.resources import templates_folder
+
+_TEST_DATA = ("package_under_test", "plant_data")
+"""The generated modules of a package's test."""
+
+
+@dataclass(frozen=True)
+class TopicView:
+    """A topic, service or action; ``type`` as Python source, ``keys`` a tuple of communications."""
+
+    name: str
+    type: str
+    keys: tuple[str, ...] = ()
+    key: str = ""
+
+
+@dataclass(frozen=True)
+class PackageContext:
+    """What all templates of a target see."""
+
+    package: str
+    node_name: str
+    robot: str
+    source: str
+    version: str
+    maintainer: str
+    maintainer_email: str
+    licence: str
+    class_name: str
+    dependencies: tuple[str, ...]
+    modules: tuple[str, ...]
+    subscriptions: tuple[TopicView, ...]
+    publications: tuple[TopicView, ...]
+    services: tuple[TopicView, ...]
+    actions: tuple[TopicView, ...]
+    parameters: tuple[ParameterView, ...]
+    defaults: str
+    """The configuration's own defaults of parameters, as Python source."""
+    title: str = field(default="Controller", kw_only=True)
+    watched: tuple[str, ...] = field(default=(), kw_only=True)
+    """The launch arguments that set the timeouts of messages."""
+    lifecycle: bool = field(default=False, kw_only=True)
+    """Whether a node of ROS 2 is a managed one."""
+
+    def __post_init__(self) -> None:
+        """Raises UsageError if the package would stand in the way of one that it needs, or one of
+        its test's modules in the way of the package."""
+        fault = None
+        if self.package in self.dependencies:
+            fault = "it needs the package of that name"
+        elif self.package in _TEST_DATA or any(templates_folder().rglob(f"{self.package}.py")):
+            fault = "the package's test has a module of that name"
+        if fault is not None:
+            raise UsageError(f"{self.package!r} is not a valid name for a package: {fault}")
+
+
+def topics(
+    communications: Iterable[Communication],
+    name: Callable[[Communication], str],
+    type_: Callable[[Communication], str],
+) -> tuple[TopicView, ...]:
+    """One entry per topic and type, whatever number of messages share it."""
+    keys: dict[tuple[str, str], list[str]] = {}
+    for communication in communications:
+        place = (name(communication), type_(communication))
+        keys.setdefault(place, []).append(communication.key)
+    return tuple(TopicView(topic, kind, tuple(found)) for (topic, kind), found in keys.items())
+
+
+def escaped(context: PackageContext) -> PackageContext:
+    """The context with texts fit for XML."""
+    parameters = tuple(replace(p, doc=escape(p.doc, {'"': "&quot;"})) for p in context.parameters)
+    return replace(
+        context,
+        source=escape(context.source),
+        maintainer=escape(context.maintainer),
+        licence=escape(context.licence),
+        parameters=parameters,
+    )

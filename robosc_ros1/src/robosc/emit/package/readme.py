@@ -1,0 +1,196 @@
+"""What people read about a generated package: its parameters and its README."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from robosc.emit.controller.naming import file_of, place
+from robosc.emit.controller.python import duration
+from robosc.emit.controller.whole_guards import whole_guards
+from robosc.emit.export.all_transitions import AnyTransition, transitions
+from robosc.emit.package.config import Config, declared_communications, declared_parameters
+from robosc.language.events import Kind
+from robosc.model.entities import Communication, Robot
+from robosc.plant.formulas import to_dsl
+from robosc.runtime import settings
+from robosc.runtime.launch_arguments import described, launch_arguments
+from robosc.runtime.model import Parameter
+from robosc.supervisor import Supervisor
+
+
+@dataclass(frozen=True)
+class ParameterView:
+    """A private parameter; ``default`` as YAML, ``argument`` its name as a launch argument.
+
+    ``wide`` says that it may be more than an integer of 32 bits can be.
+    """
+
+    name: str
+    argument: str
+    type: str
+    default: str
+    doc: str
+    wide: bool = False
+    in_file: bool = True
+
+
+def parameter_views(
+    robot: Robot, config: Config, more: Iterable[Parameter] = ()
+) -> tuple[ParameterView, ...]:
+    """All parameters of the robot's node, with the defaults of the configuration.
+
+    ``more`` are those that only one version of ROS has.
+    """
+    views = []
+    own = declared_parameters(robot)
+    known = (*own, *settings.declared(declared_communications(robot)), *more)
+    for argument, p in launch_arguments(known).items():
+        default = _yaml(config.parameters.get(p.name, p.default))
+        is_number = p.type in ("integer", "number")
+        wide = p in own and is_number and not _is_narrow(p.minimum, p.maximum)
+        views.append(ParameterView(p.name, argument, p.type, default, described(p), wide))
+    return tuple(views)
+
+
+def _is_narrow(low: float | None, high: float | None) -> bool:
+    return low is not None and high is not None and low >= -(2**31) and high < 2**31
+
+
+def _yaml(value: object) -> str:
+    """A value as YAML 1.1 reads it, which wants a point in a number with an exponent."""
+    text = json.dumps(value)
+    if isinstance(value, float) and "e" in text and "." not in text:
+        return text.replace("e", ".0e")
+    return text
+
+
+@dataclass(frozen=True)
+class InterfaceView:
+    """A topic, service or action with its ROS type and the model's names for it."""
+
+    name: str
+    type: str
+    communication: str
+    place: str
+
+
+@dataclass(frozen=True)
+class GuardView:
+    event: str
+    guard: str
+    status: str
+    requirements: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PartView:
+    """What guards have in common, by its name."""
+
+    name: str
+    condition: str
+
+
+@dataclass(frozen=True)
+class DiagramView:
+    """A component's automaton as lines of a mermaid state diagram."""
+
+    component: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ReadmeContext:
+    package: str
+    robot: str
+    source: str
+    subscribed: tuple[InterfaceView, ...]
+    published: tuple[InterfaceView, ...]
+    services: tuple[InterfaceView, ...]
+    actions: tuple[InterfaceView, ...]
+    parameters: tuple[ParameterView, ...]
+    parts: tuple[PartView, ...]
+    guards: tuple[GuardView, ...]
+    diagrams: tuple[DiagramView, ...]
+
+
+def readme_context(
+    supervisor: Supervisor,
+    package: str,
+    parameters: tuple[ParameterView, ...],
+    spelling: Callable[[Communication], tuple[str, str]],
+) -> ReadmeContext:
+    """``spelling`` gives a communication's name and type as the target's tools spell them."""
+    robot = supervisor.plant.robot
+
+    def interfaces(kind: Kind) -> tuple[InterfaceView, ...]:
+        return tuple(
+            InterfaceView(*spelling(c), robot.display_names[c.key], place(c.span))
+            for c in robot.communications.values()
+            if c.kind is kind
+        )
+
+    return ReadmeContext(
+        package=package,
+        robot=robot.name,
+        source=file_of(robot.span),
+        subscribed=interfaces(Kind.OUTGOING),
+        published=interfaces(Kind.INCOMING),
+        services=interfaces(Kind.SERVICE),
+        actions=interfaces(Kind.ACTION),
+        parameters=parameters,
+        parts=tuple(
+            PartView(part.name, part.text(robot)) for part in supervisor.part_names.definitions
+        ),
+        guards=tuple(_guards(supervisor)),
+        diagrams=tuple(_diagrams(robot)),
+    )
+
+
+def _guards(supervisor: Supervisor) -> list[GuardView]:
+    robot = supervisor.plant.robot
+    views = []
+    for guard in whole_guards(supervisor):
+        event = guard.event
+        name = f"{event.name} {event.kind.value}" + (f" {event.index}" if event.index else "")
+        texts = tuple(
+            f"{robot.requirements[i].text} ({place(robot.requirements[i].span)})"
+            for i in event.requirements
+        )
+        text = to_dsl(supervisor.part_names.of_guard(guard.expr), robot)
+        views.append(GuardView(name, text, guard.status, texts))
+    return views
+
+
+def _diagrams(robot: Robot) -> list[DiagramView]:
+    """Component automata in mermaid's syntax; what leaves every state is drawn from each."""
+    views = []
+    for component in robot.components:
+        behaviour = component.behaviour
+        if behaviour is None:
+            continue
+        initial = next(s.name for s in behaviour.states if s.initial)
+        # Names in diagrams have no dots.
+        ids = {s.name: s.name.replace(".", "__") for s in behaviour.states}
+        lines = [f'state "{name}" as {word}' for name, word in ids.items() if name != word]
+        lines += [f"[*] --> {ids[initial]}"]
+        lines += [
+            f"{ids[state.name]} --> {ids[t.target or state.name]} : {_label(t, robot)}"
+            for state in behaviour.states
+            for t in transitions(behaviour)
+            if state.is_in(t.source)
+        ]
+        views.append(DiagramView(component.name, tuple(dict.fromkeys(lines))))
+    return views
+
+
+def _label(transition: AnyTransition, robot: Robot) -> str:
+    if transition.communication is not None:
+        name = robot.display_names[transition.communication]
+        guarded = " [guarded]" if transition.guard is not None else ""
+        return f"{transition.kind.value} {name}{guarded}"
+    if transition.delay is not None:
+        delay = duration(transition.delay)
+        return f"after {delay if isinstance(delay, str) else f'{delay:g} s'}"
+    return f"internal transition {transition.index}"

@@ -1,0 +1,127 @@
+"""ROS 2 packages (ament_python): a controller, or a node that guards somebody else's.
+
+``controller.py``, ``model.py`` and ``_runtime/`` are those of the ROS 1 package, byte for byte;
+what is different is the wiring, and what the build tools want to see.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from robosc.emit.package.config import DEFAULTS, Config, declared_communications, shared_topics
+from robosc.emit.package.package import Mode, Package
+from robosc.emit.package.readme import ParameterView, parameter_views
+from robosc.emit.package.target import Target, package_of
+from robosc.errors import UsageError
+from robosc.language.events import Kind
+from robosc.model.entities import Communication, Robot
+from robosc.runtime.qos import qos_parameters
+from robosc.supervisor import Supervisor
+
+_FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
+
+
+def emit(
+    supervisor: Supervisor, package: str, config: Config = DEFAULTS, mode: Mode = "controller"
+) -> Package:
+    """The package, ready to be built with colcon.
+
+    See :func:`robosc.emit.package.target.package_of`.
+
+    Raises:
+        UsageError: a topic has two types, too.
+    """
+    _demand_one_type_per_topic(supervisor.plant.robot)
+    return package_of(_ROS2, supervisor, package, config, mode)
+
+
+def _demand_one_type_per_topic(robot: Robot) -> None:
+    """Raises UsageError for topics that a node could not have: the middleware would refuse to start
+    it, and not say why."""
+    topics: dict[str, Communication] = {}
+    for communication in robot.communications.values():
+        if communication.kind in _FOLDERS:
+            continue
+        other = topics.setdefault(communication.identifier, communication)
+        if _interface(other) != _interface(communication):
+            span, type_ = communication.span, _interface(communication)
+            raise UsageError(
+                f"{span.source.path}:{span.line}: the topic {_name(communication)} carries {type_}"
+                f" here and {_interface(other)} in line {other.span.line}; a node of ROS 2 cannot"
+                " have both"
+            )
+
+
+def _module(communication: Communication) -> str:
+    return f"{communication.binding.package}.{_FOLDERS.get(communication.kind, 'msg')}"
+
+
+def _interface(communication: Communication) -> str:
+    return f"{_module(communication)}.{communication.binding.type}".replace(".", "/")
+
+
+def _name(communication: Communication) -> str:
+    """The identifier as ROS 2 spells it: a private name has a slash behind the tilde."""
+    name = communication.identifier
+    return f"~/{name[1:]}" if name.startswith("~") and not name.startswith("~/") else name
+
+
+def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
+    """Those of ROS 1 with dots for slashes, and the quality of service of each topic.
+
+    The quality goes by the first message on the topic; that of others may be left out, for it is
+    the same.
+    """
+    others = {keys[0]: keys[1:] for _, keys in shared_topics(robot)}
+    more = []
+    for message in declared_communications(robot):
+        also = "".join(f", {robot.display_names[key]}" for key in others.get(message.key, ()))
+        for parameter in qos_parameters([message]) if message.key in others else ():
+            more.append(parameter._replace(meaning=parameter.meaning + also))
+    views = parameter_views(robot, config, more)
+    return tuple(replace(p, name=p.name.replace("/", "."), in_file=_in_file(p)) for p in views)
+
+
+def _in_file(view: ParameterView) -> bool:
+    """Whether a parameter file of ROS 2 can say it: an array neither of objects nor empty."""
+    return view.type != "array" or view.default[1:2] not in ("{", "[", "]")
+
+
+_ROS2 = Target(
+    name="ros2",
+    modules="{package}",
+    templates={
+        "package.xml": "package.xml",
+        "setup.py": "setup.py",
+        "setup.cfg": "setup.cfg",
+        "resource/{package}": "marker",
+        "config/{package}.yaml": "config.yaml",
+        "test/package_under_test.py": "package_under_test.py",
+    },
+    of_mode={
+        "controller": {
+            "launch/{package}.launch.py": "launch.py",
+            "README.md": "README.md",
+        },
+        "supervisor": {
+            "launch/{package}.launch.py": "supervisor.launch.py",
+            "README.md": "supervisor_README.md",
+        },
+    },
+    programs={"controller": "test_play_robot", "supervisor": "test_play_both"},
+    dependencies=(
+        "action_msgs", "ament_index_python", "diagnostic_msgs", "launch", "launch_ros",
+        "python3-yaml", "rcl_interfaces", "rclpy", "std_msgs",
+    ),
+    identifier=_name,
+    module=_module,
+    type=lambda communication: communication.binding.type,
+    interface=_interface,
+    parameters=_parameters,
+    action_parts=tuple(
+        f"/_action/{part}"
+        for part in ("send_goal", "cancel_goal", "get_result", "feedback", "status")
+    ),
+    has_qos=True,
+    has_lifecycle=True,
+)  # fmt: skip

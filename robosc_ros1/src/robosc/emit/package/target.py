@@ -1,0 +1,185 @@
+"""From a supervisor to a package, by the table of a target."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from robosc.emit.controller.assembly import controller_context
+from robosc.emit.controller.naming import file_of
+from robosc.emit.controller.python_literals import assignment, literal
+from robosc.emit.controller.whole_guards import whole_guards
+from robosc.emit.package.config import Config
+from robosc.emit.package.model_document import model_document
+from robosc.emit.package.package import (
+    File,
+    Mode,
+    Package,
+    frozen_files,
+    own_modules,
+    own_test_files,
+    runtime_files,
+)
+from robosc.emit.package.package_context import PackageContext, TopicView, escaped, topics
+from robosc.emit.package.plant_data import plant_data
+from robosc.emit.package.readme import ParameterView, readme_context
+from robosc.emit.package.rendering import render
+from robosc.emit.supervisor.relaying import relay_context
+from robosc.emit.write.line_breaks import break_long_lines
+from robosc.language.events import Kind
+from robosc.model.declarations.parameters import with_parameters
+from robosc.model.entities import Communication, Robot
+from robosc.names import rostest_name
+from robosc.supervisor import Guard, Supervisor
+
+
+@dataclass(frozen=True)
+class Target:
+    """A version of ROS: the files of its packages, and how it spells names and types.
+
+    ``modules`` is the folder of a package's own Python modules. ``templates`` has the templates of
+    all packages by the paths of their files, ``of_mode`` those of one mode; in paths, ``{package}``
+    stands for the package and ``{rostest}`` for its test. ``programs`` are the modules of tests
+    that are started. ``dependencies`` are the packages that every package needs. ``identifier`` is
+    a communication's name in ROS, ``module`` and ``type`` are module and class of its type in
+    Python, ``interface`` is that type for the tools of ROS. ``action_parts`` are the names below
+    that of an action. ``has_qos``: nodes have parameters for the quality of service;
+    ``has_lifecycle``: there are managed nodes.
+    """
+
+    name: str
+    modules: str
+    templates: Mapping[str, str]
+    of_mode: Mapping[Mode, Mapping[str, str]]
+    programs: Mapping[Mode, str]
+    dependencies: tuple[str, ...]
+    identifier: Callable[[Communication], str]
+    module: Callable[[Communication], str]
+    type: Callable[[Communication], str]
+    interface: Callable[[Communication], str]
+    parameters: Callable[[Robot, Config], tuple[ParameterView, ...]]
+    action_parts: tuple[str, ...]
+    has_qos: bool
+    has_lifecycle: bool
+
+
+_XML = ("package.xml", "launch", "rostest")
+"""How the names of templates end that make XML."""
+
+_NODES: Mapping[Mode, str] = {"controller": "node.py", "supervisor": "supervisor_node.py"}
+
+
+def package_of(
+    target: Target, supervisor: Supervisor, package: str, config: Config, mode: Mode
+) -> Package:
+    """The package, ready to be written and built.
+
+    ``package`` is a legal package name; the node has the same.
+
+    Raises:
+        ModelError: a supervisor cannot do what it must with the topics of the model.
+        UsageError: the configuration does not fit the robot.
+    """
+    robot = supervisor.plant.robot
+    source = file_of(robot.span)
+    controller = controller_context(supervisor, source)
+    context = _context(target, robot, package, controller.class_name, config.checked(robot))
+    if mode == "supervisor":
+        context = relay_context(context, supervisor, config, target.action_parts)
+    readme = readme_context(
+        supervisor,
+        package,
+        context.parameters,
+        lambda c: (target.identifier(c), target.interface(c)),
+    )
+    modules = target.modules.format(package=package)
+    configured = with_parameters(robot, config.parameters)
+    texts = {
+        f"{modules}/__init__.py": _data_module(source, f"{context.title} of {robot.name}."),
+        f"{modules}/controller.py": render("common/node/controller.py.jinja", controller),
+        f"{modules}/model.py": _model_module(supervisor, source),
+        f"{modules}/node.py": render(f"common/node/{_NODES[mode]}.jinja", context),
+        "test/plant_data.py": plant_module(configured, source, whole_guards(supervisor)),
+    }
+    for path, template in {**target.templates, **target.of_mode[mode]}.items():
+        shown = escaped(context) if template.endswith(_XML) else context
+        text = render(f"{target.name}/{template}.jinja", readme if path == "README.md" else shown)
+        texts[path.format(package=package, rostest=rostest_name(package))] = text
+    files = {path: File(text) for path, text in texts.items()}
+    files |= own_modules(package, modules, target.name, files)
+    files |= own_test_files(files, target.name, target.programs[mode])
+    files |= runtime_files(f"{modules}/_runtime", files)
+    return Package(package, frozen_files(files), target.name)
+
+
+def _data_module(source: str, sentence: str, body: str = "") -> str:
+    """A Python module that holds nothing but data."""
+    head = f"# This file was generated by robosc from {source}. Do not edit it: change the model.\n"
+    return break_long_lines(f'{head}"""{sentence}"""\n') + body
+
+
+def _model_module(supervisor: Supervisor, source: str) -> str:
+    sentence = "The model as data, as it is published on ~model."
+    model = assignment("MODEL", model_document(supervisor, source))
+    return _data_module(source, sentence, f"\n{model}")
+
+
+def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:
+    sentence = "The model as data, for the test that plays the robot."
+    plant = assignment("PLANT", plant_data(robot, guards))
+    return _data_module(source, sentence, f"\n{plant}")
+
+
+def _context(
+    target: Target, robot: Robot, package: str, class_name: str, config: Config
+) -> PackageContext:
+    communications = robot.communications.values()
+    parameters = target.parameters(robot, config)
+    timeouts = {
+        f"timeout.{robot.display_names[c.key]}"
+        for c in communications
+        if c.kind is Kind.OUTGOING and c.timeout is not None
+    }
+
+    def type_(communication: Communication) -> str:
+        return f"{target.module(communication)}.{target.type(communication)}"
+
+    def messages(kind: Kind) -> tuple[TopicView, ...]:
+        return topics((c for c in communications if c.kind is kind), target.identifier, type_)
+
+    def servers(kind: Kind) -> tuple[TopicView, ...]:
+        return tuple(
+            TopicView(target.identifier(c), type_(c), key=c.key)
+            for c in communications
+            if c.kind is kind
+        )
+
+    return PackageContext(
+        package=package,
+        node_name=package,
+        robot=robot.name,
+        source=file_of(robot.span),
+        version=config.version,
+        maintainer=config.maintainer,
+        maintainer_email=config.email,
+        licence=config.licence,
+        class_name=class_name,
+        dependencies=tuple(
+            sorted({c.binding.package for c in communications}.union(target.dependencies))
+        ),
+        modules=tuple(sorted(set(map(target.module, communications)))),
+        subscriptions=messages(Kind.OUTGOING),
+        publications=messages(Kind.INCOMING),
+        services=servers(Kind.SERVICE),
+        actions=servers(Kind.ACTION),
+        parameters=parameters,
+        watched=tuple(p.argument for p in parameters if p.name.replace("/", ".") in timeouts),
+        defaults=literal(
+            {
+                n: v
+                for n, v in config.parameters.items()
+                if target.has_qos or not n.startswith("qos/")
+            }
+        ),
+        lifecycle=config.lifecycle and target.has_lifecycle,
+    )

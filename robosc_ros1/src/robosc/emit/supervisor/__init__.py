@@ -1,0 +1,1 @@
+"""What packages need that guard the controller of somebody else."""

@@ -1,0 +1,380 @@
+"""Putting a generated package on disk without harm to what is there.
+
+Files that robosc did not write, or that somebody changed since, are never replaced unless that is
+asked for, and folders not even then; files whose content does not change are not touched, so that
+nothing is built again. What the user is meant to edit stays: files in ``config/`` that were
+changed, and the lines of :mod:`robosc.emit.write.own_lines`. The new package is made complete
+beside the old one and takes its place in one step: whatever ends robosc meanwhile, the folder holds
+the one or the other.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import signal
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from difflib import unified_diff
+from pathlib import Path
+
+from robosc.emit.package.package import File, Package
+from robosc.emit.write.atomic_replacement import exchange, link_tree, rescue
+from robosc.emit.write.own_lines import own_lines, text_of, with_own_lines
+from robosc.emit.write.record import RECORD, is_as_recorded, read_record, record_of, recorded_target
+from robosc.errors import UsageError
+
+
+@dataclass(frozen=True)
+class Written:
+    """What happened: paths below ``folder``, each list in order.
+
+    ``edited`` are configuration files that were changed by hand and stay as they are; ``kept`` are
+    files that are no part of the package any more, but were changed by hand.
+    """
+
+    folder: Path
+    written: tuple[str, ...]
+    unchanged: tuple[str, ...]
+    removed: tuple[str, ...]
+    edited: tuple[str, ...]
+    kept: tuple[str, ...]
+
+
+def write(
+    package: Package, folder: Path, force: bool = False, location: Path | None = None
+) -> Written:
+    """Write the package into ``folder/<its name>`` and remove generated files that it lost.
+
+    ``location`` is another folder that shall become the package itself.
+
+    Raises:
+        UsageError: something that robosc did not write, or that was changed since, is in the way,
+            or the folder cannot be written. Nothing has been changed then.
+    """
+    target = folder / package.name if location is None else location
+    try:
+        with _undisturbed():
+            return _write(package, target, force)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        place = str(error.filename or target)
+        if _STAGE.format(target.name) in place:  # a name that is none of the user's business
+            place = str(target)
+        raise UsageError(f"cannot write {place}: {reason}") from error
+
+
+def difference(
+    package: Package, folder: Path, force: bool = False, location: Path | None = None
+) -> str:
+    """What :func:`write` would change, as a unified diff; it writes nothing.
+
+    Raises:
+        UsageError: as :func:`write`.
+    """
+    target = folder / package.name if location is None else location
+    present = target.resolve()
+    plan = _plan(package, target, present, force)
+    wanted = {path: file.content for path, file in plan.fresh.items()}
+    wanted.update(dict.fromkeys(plan.stale, ""))
+    lines: list[str] = []
+    for path in sorted(wanted.keys() - {RECORD}):
+        name = str(target / path)
+        is_there = (present / path).is_file()
+        lines += unified_diff(
+            text_of(present / path).splitlines(keepends=True),
+            wanted[path].splitlines(keepends=True),
+            name if is_there else os.devnull,
+            os.devnull if path in plan.stale else name,
+        )
+    return "".join(line if line.endswith("\n") else f"{line}\n" for line in lines)
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Signals that end the program wait until the package is whole; it takes milliseconds."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread receives them
+        return
+    received: list[int] = []
+    before = {
+        number: signal.signal(number, lambda number, _: received.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for waiting in received:
+            signal.raise_signal(waiting)
+
+
+@dataclass(frozen=True)
+class _Change:
+    """What is to be done to the package in ``folder``, links followed.
+
+    ``fresh`` are the files that are new or different, ``gone`` the paths whose present content
+    shall not be there any more, replaced or removed.
+    """
+
+    folder: Path
+    fresh: Mapping[str, File]
+    gone: frozenset[str]
+
+
+def _write(package: Package, target: Path, force: bool) -> Written:
+    if target.is_symlink() and not target.exists():
+        raise UsageError(f"{target} is a dangling link")
+    folder = target.resolve()
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with _alone(folder.parent):
+        _sweep(folder)
+        return _update(package, target, folder, force)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """What the package and what is in its folder call for. ``files`` are all that belong there,
+    ``fresh`` those of them that are new or different."""
+
+    files: Mapping[str, File]
+    fresh: Mapping[str, File]
+    gone: tuple[str, ...]
+    stale: tuple[str, ...]
+    edited: tuple[str, ...]
+    kept: tuple[str, ...]
+
+
+def _plan(package: Package, target: Path, folder: Path, force: bool) -> _Plan:
+    record = read_record(folder) or {}
+    if not force:
+        _demand_target(package, target, folder)
+    files = {**package.files, RECORD: record_of(package)}
+    edited = [] if force else [path for path in files if _is_edited(folder, path, record)]
+    files = {
+        path: replace(file, content=with_own_lines(file.content, own_lines(text_of(folder / path))))
+        for path, file in files.items()
+        if path not in edited
+    }
+    fresh = {path: file for path, file in files.items() if not _is_same(folder / path, file)}
+    gone = _make_way(folder, target, list(fresh), record, force)
+    lost = [p for p in sorted(record) if p not in package.files and (folder / p).exists()]
+    stale = [
+        path
+        for path in lost
+        if is_as_recorded(folder, path, record) and not own_lines(text_of(folder / path))
+    ]
+    kept = [path for path in lost if path not in stale]
+    return _Plan(files, fresh, tuple(gone), tuple(stale), tuple(edited), tuple(kept))
+
+
+def _update(package: Package, target: Path, folder: Path, force: bool) -> Written:
+    plan = _plan(package, target, folder, force)
+    if plan.fresh or plan.stale:
+        _apply(_Change(folder, plan.fresh, frozenset(plan.gone + plan.stale)))
+    unchanged = tuple(path for path in plan.files if path not in plan.fresh)
+    return Written(target, tuple(plan.fresh), unchanged, plan.stale, plan.edited, plan.kept)
+
+
+def _demand_target(package: Package, target: Path, folder: Path) -> None:
+    """Raise UsageError if the package in the folder is for another version of ROS."""
+    present = recorded_target(folder)
+    if present and package.target and present != package.target:
+        raise UsageError(
+            f"{target} holds a package for {present}, and this one is for {package.target}: choose"
+            " another folder with --output, or another name with --package\n"
+            "(--force replaces the package)"
+        )
+
+
+def _is_edited(folder: Path, path: str, record: Mapping[str, str]) -> bool:
+    """Whether a file is one that its user may change, and did."""
+    place = folder / path
+    return (
+        path.startswith("config/")
+        and path in record
+        and place.is_file()
+        and not place.is_symlink()
+        and not is_as_recorded(folder, path, record)
+    )
+
+
+def _is_same(path: Path, file: File) -> bool:
+    if path.is_symlink() or not path.is_file():
+        return False
+    executable = bool(path.stat().st_mode & 0o100)
+    return executable == file.executable and path.read_bytes() == file.content.encode()
+
+
+# --- what is in the way --------------------------------------------------------------------------
+
+
+def _make_way(
+    folder: Path, target: Path, fresh: Sequence[str], record: Mapping[str, str], force: bool
+) -> list[str]:
+    """What is replaced by the fresh files.
+
+    Raises UsageError if robosc may not replace it.
+    """
+    found = {path: fault for name in fresh for path, fault in _in_the_way(folder, name, record)}
+    refused = {p: fault for p, fault in found.items() if (fault and not force) or fault == _FOLDER}
+    if refused:
+        lines = [f"  {target / path}: {fault}" for path, fault in refused.items()]
+        raise UsageError(
+            "\n".join([f"in the way of package {target.name}:", *lines, _remedy(refused)])
+        )
+    return list(found)
+
+
+_FOLDER = "a folder where a file must go"
+
+
+def _remedy(refused: Mapping[str, str]) -> str:
+    if _FOLDER in refused.values():
+        return "(move folders away yourself; --force replaces files only)"
+    return "(--force replaces what is there)"
+
+
+def _in_the_way(folder: Path, name: str, record: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """What has to go for the file ``name``, with what speaks against it; empty if nothing does."""
+    for parent in reversed(Path(name).parents):
+        if os.path.lexists(folder / parent) and not _is_plain_folder(folder / parent):
+            yield parent.as_posix(), "not a plain folder, but files must go below it"
+            return
+    place = folder / name
+    if _is_plain_folder(place):
+        yield name, _FOLDER
+    elif os.path.lexists(place):
+        yield name, _objection(folder, name, record)
+
+
+def _is_plain_folder(path: Path) -> bool:
+    return path.is_dir() and not path.is_symlink()
+
+
+def _objection(folder: Path, name: str, record: Mapping[str, str]) -> str:
+    if is_as_recorded(folder, name, record):
+        return ""
+    if name == RECORD and read_record(folder) is not None:
+        return ""
+    return "changed since it was generated" if name in record else "not written by robosc"
+
+
+# --- doing it ------------------------------------------------------------------------------------
+
+
+def _apply(change: _Change) -> None:
+    folder = change.folder
+    with _stage(folder, folder.parent) as stage:
+        new = stage / folder.name
+        _fill(new, change.fresh)
+        if not os.path.lexists(folder):
+            new.rename(folder)
+            return
+        if _take_place(new, change):
+            rescue(new, folder, change.gone)
+            return
+    _one_by_one(change)
+
+
+def _take_place(new: Path, change: _Change) -> bool:
+    """Let the folder ``new`` and the present one change places, if they can."""
+    folder = change.folder
+    try:
+        if folder.is_dir():
+            link_tree(folder, new, change.gone)
+            _remove_empty(new, change)
+        exchange(new, folder)
+    except OSError:
+        return False  # a mount point, files of somebody else: the other way reports what is wrong
+    return True
+
+
+def _one_by_one(change: _Change) -> None:
+    """File by file, each at once, where the whole folder cannot be exchanged."""
+    folder = change.folder
+    if not folder.is_dir():
+        folder.unlink()
+        folder.mkdir()
+    with _stage(folder, folder) as stage:
+        _fill(stage, change.fresh)
+        for path in sorted(change.gone - change.fresh.keys()):
+            (folder / path).unlink(missing_ok=True)
+        for path in change.fresh:
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            os.replace(stage / path, folder / path)  # noqa: PTH105 - atomic, over what is there
+    _remove_empty(folder, change)
+
+
+def _fill(folder: Path, files: Mapping[str, File]) -> None:
+    folder.mkdir(exist_ok=True)
+    for path, file in files.items():
+        place = folder / path
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(file.content.encode())
+        place.chmod(0o755 if file.executable else 0o644)
+
+
+def _remove_empty(folder: Path, change: _Change) -> None:
+    """Remove the folders that hold nothing any more since their files are gone."""
+    for path in sorted(change.gone - change.fresh.keys()):
+        for parent in list(Path(path).parents)[:-1]:
+            place = folder / parent
+            if place.is_dir() and not any(place.iterdir()):
+                place.rmdir()
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """One robosc at a time writes packages into a folder, where its file system has locks.
+
+    Raises UsageError if another one does not come to an end.
+    """
+    place = os.open(folder, os.O_RDONLY)
+    try:
+        _lock(place, folder)
+        yield
+    finally:
+        os.close(place)
+
+
+def _lock(place: int, folder: Path) -> None:
+    deadline = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > deadline:
+                message = f"another robosc is writing a package into {folder}"
+                raise UsageError(message) from None
+            time.sleep(0.02)
+        except OSError:
+            return  # this file system has none
+        else:
+            return
+
+
+_PATIENCE = 10.0
+"""Seconds; a package is written in milliseconds."""
+
+_STAGE = ".robosc-{}-"
+
+
+@contextmanager
+def _stage(folder: Path, place: Path) -> Iterator[Path]:
+    """A hidden folder for the new files; tools that search for packages pass it over."""
+    with tempfile.TemporaryDirectory(prefix=_STAGE.format(folder.name), dir=place) as name:
+        yield Path(name)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what a robosc left behind that was killed."""
+    for place in (folder.parent, folder):
+        for left in place.glob(f"{_STAGE.format(folder.name)}*"):
+            shutil.rmtree(left, ignore_errors=True)

@@ -1,0 +1,1 @@
+"""Typed expressions: what the model, the plant, guards and generated code share."""

@@ -1,0 +1,124 @@
+"""Expansion of aggregates over lists: chains of one operator, bounds on how many hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Generic, TypeAlias, TypeVar
+
+from robosc.expr.tree import FALSE, TRUE, Binary, Expr, opposite
+from robosc.expr.types import BooleanType
+from robosc.source import Span
+
+_Node = TypeVar("_Node")
+
+_MOST_NODES = 20_000
+"""The greatest number of nodes to which a count is expanded."""
+
+_CHAIN = 64
+"""Chains up to this length are left-associative; longer trees of that form would be too high."""
+
+_BOOLEAN = BooleanType()
+
+Chains: TypeAlias = dict[tuple[int, ...], Expr]
+"""Chains of one operator by the identities of their parts."""
+
+
+def joined(
+    parts: Sequence[Expr], join: Callable[[Expr, Expr], Expr], known: Chains | None = None
+) -> Expr:
+    """The parts, at least one, with an associative operation between them.
+
+    With ``known``, chains over several runs of the same parts (all stations before the third, the
+    fourth, …) share subtrees.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    key = tuple(map(id, parts)) if known is not None else ()
+    if known is not None and key in known:
+        return known[key]
+    cut = len(parts) - 1
+    if cut >= _CHAIN:
+        cut = 1 << (cut.bit_length() - 1)  # at a power of two, which runs can share
+    found = join(joined(parts[:cut], join, known), joined(parts[cut:], join, known))
+    if known is not None:
+        known[key] = found
+    return found
+
+
+def chain(
+    operator: str, parts: Sequence[Expr], span: Span | None = None, known: Chains | None = None
+) -> Expr:
+    """The conditions joined by ``and`` or ``or``; its neutral element if there are none."""
+    if not parts:
+        return TRUE if operator == "and" else FALSE
+    return joined(parts, lambda left, right: Binary(operator, left, right, _BOOLEAN, span), known)
+
+
+def at_least(conditions: Sequence[Expr], number: int) -> Expr | None:
+    """The condition that at least ``number`` of the conditions hold; None if it is too large."""
+    return compared(conditions, ">=", number)
+
+
+def compared(conditions: Sequence[Expr], operator: str, number: int) -> Expr | None:
+    """The condition that the number of conditions that hold compares so with ``number``.
+
+    None if it is too large.
+    """
+    cases = Cases[Expr](chain, (FALSE, TRUE))
+    least = partial(cases.least, conditions)
+    match operator:
+        case ">=":
+            found = least(number)
+        case ">":
+            found = least(number + 1)
+        case "<":
+            found = opposite(least(number))
+        case "<=":
+            found = opposite(least(number + 1))
+        case _:
+            exactly = cases.both(least(number), opposite(least(number + 1)))
+            found = exactly if operator == "=" else opposite(exactly)
+    return None if cases.nodes > _MOST_NODES else found
+
+
+class Cases(Generic[_Node]):
+    """Expands counts: halves the conditions, and splits the number in all ways.
+
+    ``chain`` joins conditions by an operator; ``constants`` are the nodes for false and true.
+    ``nodes`` counts the nodes that were made.
+    """
+
+    def __init__(
+        self, chain: Callable[[str, Sequence[_Node]], _Node], constants: tuple[_Node, _Node]
+    ) -> None:
+        self._chain = chain
+        self._false, self._true = constants
+        self.nodes = 0
+
+    def least(self, parts: Sequence[_Node], number: int) -> _Node:
+        """The condition that at least ``number`` of the conditions hold."""
+        if number <= 0:
+            return self._true
+        if number > len(parts) or self.nodes > _MOST_NODES:
+            return self._false
+        if number in (1, len(parts)):
+            self.nodes += len(parts)
+            return self._chain("or" if number == 1 else "and", parts)
+        half = len(parts) // 2
+        left, right = parts[:half], parts[half:]
+        ways = [
+            self.both(self.least(left, first), self.least(right, number - first))
+            for first in range(max(0, number - len(right)), min(number, len(left)) + 1)
+        ]
+        return self._chain("or", ways)
+
+    def both(self, left: _Node, right: _Node) -> _Node:
+        """The conjunction of two conditions, simplified for constants."""
+        for one, other in ((left, right), (right, left)):
+            if one == self._true:
+                return other
+            if one == self._false:
+                return one
+        self.nodes += 1
+        return self._chain("and", (left, right))

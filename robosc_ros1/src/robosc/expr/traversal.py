@@ -1,0 +1,228 @@
+"""Traversal of expressions: folds, substitution of leaves, iteration over parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from typing import TypeVar
+
+from robosc.expr.tree import (
+    Aggregate,
+    Binary,
+    Call,
+    ChoiceRef,
+    Convert,
+    ElementRef,
+    Expr,
+    Holds,
+    Leaf,
+    Literal,
+    Made,
+    Operation,
+    ParameterRef,
+    Part,
+    RosParameter,
+    TestRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    condition_of,
+)
+from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
+from robosc.source import Span
+
+T = TypeVar("T")
+
+
+def fold(
+    expr: Expr,
+    leaf: Callable[[Literal | Leaf], T],
+    strict: Callable[[Operation, tuple[T, ...]], T],
+    lazy: Callable[[Binary, T, Callable[[], T]], T] | None = None,
+    known: Callable[[Expr], T | None] | None = None,
+    bound: Callable[[Aggregate, T, Callable[[Expr], T]], T] | None = None,
+    total: Callable[[Callable[[], T]], T] | None = None,
+    otherwise: Callable[[Callable[[], T], Callable[[], T]], T] | None = None,
+) -> T:
+    """The result for an expression, computed bottom-up from the results for its parts.
+
+    ``leaf`` is called for leaves, ``strict`` for operations with the results for all operands, in
+    order. ``lazy`` is called for operators that may not evaluate their right operand, with the
+    result for the left and a function that computes that for the right; without it they are strict.
+    ``known`` may return the result for a part, whose operands are then not visited. ``bound`` is
+    called for an aggregate with the result for its array, and a function that computes those for
+    its element and condition, once or for each element of the array; without it these are operands
+    like others. ``total`` is called for ``Holds`` with a function that computes the result for its
+    operand, and ``otherwise`` for ``else`` with such functions for both operands; without them
+    these are strict.
+    """
+
+    def visit(node: Expr) -> T:
+        if known is not None:
+            found = known(node)
+            if found is not None:
+                return found
+        if isinstance(node, Binary):
+            if otherwise is not None and node.operator == "else":
+                return otherwise(lambda: visit(node.left), lambda: visit(node.right))
+            left = visit(node.left)
+            if lazy is not None and node.operation.decider is not None:
+                return lazy(node, left, lambda: visit(node.right))
+            return strict(node, (left, visit(node.right)))
+        if bound is not None and isinstance(node, Aggregate):
+            return bound(node, visit(node.array), visit)
+        if total is not None and isinstance(node, Holds):
+            return total(lambda: visit(node.operand))
+        if isinstance(node, Operation):
+            return strict(node, tuple(visit(operand) for operand in node.operands))
+        return leaf(node)
+
+    return visit(expr)
+
+
+def rewritten(expr: Expr, leaf: Callable[[Literal | Leaf], Expr]) -> Expr:
+    """The expression with every leaf replaced."""
+    return fold(expr, leaf, with_operands)
+
+
+def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
+    """The operation on other operands."""
+    match node:
+        case Unary():
+            return replace(node, operand=operands[0])
+        case Binary():
+            return replace(node, left=operands[0], right=operands[1])
+        case Call():
+            return replace(node, operands=operands)
+        case Convert():
+            return replace(node, argument=operands[0])
+        case Part():
+            return part_of(operands[0], node.path, node.type, node.span)
+        case Made():
+            return replace(node, operands=operands)
+        case Holds():
+            return replace(node, operand=operands[0])
+        case Aggregate():
+            array, element, *condition = operands
+            return replace(
+                node, array=array, element=element, condition=condition[0] if condition else None
+            )
+
+
+def part_of(
+    whole: Expr, path: tuple[str | int, ...], type_: Type, span: Span | None = None
+) -> Expr:
+    """The part of an expression's value at a path, as a single node where possible."""
+    match whole:
+        case ChoiceRef():
+            return Part(whole, path, type_, span)
+        case ValueRef(path=before):
+            return ValueRef((*before, *path), type_, span, whole.optional)
+        case Part(operand=operand, path=before):
+            return Part(operand, (*before, *path), type_, span)
+    return Part(whole, path, type_, span)
+
+
+def without_last(part: Expr) -> Expr | None:
+    """The object of which an expression reads a field; None if it reads none."""
+    match part:
+        case ValueRef(path=(*before, str())) | ElementRef(path=(*before, str())):
+            return replace(part, path=tuple(before))
+        case Part(operand=operand, path=(*before, str())):
+            return replace(part, path=tuple(before)) if before else operand
+    return None
+
+
+def may_be_undefined(expr: Expr) -> bool:
+    """Whether an expression can be undefined: it reads optional data or an array's element."""
+    stack = [expr]
+    while stack:
+        part = stack.pop()
+        match part:
+            case Holds():
+                continue
+            case Binary(operator="else", right=right):
+                stack.append(right)
+                continue
+            case VariableRef(type=ArrayType() | ObjectType()):
+                return True  # it may hold nothing yet
+            case ValueRef(optional=True):
+                return True
+            case ValueRef(path=path) | ElementRef(path=path) | Part(path=path) if not all_names(
+                path
+            ):
+                return True
+            case Call(operator="element") | Aggregate(operator="min" | "max" | "first"):
+                return True
+        if isinstance(part, Operation):
+            stack.extend(part.operands)
+    return False
+
+
+def all_names(path: tuple[str | int, ...]) -> bool:
+    """Whether a path leads through no array."""
+    return all(isinstance(part, str) for part in path)
+
+
+def walk(expr: Expr, inside: Callable[[Expr], bool] = lambda node: True) -> Iterator[Expr]:
+    """The expression and all its parts, in source order, without recursion.
+
+    The operands of a part are visited only if ``inside`` returns True for it.
+    """
+    stack = [expr]
+    while stack:
+        node = stack.pop()
+        yield node
+        if isinstance(node, Operation) and inside(node):
+            stack.extend(reversed(node.operands))
+
+
+def walk_all(exprs: Iterable[Expr]) -> Iterator[Expr]:
+    """All parts of several expressions; shared parts (by identity) are visited once."""
+    seen: dict[int, Expr] = {}  # keeps them alive, so that no identity is used again
+    for expr in exprs:
+        stack = [expr]
+        while stack:
+            node = stack.pop()
+            if id(node) not in seen:
+                seen[id(node)] = node
+                yield node
+                if isinstance(node, Operation):
+                    stack.extend(reversed(node.operands))
+
+
+def parameters_of(expr: Expr) -> Iterator[RosParameter]:
+    """The parameters that an expression reads, also in tests and in the rules of enums."""
+    for part in walk(expr):
+        match part:
+            case ParameterRef(parameter=parameter):
+                yield parameter
+            case ChoiceRef(test=TestRef() as test) | (TestRef() as test):
+                for side in test.sides:
+                    yield from parameters_of(side)
+            case (
+                Convert(type=enum)
+                | ValueRef(type=EnumType() as enum)
+                | Part(type=EnumType() as enum)
+                | ElementRef(type=EnumType() as enum)
+            ):
+                for rule in enum.rules:
+                    yield from parameters_of(condition_of(rule))
+
+
+def reads_value(expr: Expr) -> bool:
+    """Whether an expression reads the received value."""
+    return any(isinstance(part, ValueRef) for part in walk(expr))
+
+
+def path_text(path: tuple[str | int, ...]) -> str:
+    """The text of a path for users: ``pose.x``, ``ranges[0]``; empty for the whole value."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")
+
+
+def operands(expr: Expr, operator: str) -> list[Expr]:
+    """The operands of a chain of one operator; the expression alone if it is none."""
+    if isinstance(expr, Binary) and expr.operator == operator:
+        return [*operands(expr.left, operator), *operands(expr.right, operator)]
+    return [expr]

@@ -1,0 +1,390 @@
+"""Resolved, typed expressions: shared by the model, the plant, guards and generated code.
+
+Each node has its type. Equality ignores spans, so equal expressions compare equal wherever they
+were written.
+
+The meaning of the operators is defined in :mod:`robosc.language.operators`. Whatever is computed
+from an expression bottom-up (a value, a text, the states where it holds) is an instance of
+:func:`robosc.expr.traversal.fold`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, TypeAlias, cast
+
+from robosc.expr.types import BooleanType, EnumRule, EnumType, StringType, Type, Value
+from robosc.language.functions import AGGREGATES, CALLS, CONVERSION, MADE, PART, PRESENCE
+from robosc.language.operators import BINARY, UNARY, Operator, Result
+from robosc.runtime.settings import parameter_name
+from robosc.source import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """A constant.
+
+    A value of an enum is its name, that of an object a dict, that of an array a tuple; that of a
+    point in time is ``NOW``. 0.0 and -0.0 differ, since quotients by them do.
+    """
+
+    value: Value
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Literal)
+            and type(self.value) is type(other.value)
+            and self.value == other.value
+            and (not isinstance(self.value, float) or str(self.value) == str(other.value))
+            and self.type == other.type
+        )
+
+    def __hash__(self) -> int:
+        whole = isinstance(self.value, dict | tuple)
+        return hash((type(self.value), str(self.type) if whole else self.value))
+
+
+@dataclass(frozen=True, slots=True)
+class VariableRef:
+    """The current value of a component's variable."""
+
+    component: str
+    variable: str
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def key(self) -> str:
+        """The key of the :class:`robosc.model.entities.Variable`."""
+        return f"{self.component}.{self.variable}"
+
+
+@dataclass(frozen=True, slots=True)
+class StateRef:
+    """True while the component is in that state."""
+
+    component: str
+    state: str
+    span: Span | None = field(default=None, compare=False, repr=False)
+    type: ClassVar[Type] = BooleanType()
+
+
+@dataclass(frozen=True, slots=True)
+class RosParameter:
+    """A parameter of the generated node that the model declares.
+
+    ``key`` is the name shown to users, qualified by that of the component or library.
+    """
+
+    key: str
+    type: Type
+    default: Value = field(compare=False)
+    span: Span = field(compare=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """The private name in ROS: ``limit``, ``Battery/limit``, ``station_3/limit``."""
+        return parameter_name(self.key)
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterRef:
+    """The value of a parameter, which does not change while the node runs."""
+
+    parameter: RosParameter
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def type(self) -> Type:
+        return self.parameter.type
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseRef:
+    """True while a communication (by key) is in a phase, not its first one: ``grab.busy``,
+    ``scan.fresh``."""
+
+    communication: str
+    phase: str
+    span: Span | None = field(default=None, compare=False, repr=False)
+    type: ClassVar[Type] = BooleanType()
+
+
+@dataclass(frozen=True, slots=True)
+class ValueRef:
+    """The received ``value``, or the part of it at a path of member names and array indexes.
+
+    ``optional`` says that there may be no value at all, as of an action that failed.
+    """
+
+    path: tuple[str | int, ...]
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+    optional: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class TestRef:
+    """The result of a computation on data, as the plant abstracts it to finitely many values.
+
+    It is the value of ``subject``: a number, a boolean, a value of an enum. With ``other``, it is
+    the comparison of the two: -1.0 if the subject is less, 0.0, 1.0, or NaN if one of them is NaN.
+    ``name`` is its text. Occurs in the plant (:mod:`robosc.plant.data`), not in the model.
+    """
+
+    subject: Expr
+    other: Expr | None
+    type: Type
+    name: str
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def sides(self) -> tuple[Expr, ...]:
+        return (self.subject,) if self.other is None else (self.subject, self.other)
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceRef(ValueRef):
+    """A test of data whose result the environment chooses when the event happens.
+
+    The plant takes it as a further part of the event's value; its ``path`` is the test's name.
+    ``renews`` is the term of the state that it replaces, where no test determines the outcome.
+    """
+
+    test: TestRef | None = None
+    renews: VariableRef | TestRef | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """``!operand`` or ``-operand``."""
+
+    operator: str
+    operand: Expr
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def operation(self) -> Operator:
+        return UNARY[self.operator]
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.operand,)
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """``left operator right``, an operator of the table ``BINARY``."""
+
+    operator: str
+    left: Expr
+    right: Expr
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def operation(self) -> Operator:
+        return BINARY[self.operator]
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.left, self.right)
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call of a function of the table ``CALLS``."""
+
+    operator: str
+    operands: tuple[Expr, ...]
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def operation(self) -> Operator:
+        return CALLS[self.operator]
+
+
+@dataclass(frozen=True, slots=True)
+class ElementRef:
+    """The variable of an enclosing aggregate, which ranges over an array, or a part of it.
+
+    ``constant``: the array is a constant.
+    """
+
+    variable: str
+    path: tuple[str | int, ...]
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+    constant: bool = False
+
+    @property
+    def carried(self) -> Type:
+        """The type of what is there; what is carried for an enum is converted by it."""
+        return _of_constant(self.type) if self.constant else self.type
+
+
+@dataclass(frozen=True, slots=True)
+class NamedPart(ElementRef):
+    """A condition by its name (``variable``), which texts use because several guards share it.
+
+    They define it beside the guards (:mod:`robosc.plant.part_names`). It is never undefined. Occurs
+    neither in the model nor in the plant.
+    """
+
+
+@dataclass(frozen=True, slots=True)
+class Count(ElementRef):
+    """Whether at least ``least`` of some conditions hold, or (``negated``) fewer.
+
+    Occurs in texts only (:mod:`robosc.plant.counting`); the model and the plant enumerate the
+    cases.
+    """
+
+    conditions: tuple[Expr, ...] = ()
+    least: int = 0
+    negated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Aggregate:
+    """``any(element for variable in array if condition)``; the operator is of ``AGGREGATES``.
+
+    ``position`` is the variable for the position in the array, from 0; empty if there is none.
+    """
+
+    operator: str
+    variable: str
+    array: Expr
+    element: Expr
+    condition: Expr | None
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+    position: str = ""
+
+    @property
+    def makes_array(self) -> bool:
+        """Whether it is an array, which is undefined if one of its elements is."""
+        return self.operation.result is Result.ARRAY
+
+    @property
+    def operation(self) -> Operator:
+        return AGGREGATES[self.operator]
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.array, self.element, *(() if self.condition is None else (self.condition,)))
+
+
+@dataclass(frozen=True, slots=True)
+class Convert:
+    """An enum used as a function: ``Way(value.front)``."""
+
+    argument: Expr
+    type: EnumType
+    span: Span | None = field(default=None, compare=False, repr=False)
+    operation: ClassVar[Operator] = CONVERSION
+    """The row common to all enums; :func:`robosc.expr.evaluation.converted` gives values."""
+
+    @property
+    def operator(self) -> str:
+        return self.type.name
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.argument,)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of an object or array: member names and indexes, as in ``Operator.goal.pose.x``."""
+
+    operand: Expr
+    path: tuple[str | int, ...]
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+    operator: ClassVar[str] = PART.spelling
+    operation: ClassVar[Operator] = PART
+
+    @property
+    def carried(self) -> Type:
+        """The type of what is there; what is carried for an enum is converted by it."""
+        return _of_constant(self.type) if is_constant_data(self.operand) else self.type
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.operand,)
+
+
+@dataclass(frozen=True, slots=True)
+class Holds:
+    """Whether a condition is defined and true, or data is present (``defined(…)``)."""
+
+    operand: Expr
+    span: Span | None = field(default=None, compare=False, repr=False)
+    type: ClassVar[Type] = BooleanType()
+    operator: ClassVar[str] = PRESENCE.spelling
+    operation: ClassVar[Operator] = PRESENCE
+
+    @property
+    def operands(self) -> tuple[Expr, ...]:
+        return (self.operand,)
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """An object made of named values, ``{ x: a, y: b }``, or an array of them if none has a name.
+
+    It is an element of an array that is made in data: ``[{ x: p.x } for p in path]``.
+    """
+
+    names: tuple[str, ...]
+    operands: tuple[Expr, ...]
+    type: Type
+    span: Span | None = field(default=None, compare=False, repr=False)
+    operator: ClassVar[str] = MADE.spelling
+    operation: ClassVar[Operator] = MADE
+
+    def of(self, values: Sequence[Any]) -> Any:
+        """The object or array with these values: a dict or a tuple."""
+        return dict(zip(self.names, values, strict=True)) if self.names else tuple(values)
+
+
+Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ParameterRef | ValueRef | TestRef | ElementRef
+"""A part of an expression that reads something."""
+Operation: TypeAlias = Unary | Binary | Call | Aggregate | Convert | Part | Made | Holds
+Expr: TypeAlias = Literal | Leaf | Operation
+
+TRUE = Literal(True, BooleanType())
+FALSE = Literal(False, BooleanType())
+
+
+def is_constant_data(expr: Expr) -> bool:
+    """Whether an array or object is a constant or a part of one."""
+    while isinstance(expr, Call | Part | Aggregate):
+        expr = expr.element if isinstance(expr, Aggregate) else expr.operands[0]
+    return isinstance(expr, Literal) or (isinstance(expr, ElementRef) and expr.constant)
+
+
+def _of_constant(type_: Type) -> Type:
+    """The type of a part of a constant, which has the names of an enum's values."""
+    return StringType() if isinstance(type_, EnumType) else type_
+
+
+def opposite(condition: Expr) -> Expr:
+    """``!condition``, without double negation."""
+    match condition:
+        case Literal(value=bool(value)):
+            return FALSE if value else TRUE
+        case Unary(operator="!", operand=operand):
+            return operand
+    return Unary("!", condition, BooleanType())
+
+
+def condition_of(rule: EnumRule) -> Expr:
+    """The condition of an enum's rule, which reads the incoming value as a ``ValueRef``."""
+    return cast(Expr, rule.condition)

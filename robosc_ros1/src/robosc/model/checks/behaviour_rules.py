@@ -1,0 +1,282 @@
+"""Checks of the transitions and states of one behaviour."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from robosc.errors import Note
+from robosc.expr.presence import known_condition, none_of
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Expr, ValueRef
+from robosc.expr.types import domain
+from robosc.language.events import EventKind, Kind
+from robosc.model.diagnostics import Report, first_of
+from robosc.model.entities import Behaviour, CompositeState, ResultTransition, State, Tau
+from robosc.model.names.communications import SENT
+from robosc.model.names.tables import CommunicationInfo, Instance
+from robosc.model.typing.compatibility import describe
+from robosc.source import Span
+from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode, TauNode
+
+
+@dataclass(frozen=True, slots=True)
+class NamedTransition:
+    """A transition, and the names of its event and communication, and its guard, as written."""
+
+    transition: ResultTransition
+    event: Name
+    communication: Access
+    guard: ExprNode | ElseNode | None
+
+    @property
+    def key(self) -> tuple[EventKind, str]:
+        """The event and the key of the communication."""
+        return self.transition.event, self.transition.communication
+
+
+def check_events(
+    instance: Instance,
+    report: Report,
+    transitions: Iterable[NamedTransition],
+    state: StateNode | None,
+) -> None:
+    """Report transitions for one event of which one has no guard, and each ``else`` out of place.
+
+    ``state`` is that of the transitions, None for those that apply in every state.
+    """
+    seen: dict[tuple[EventKind, str], list[NamedTransition]] = {}
+    for new in transitions:
+        result = new.transition
+        earlier = seen.setdefault(new.key, [])
+        clash = next((e for e in earlier if e.guard is None or new.guard is None), None)
+        cut_short = instance.types.scope.is_cut_short
+        where = f"in state '{state.name.text}'" if state else "for every state"
+        if isinstance((earlier[-1] if earlier else new).guard, ElseNode):
+            _report_else(report, new, earlier, where)
+        elif clash is not None and not (cut_short(result.span) or cut_short(clash.transition.span)):
+            report.add(
+                "duplicate-transition",
+                new.event.span,
+                f"there is already a transition for '{new.event.text}' of"
+                f" '{new.communication.span.text}' {where}",
+                "join them, or give each an 'if' that excludes the other",
+                [Note("the first one is here", clash.event.span)],
+            )
+        earlier.append(new)
+
+
+def check_repeated_events(names: Iterable[Name], report: Report) -> list[Name]:
+    """Report events that are listed twice in one transition; each event once."""
+    first: dict[str, Name] = {}
+    for name in names:
+        if first.setdefault(name.text, name) is not name:
+            report.add(
+                "duplicate-transition",
+                name.span,
+                f"'{name.text}' appears twice in this list",
+                "remove one of them",
+                [Note("the first one is here", first[name.text].span)],
+            )
+    return list(first.values())
+
+
+def report_unavailable(
+    event: EventKind, name: Name, infos: Sequence[CommunicationInfo], report: Report
+) -> None:
+    """Report an event that none of the communications of a transition has."""
+    kinds = list(dict.fromkeys(info.kind for info in infos))
+    only = infos[0] if len(infos) == 1 else None
+    if event is EventKind.REQUEST and only is not None and only.kind is Kind.OUTGOING:
+        hint = SENT.format(only.name)
+    else:
+        has = (
+            f"{'a' if kind is Kind.SERVICE else 'an'} {kind.value} has: "
+            + first_of(e.value for e in next(i for i in infos if i.kind is kind).events)
+            for kind in kinds
+        )
+        hint = "; ".join(has)
+    who = f"{only.kind.value} '{only.name}' has no" if only else "none of these communications has"
+    report.add("event-not-available", name.span, f"{who} {event.value}", hint)
+
+
+def _report_else(
+    report: Report, new: NamedTransition, earlier: Sequence[NamedTransition], where: str
+) -> None:
+    what = f"for '{new.event.text}' of '{new.communication.span.text}' {where}"
+    if earlier:
+        message = f"'else' is for the last transition {what}, and this one comes behind it"
+        hint = "put the transition with 'else' behind all others for this event"
+        notes = [Note("the 'else' is here", earlier[-1].transition.span)]
+    else:
+        message = f"'else' needs a transition before it {what}"
+        hint = "leave out 'else', or write the transitions with 'if' before this one"
+        notes = []
+    report.add("misplaced-else", new.event.span, message, hint, notes)
+
+
+def with_else(transitions: Iterable[NamedTransition]) -> tuple[ResultTransition, ...]:
+    """The transitions of one place; the guard of each ``else`` is that none of those before holds.
+
+    Their guards are taken as defined: what cannot be evaluated does not hold in either. What stands
+    behind an ``else`` for the same event, which is an error, is left out.
+    """
+    named = list(transitions)
+    covered = {new.key for new in named if isinstance(new.guard, ElseNode)}
+    complete: set[tuple[EventKind, str]] = set()
+    before: dict[tuple[EventKind, str], list[Expr]] = {}
+    found: list[ResultTransition] = []
+    for new in named:
+        result = new.transition
+        if new.key in complete:
+            continue
+        if isinstance(new.guard, ElseNode):
+            complete.add(new.key)
+            guards = before.get(new.key)
+            result = replace(result, guard=none_of(guards, new.guard.span) if guards else None)
+        elif new.key in covered and result.guard is not None:
+            guard = known_condition(result.guard)
+            before.setdefault(new.key, []).append(guard)
+            result = replace(result, guard=guard)
+        found.append(result)
+    return tuple(found)
+
+
+def internal_with_else(
+    named: Sequence[tuple[Tau, TauNode]], state: StateNode | None, report: Report
+) -> tuple[Tau, ...]:
+    """The internal transitions of one place, with the guard of an ``else`` as in :func:`with_else`.
+
+    Reports an ``else`` out of place. ``state`` is None for those of every state.
+    """
+    where = f"in state '{state.name.text}'" if state else "for every state"
+    last = next((n for n, (_, node) in enumerate(named) if isinstance(node.guard, ElseNode)), None)
+    if last is None:
+        return tuple(tau for tau, _ in named)
+    rest, node = named[last]
+    before = [tau for tau, _ in named[:last]]
+    guards = [known_condition(t.transition.guard) for t in before if t.transition.guard]
+    if not before or len(guards) < len(before):
+        report.add(
+            "misplaced-else",
+            node.span,
+            f"'else' needs internal transitions with 'if' before it {where}, and no others",
+            "leave out 'else', or give each internal transition before this one its 'if'",
+        )
+        return tuple(tau for tau, _ in named)
+    for _, other in named[last + 1 :]:
+        report.add(
+            "misplaced-else",
+            other.span,
+            f"'else' is for the last internal transition {where}, and this one comes behind it",
+            "put the transition with 'else' behind all others",
+            [Note("the 'else' is here", node.span)],
+        )
+    guarded = zip([*before, rest], [*guards, none_of(guards, node.span)], strict=True)
+    return tuple(replace(tau, transition=replace(tau.transition, guard=g)) for tau, g in guarded)
+
+
+def check_staying(instance: Instance, behaviour: Behaviour, report: Report) -> None:
+    """Report what internal transitions assign that may stay in their state, if it is not finite.
+
+    One that changes nothing is never taken, and only a change of the plant's state is one.
+    """
+    for assignment in (a for taken in behaviour.staying for a in taken.assignments):
+        type_ = instance.variables[assignment.variable]
+        if type_ is not None and domain(type_) is None:
+            report.add(
+                "not-finite",
+                assignment.span,
+                f"'{assignment.variable}' is {describe(type_)}; an internal transition that may"
+                " stay in its state is taken whenever it changes something finite",
+                "let it go to another state, or assign a boolean, an enum or an integer(0..9)",
+            )
+
+
+def check_initial(
+    instance: Instance, report: Report, states: Sequence[StateNode], around: StateNode | None
+) -> bool:
+    """Report several initial states, or none, in a behaviour or a state; whether there is one."""
+    name = instance.name if around is None else f"state '{around.name.text}'"
+    initial = [state for state in states if state.initial]
+    for state in initial[1:]:
+        report.add(
+            "several-initial-states",
+            state.name.span,
+            f"{name} already has an initial state",
+            f"remove 'initial' from '{state.name.text}' or from '{initial[0].name.text}'",
+            [Note("the first one is here", initial[0].name.span)],
+        )
+    if not initial:
+        heads = [f"initial {'marked ' if s.marked else ''}state {s.name.text}" for s in states]
+        report.add(
+            "no-initial-state",
+            instance.node.name.span if around is None else around.name.span,
+            f"{name} has {'behaviour' if around is None else 'states'} but no initial state",
+            f"write: {heads[0]}" if heads else "add: initial marked state idle {}",
+        )
+    return bool(initial)
+
+
+def check_hiding(
+    behaviour: Behaviour,
+    event_spans: Mapping[tuple[int, EventKind], Span],
+    rest: Container[tuple[int, EventKind]],
+    report: Report,
+) -> None:
+    """Report transitions of a state that hide one of an outer level for the same event.
+
+    ``event_spans`` maps the offset of a transition and its event to the span of the event's name;
+    ``rest`` has those with ``else``.
+    """
+    seen: set[tuple[str, EventKind, str]] = set()
+    for state in behaviour.states:
+        places: tuple[State | CompositeState, ...] = (state, *state.around)
+        for depth, place in enumerate(places):
+            for transition in place.transitions:
+                key = transition.event, transition.communication
+                is_rest = (transition.span.start, transition.event) in rest
+                outer = (t for level in behaviour.levels(state)[depth + 1 :] for t in level)
+                hidden = [
+                    t
+                    for t in outer
+                    if (t.event, t.communication) == key and _hides(transition, is_rest, t)
+                ]
+                if hidden and (place.name, *key) not in seen:
+                    seen.add((place.name, *key))
+                    _report_hidden(transition, hidden[0], place.name, event_spans, report)
+
+
+def _report_hidden(
+    transition: ResultTransition,
+    hidden: ResultTransition,
+    place: str,
+    event_spans: Mapping[tuple[int, EventKind], Span],
+    report: Report,
+) -> None:
+    name = transition.communication.rpartition(".")[2]
+    report.add(
+        "hidden-transition",
+        event_spans[transition.span.start, transition.event],
+        f"in state '{place}' this hides the transition for '{transition.event.value}'"
+        f" of '{name}' that applies in every state",
+        None,
+        [Note("the hidden one is here", event_spans[hidden.span.start, hidden.event])],
+    )
+
+
+def _hides(own: ResultTransition, is_rest: bool, common: ResultTransition) -> bool:
+    """Whether a transition of a state makes one of the behaviour ineffective there.
+
+    It does not if its guard reads an optional value: the other one is for events without a value.
+    The one with ``else`` (``is_rest``) is for those, too.
+    """
+    reads = () if own.guard is None or is_rest else walk(own.guard)
+    if any(isinstance(part, ValueRef) and part.optional for part in reads):
+        return False
+    assigned = {a.variable for a in own.assignments}
+    return (
+        own.event.synchronised
+        or common.goto is not None
+        or any(a.variable in assigned for a in common.assignments)
+    )

@@ -1,0 +1,258 @@
+"""The data of commands: ``requirement move needs value.linear.x <= limit``.
+
+In a controller the state determines the data of a command: they are those of the first provide
+statement that holds, and the defaults of the message where it gives none. So what reads ``value``
+becomes an expression over the state, as an assignment makes one of a condition on its variable
+(Dijkstra's weakest precondition): a requirement, and a transition for each provide statement that
+may hold. In a supervisor, the data are those of another controller; there ``value`` remains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+from robosc.expr.evaluation import evaluate
+from robosc.expr.presence import condition_on_data, known_condition
+from robosc.expr.traversal import (
+    fold,
+    may_be_undefined,
+    parameters_of,
+    part_of,
+    path_text,
+    reads_value,
+    with_operands,
+)
+from robosc.expr.tree import (
+    TRUE,
+    Binary,
+    Expr,
+    Leaf,
+    Literal,
+    Operation,
+    ValueRef,
+    opposite,
+)
+from robosc.expr.types import ArrayType, BooleanType, ObjectType, Type, Value
+from robosc.language.events import EventKind
+from robosc.model.diagnostics import Report
+from robosc.model.entities import (
+    Assignment,
+    Communication,
+    Component,
+    CompositeState,
+    Data,
+    DataArray,
+    DataObject,
+    Requirement,
+    ResultTransition,
+    Robot,
+)
+from robosc.model.ros.interfaces import Field
+from robosc.model.typing.compatibility import default_value
+from robosc.runtime.values import NOW
+
+_BOOLEAN = BooleanType()
+_NOTHING = DataObject(())
+
+Path: TypeAlias = tuple[str | int, ...]
+FieldOf: TypeAlias = Callable[[Communication, Path], Field | None]
+"""Finds the field of a command's data at a path; None if no definition is installed."""
+
+
+def with_command_data(robot: Robot, report: Report, field_of: FieldOf, supervises: bool) -> Robot:
+    """The robot without ``value`` of commands, or, for a supervisor, with it in conditions that
+    are never undefined."""
+    if report.has_errors:
+        return replace(robot, requirements=tuple(r for r in robot.requirements if not r.on_data))
+    if supervises or robot.corrected:
+        requirements = tuple(map(_judged, robot.requirements))
+        return replace(robot, requirements=requirements, supervises=True)
+    data: dict[str, _CommandData] = {}
+
+    def of(key: str) -> _CommandData:
+        return data.setdefault(key, _CommandData(robot, key, report, field_of))
+
+    requirements = tuple(
+        of(r.communications[0]).met(r) if r.on_data else r for r in robot.requirements
+    )
+    components = tuple(_component(component, of) for component in robot.components)
+    return replace(robot, components=components, requirements=requirements)
+
+
+def _judged(requirement: Requirement) -> Requirement:
+    """The requirement, met only where it is defined."""
+    return _met_where(requirement, known_condition) if requirement.on_data else requirement
+
+
+def _met_where(requirement: Requirement, condition: Callable[[Expr], Expr]) -> Requirement:
+    met = requirement.condition
+    kept = condition(opposite(met) if requirement.forbids else met)
+    return replace(requirement, kind="needs", condition=kept)
+
+
+def _component(component: Component, of: Callable[[str], _CommandData]) -> Component:
+    behaviour = component.behaviour
+    if behaviour is None:
+        return component
+
+    def given(transitions: Iterable[ResultTransition]) -> tuple[ResultTransition, ...]:
+        found: list[ResultTransition] = []
+        for transition in transitions:
+            reads = transition.event is EventKind.REQUEST and any(
+                map(reads_value, _expressions(transition))
+            )
+            found += of(transition.communication).cases_of(transition) if reads else [transition]
+        return tuple(found)
+
+    def outer(state: CompositeState) -> CompositeState:
+        return replace(state, transitions=given(state.transitions))
+
+    new = replace(
+        behaviour,
+        states=tuple(
+            replace(s, transitions=given(s.transitions), around=tuple(map(outer, s.around)))
+            for s in behaviour.states
+        ),
+        transitions=given(behaviour.transitions),
+        composites=tuple(map(outer, behaviour.composites)),
+    )
+    return component if new == behaviour else replace(component, behaviour=new)
+
+
+def _expressions(transition: ResultTransition) -> Iterator[Expr]:
+    if transition.guard is not None:
+        yield transition.guard
+    yield from (assignment.value for assignment in transition.assignments)
+
+
+class _CommandData:
+    """The data of one command of a controller, as expressions over the state."""
+
+    def __init__(self, robot: Robot, key: str, report: Report, field_of: FieldOf) -> None:
+        self._communication = robot.communications[key]
+        self._name = robot.display_names[key]
+        self._report = report
+        self._field_of = field_of
+        provides = [p for p in robot.provides if p.communication == key]
+        last = next((n for n, p in enumerate(provides) if p.condition is None), None)
+        given = provides if last is None else provides[: last + 1]
+        cases = [(p.condition or TRUE, p.data) for p in given]
+        self._cases: Sequence[tuple[Expr, Data]] = (
+            [*cases, (TRUE, _NOTHING)] if last is None else cases
+        )
+
+    def met(self, requirement: Requirement) -> Requirement:
+        """The requirement as a condition on the state."""
+
+        def over_state(condition: Expr) -> Expr:
+            met: Expr = TRUE
+            for where, data in reversed(self._cases):
+                case = condition_on_data(self._substituted(condition, data))
+                if case == met:
+                    continue
+                here = _joined("and", where, case)
+                met = _joined("or", here, _joined("and", opposite(where), met))
+            return met
+
+        return _met_where(requirement, over_state)
+
+    def cases_of(self, transition: ResultTransition) -> Iterator[ResultTransition]:
+        """A transition for each provide statement that may hold."""
+        before: Expr = TRUE
+        for where, data in self._cases:
+            guard = _joined("and", before, where)
+            if transition.guard is not None:
+                guard = _joined("and", guard, self._substituted(transition.guard, data))
+            assignments = tuple(
+                Assignment(a.variable, self._substituted(a.value, data), span=a.span)
+                for a in transition.assignments
+            )
+            known = None if guard == TRUE else condition_on_data(guard)
+            yield replace(transition, guard=known, assignments=assignments)
+            before = _joined("and", before, opposite(where))
+
+    def _substituted(self, expr: Expr, data: Data) -> Expr:
+        def given(leaf: Literal | Leaf) -> Expr:
+            return self._at(data, leaf) if isinstance(leaf, ValueRef) else leaf
+
+        return fold(expr, given, _folded)
+
+    def _at(self, data: Data, reference: ValueRef) -> Expr:
+        """What provided data have at the path of a reference to ``value``."""
+        path = reference.path
+        while isinstance(data, DataObject | DataArray):
+            if not path and data != _NOTHING:
+                return self._unknown(reference, "it is given part by part")
+            inner = _inside(data, path[0]) if path else None
+            if inner is None:
+                return self._left_out(reference, data)
+            data, path = inner, path[1:]
+        if isinstance(data, Literal) and data.value is NOW:
+            return self._unknown(reference, "it gets the time at which it is sent")
+        return part_of(data, path, reference.type, data.span) if path else data
+
+    def _left_out(self, reference: ValueRef, data: DataObject | DataArray) -> Expr:
+        """The default of a field that no provide statement gives."""
+        if isinstance(data, DataArray):
+            return self._unknown(reference, "the provide statement lists the elements of an array")
+        field = self._field_of(self._communication, reference.path)
+        if field is None and not self._communication.binding.found:
+            return self._unknown(reference, "its definition, with its default, is not installed")
+        if field is not None and field.default is not None:
+            return Literal(field.default, reference.type, reference.span)
+        return Literal(_default(reference.type), reference.type, reference.span)
+
+    def _unknown(self, reference: ValueRef, reason: str) -> Expr:
+        what = path_text(("value", *reference.path))
+        self._report.add(
+            "data-not-given",
+            reference.span or self._communication.span,
+            f"{what} of {self._name} is not known: {reason}",
+            f"give it in each provide statement of {self._name}, or read the parts that are given",
+        )
+        return reference
+
+
+def _inside(data: DataObject | DataArray, step: str | int) -> Data | None:
+    if isinstance(data, DataObject):
+        return dict(data.fields).get(str(step))
+    here = isinstance(step, int) and step < len(data.elements)
+    return data.elements[int(step)] if here else None
+
+
+def _default(type_: Type) -> Any:
+    match type_:
+        case ObjectType(properties=properties):
+            return {name: _default(inner) for name, inner in properties}
+        case ArrayType():
+            return ()
+    return default_value(type_)
+
+
+def _folded(node: Operation, operands: tuple[Expr, ...]) -> Expr:
+    """The operation on what stands for ``value``; what has constants only is evaluated here."""
+    whole = with_operands(node, operands)
+    match whole:
+        case Binary(operator="and" | "or", left=left, right=right):
+            return _joined(whole.operator, left, right)
+        case Binary(operator="=>", left=Literal() as left, right=right):
+            return _joined("or", opposite(left), right)
+    constant = all(isinstance(operand, Literal) for operand in operands)
+    if not constant or may_be_undefined(whole) or any(True for _ in parameters_of(whole)):
+        return whole
+    return Literal(evaluate(whole, _no_leaf), whole.type, node.span)
+
+
+def _no_leaf(leaf: Leaf) -> Value | None:
+    raise AssertionError(f"{leaf} is not a constant")
+
+
+def _joined(operator: str, left: Expr, right: Expr) -> Expr:
+    """``and`` or ``or`` of two conditions, without constants."""
+    decides = operator == "or"
+    for one, other in ((left, right), (right, left)):
+        if isinstance(one, Literal):
+            return one if one.value is decides else other
+    return Binary(operator, left, right, _BOOLEAN)

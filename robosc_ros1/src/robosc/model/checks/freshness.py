@@ -1,0 +1,140 @@
+"""The check for stale data: commands that use the last value of a message that may be silent.
+
+Only data can be stale: a message that changes states is an event. A command that consumes the
+message (the variable's component enables it only when the message has come, and its request leads
+to a state in which it is disabled) is sent once for each message, and so never with stale data.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+
+from robosc.errors import Note
+from robosc.expr.by_identity import ByIdentity
+from robosc.expr.traversal import reads_value, walk_all
+from robosc.expr.tree import Expr, PhaseRef, VariableRef
+from robosc.language.events import EventKind, Kind
+from robosc.model.diagnostics import Report
+from robosc.model.entities import (
+    Behaviour,
+    Communication,
+    Component,
+    Robot,
+    data_expressions,
+)
+from robosc.source import Span
+
+_FRESH = "fresh"
+
+
+def check_freshness(robot: Robot, report: Report) -> None:
+    """Warn of commands whose requirements or data read values that may be stale."""
+    communications, names = robot.communications, robot.display_names
+    messages = _lasting_messages(robot.components, communications)
+    behaviours = {c.name: c.behaviour for c in robot.components}
+    stale: dict[str, dict[str, VariableRef]] = defaultdict(dict)
+    known: ByIdentity[tuple[bool, tuple[VariableRef, ...]]] = ByIdentity()
+    for command, expressions in _read_by_commands(robot).items():
+        read = [known.of(expr, _read) for expr in expressions]  # copies share their conditions
+        if any(names_freshness for names_freshness, _ in read):
+            continue
+        for ref in (ref for _, refs in read for ref in refs):
+            message = messages.get(ref.key)
+            behaviour = behaviours[ref.component]
+            if message is not None and behaviour and not _uses_up(behaviour, command, message.key):
+                stale[message.key][names[command]] = ref
+                break  # one warning for each command: naming any freshness silences it
+    reported: set[Span] = set()  # copies of a statement are reported once
+    for key, commands in stale.items():
+        span = next(iter(commands.values())).span
+        if span is not None and span not in reported:
+            reported.add(span)
+            message = communications[key]
+            note = Note(f"{message.name} is declared here", message.span)
+            report.add("stale-data", span, *_texts(commands, names[key]), [note])
+
+
+def _read_by_commands(robot: Robot) -> dict[str, list[Expr]]:
+    """The conditions and data of each command, by its key."""
+    found: dict[str, list[Expr]] = defaultdict(list)
+    for requirement in robot.requirements:
+        for key in requirement.communications:
+            found[key].append(requirement.condition)
+    for provide in robot.provides:
+        if provide.condition is not None:
+            found[provide.communication].append(provide.condition)
+        found[provide.communication] += data_expressions(provide.data)
+    return found
+
+
+def _read(expr: Expr) -> tuple[bool, tuple[VariableRef, ...]]:
+    """Whether an expression asks for the freshness of a message, and the variables it reads."""
+    parts = list(walk_all([expr]))
+    names_freshness = any(isinstance(part, PhaseRef) and part.phase == _FRESH for part in parts)
+    return names_freshness, tuple(part for part in parts if isinstance(part, VariableRef))
+
+
+def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, str]:
+    """The message, and the hint with the two edits that mend it for one of the commands."""
+    (first, ref), *_ = commands.items()
+    others = ", ".join(list(commands)[1:])
+    do = "do" if len(commands) > 2 else "does"
+    return (
+        f"{first} keeps using the last value of {ref.component}.{ref.variable}"
+        f" if {message} falls silent" + (f", and so {do} {others}" if others else ""),
+        f"give {message} a 'timeout: 500 ms,' and add"
+        f" 'requirement {first} needs {message}.fresh'" + (f", or for {others}" if others else ""),
+    )
+
+
+def _lasting_messages(
+    components: Sequence[Component], communications: Mapping[str, Communication]
+) -> dict[str, Communication]:
+    """The variables that only messages without timeout assign, each with one such message."""
+    found: dict[str, Communication] = {}
+    others: set[str] = set()
+    for component in components:
+        for transition in component.transitions:
+            message = communications.get(transition.communication)
+            lasting = (
+                transition.event is EventKind.RESPONSE
+                and message is not None
+                and message.kind is Kind.OUTGOING
+                and message.timeout is None
+            )
+            for assignment in transition.assignments:
+                key = f"{component.name}.{assignment.variable}"
+                if not lasting:
+                    others.add(key)
+                elif message is not None and reads_value(assignment.value):
+                    found.setdefault(key, message)
+    return {key: message for key, message in found.items() if key not in others}
+
+
+def _uses_up(behaviour: Behaviour, command: str, message: str) -> bool:
+    """Whether a command is enabled only after the message came, and disabled by its request.
+
+    A request that failed or was cancelled may be repeated.
+    """
+    targets = {state.name: _targets(behaviour, state.name, command) for state in behaviour.states}
+    enabled = {name for name, found in targets.items() if found}
+    left = all(
+        goto is not None and goto not in enabled for name in enabled for goto in targets[name]
+    )
+    at_first = any(state.initial and state.name in enabled for state in behaviour.states)
+    entries = {(t.event, t.communication) for t in behaviour.all_transitions if t.goto in enabled}
+    entries -= {
+        (EventKind.RESPONSE, message), (EventKind.ERROR, command), (EventKind.CANCEL, command)
+    }  # fmt: skip
+    return bool(enabled) and left and not (at_first or entries)
+
+
+def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:
+    """The targets of a command's requests in a state; None is a self-loop."""
+    state = next(state for state in behaviour.states if state.name == name)
+    levels = (
+        [t.goto for t in level if (t.event, t.communication) == (EventKind.REQUEST, command)]
+        for level in behaviour.levels(state)
+    )
+    return next(filter(None, levels), [])

@@ -1,0 +1,122 @@
+"""The check for overlapping guards in models without a state space.
+
+Whether two guards can hold together depends on the reachable states, so synthesis checks it. A
+model with errors, or a library, has no state space; there the guards are compared over all values
+of what they read. In a library only guards that read nothing but received values are reported,
+because its variables may never reach the other values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import combinations, product
+from math import prod
+from typing import TypeAlias
+
+from robosc.errors import Note
+from robosc.expr.evaluation import evaluate
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Expr, Leaf, ParameterRef, PhaseRef, StateRef, ValueRef, VariableRef
+from robosc.expr.types import Value, domain
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Behaviour, Component, ResultTransition
+from robosc.model.typing.command_values import fold_text
+
+_MOST_CASES = 2000
+
+_Case: TypeAlias = Mapping[Leaf, Value]
+
+
+def check_overlaps(components: Iterable[Component], report: Report, *, library: bool) -> None:
+    """Report each pair of transitions on one event whose guards can hold together.
+
+    ``library``: only guards that read nothing but received values.
+    """
+    states = {c.name: [s.name for s in c.states] for c in components}
+    for component in components:
+        if component.behaviour is None or component.library is not None:
+            continue
+        for place, first, second in _pairs(component.behaviour):
+            assert first.guard is not None and second.guard is not None
+            here = states | {component.name: [s.name for s in component.states if s.is_in(place)]}
+            guards = [first.guard, second.guard]
+            if not (library and _reads_the_state(guards)) and _can_hold_together(guards, here):
+                _report(component, first, second, report)
+
+
+def _pairs(
+    behaviour: Behaviour,
+) -> Iterator[tuple[str | None, ResultTransition, ResultTransition]]:
+    """Pairs of guarded transitions on one event, with their state; None stands for every state."""
+    places: list[tuple[str | None, tuple[ResultTransition, ...]]] = [(None, behaviour.transitions)]
+    places += [(s.name, s.transitions) for s in behaviour.places]
+    for place, transitions in places:
+        guarded = [t for t in transitions if t.guard is not None]
+        for first, second in combinations(guarded, 2):
+            if (first.event, first.communication) == (second.event, second.communication):
+                yield place, first, second
+
+
+def _reads_the_state(guards: Iterable[Expr]) -> bool:
+    return any(isinstance(p, VariableRef | StateRef | PhaseRef) for g in guards for p in walk(g))
+
+
+def _can_hold_together(guards: Sequence[Expr], states: Mapping[str, Sequence[str]]) -> bool:
+    leaves = {
+        part: None
+        for guard in guards
+        for part in walk(guard)
+        if isinstance(part, VariableRef | ValueRef | StateRef | PhaseRef | ParameterRef)
+    }
+    choices = _choices(leaves, states)
+    if choices is None or prod(map(len, choices)) > _MOST_CASES:
+        return False
+    for parts in product(*choices):
+        case = {leaf: value for part in parts for leaf, value in part.items()}
+        if all(evaluate(guard, case.__getitem__) is True for guard in guards):
+            return True
+    return False
+
+
+def _choices(
+    leaves: Iterable[Leaf], states: Mapping[str, Sequence[str]]
+) -> list[Sequence[_Case]] | None:
+    """Independent sets of values of the leaves; None if one is infinite.
+
+    The leaves that ask for states of one component vary together: it is in one of its states. So
+    do those that ask for phases of one communication: it is in one of them, or in another.
+    """
+    choices: list[Sequence[_Case]] = []
+    in_states: dict[str, list[StateRef]] = {}
+    in_phases: dict[str, list[PhaseRef]] = {}
+    for leaf in leaves:
+        if isinstance(leaf, StateRef):
+            in_states.setdefault(leaf.component, []).append(leaf)
+            continue
+        if isinstance(leaf, PhaseRef):
+            in_phases.setdefault(leaf.communication, []).append(leaf)
+            continue
+        values = domain(leaf.type)
+        if values is None or values[:_MOST_CASES] != values:
+            return None
+        choices.append([{leaf: value} for value in values])
+    for component, refs in in_states.items():
+        choices.append([{ref: ref.state == s for ref in refs} for s in states.get(component, ())])
+    for phases in in_phases.values():
+        choices.append([{ref: ref == phase for ref in phases} for phase in (*phases, None)])
+    return choices
+
+
+def _report(
+    component: Component, first: ResultTransition, second: ResultTransition, report: Report
+) -> None:
+    guards = [fold_text(t.guard.span.text) for t in (first, second) if t.guard and t.guard.span]
+    name = second.communication.rpartition(".")[2]
+    report.add(
+        "guard-overlap",
+        second.span,
+        f"the guards '{guards[0]}' and '{guards[1]}' of two transitions on"
+        f" {name}.{second.event.value} of {component.name} can hold together",
+        "make the guards exclude each other",
+        [Note("the other transition", first.span)],
+    )

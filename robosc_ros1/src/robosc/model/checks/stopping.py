@@ -1,0 +1,32 @@
+"""The check for robots that go on with their last command when the node ends."""
+
+from __future__ import annotations
+
+from robosc.expr.tree import Literal
+from robosc.expr.types import DoubleType, IntegerType
+from robosc.language.events import Kind
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Robot, data_expressions
+
+
+def check_stop(robot: Robot, report: Report) -> None:
+    """Warn of a message that carries numbers, in a model that names no stop."""
+    if robot.stop is not None:
+        return
+    for provide in robot.provides:
+        message = robot.communications[provide.communication]
+        numbers = [
+            expr
+            for expr in data_expressions(provide.data)
+            if isinstance(expr.type, IntegerType | DoubleType)
+            and not (isinstance(expr, Literal) and not expr.value)
+        ]
+        if message.kind is Kind.INCOMING and numbers:
+            here = provide.span.source is robot.span.source
+            report.add(
+                "no-stop",
+                provide.span if here else robot.component(message.component).span,
+                f"when the node ends, the robot goes on with the last {message.name}",
+                "name the message that stops it: stop with NAME",
+            )
+            return

@@ -1,0 +1,270 @@
+"""The check for data that may be undefined: commands that go on with the last value.
+
+An assignment whose value is undefined leaves its variable as it was, and a condition over elements
+that are not there is decided by nothing. So a message may have come, be fresh, and yet say
+nothing: a laser scan that is empty or of which no ray brought a number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from robosc.expr.traversal import walk, walk_all
+from robosc.expr.tree import (
+    Aggregate,
+    Binary,
+    Call,
+    Convert,
+    ElementRef,
+    Expr,
+    Holds,
+    Literal,
+    Operation,
+    Part,
+    Unary,
+    ValueRef,
+    VariableRef,
+    condition_of,
+)
+from robosc.expr.types import EnumType, Type
+from robosc.language.events import EventKind, Kind
+from robosc.model.checks.indexes import Lengths, has_open_index
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Assignment, Component, ResultTransition, Robot, data_expressions
+from robosc.source import Source
+
+_UNDEFINED = object()
+"""What an expression comes to that finds no data."""
+
+
+def check_undefined_data(robot: Robot, lengths: Lengths, source: Source, report: Report) -> None:
+    """Warn where a command would go on with a value that a fresh message did not bring.
+
+    Only what is written in ``source`` is reported, each place once. ``lengths`` are those of arrays
+    in messages that have a fixed one.
+    """
+    needed = _needed(robot)
+    for component, transition in _from_messages(robot):
+        if transition.guard is not None and _asks_for_data(transition.guard):
+            continue
+        message = robot.communications[transition.communication]
+        nothing = _Nothing(message.value_type(transition.event), lengths)
+        for assignment in transition.assignments:
+            key = f"{component.name}.{assignment.variable}"
+            found = nothing.of(assignment.value) if key in needed else None
+            if found is _UNDEFINED:
+                stays = f"'{assignment.variable}' keeps its last value"
+                _report(assignment, message.name, stays, _OF_VALUES, source, report)
+            elif found is not None and _lets_happen(robot, key, found):
+                shown = str(found).lower() if isinstance(found, bool) else found
+                becomes = f"'{assignment.variable}' becomes {shown}"
+                _report(assignment, message.name, becomes, _OF_CONDITIONS, source, report)
+
+
+_OF_VALUES = "say what it is then: … else VALUE"
+_OF_CONDITIONS = "let the condition say what holds then: (min(r for r in …) else 0.0) < …"
+
+
+def _report(
+    assignment: Assignment,
+    message: str,
+    consequence: str,
+    hint: str,
+    source: Source,
+    report: Report,
+) -> None:
+    span = assignment.value.span or assignment.span
+    if span.source is not source:
+        return  # it is for the author of the library
+    report.add(
+        "undefined-data",
+        span,
+        f"where {message} lacks what this reads, {consequence}, and a command depends on it",
+        hint,
+    )
+
+
+def _from_messages(robot: Robot) -> Iterator[tuple[Component, ResultTransition]]:
+    """The transitions on the responses of messages."""
+    for component in robot.components:
+        for transition in component.transitions:
+            message = robot.communications.get(transition.communication)
+            if message is None or message.kind is not Kind.OUTGOING:
+                continue
+            if transition.event is EventKind.RESPONSE:
+                yield component, transition
+
+
+def _asks_for_data(condition: Expr) -> bool:
+    """Whether a condition says itself what there must be: ``length(…) > 0``, ``defined(…)``."""
+    return any(
+        isinstance(part, Holds) or (isinstance(part, Call) and part.operator == "length")
+        for part in walk(condition)
+    )
+
+
+# --- which variables matter ----------------------------------------------------------------------
+
+
+def _needed(robot: Robot) -> set[str]:
+    """The keys of variables on which commands depend, directly or through other variables."""
+    read = [requirement.condition for requirement in robot.requirements]
+    sources: dict[str, list[Expr]] = {}
+    for component in robot.components:
+        for transition in component.transitions:
+            read += [] if transition.guard is None else [transition.guard]
+            for assignment in transition.assignments:
+                key = f"{component.name}.{assignment.variable}"
+                sources.setdefault(key, []).append(assignment.value)
+    for provide in robot.provides:
+        read += [] if provide.condition is None else [provide.condition]
+        read += data_expressions(provide.data)
+    found: set[str] = set()
+    work = _variables(read)
+    while work:
+        key = work.pop()
+        if key not in found:
+            found.add(key)
+            work |= _variables(sources.get(key, ()))
+    return found
+
+
+def _variables(exprs: Iterable[Expr]) -> set[str]:
+    return {part.key for part in walk_all(exprs) if isinstance(part, VariableRef)}
+
+
+def _lets_happen(robot: Robot, key: str, value: object) -> bool:
+    """Whether some command is possible with a value of a variable, and not with another one."""
+    type_ = robot.variables[key].type
+    others = type_.values if isinstance(type_, EnumType) else (True, False)
+    for condition, wanted in _conditions_of_commands(robot):
+        if _outcome(condition, key, value) is (not wanted):
+            continue
+        if any(_outcome(condition, key, other) is (not wanted) for other in others):
+            return True
+    return False
+
+
+_DECIDED = (EventKind.REQUEST, EventKind.TAU)
+
+
+def _conditions_of_commands(robot: Robot) -> Iterator[tuple[Expr, bool]]:
+    """What commands depend on, each with what it must come to."""
+    for requirement in robot.requirements:
+        yield requirement.condition, not requirement.forbids
+    for component in robot.components:
+        for transition in component.transitions:
+            if transition.event in _DECIDED and transition.guard is not None:
+                yield transition.guard, True
+    yield from ((p.condition, True) for p in robot.provides if p.condition is not None)
+
+
+def _outcome(condition: Expr, key: str, value: object) -> bool | None:
+    """What a condition comes to where a variable has a value; None if that does not decide it."""
+    match condition:
+        case VariableRef() if condition.key == key:
+            return value is True
+        case Literal(value=bool(known)):
+            return known
+        case Holds(operand=operand):
+            return _outcome(operand, key, value)
+        case Unary(operator="!", operand=operand):
+            found = _outcome(operand, key, value)
+            return None if found is None else not found
+        case Binary(
+            operator="=" | "!=", left=VariableRef() as left, right=Literal(value=right)
+        ) if left.key == key:
+            return (value == right) is (condition.operator == "=")
+        case Binary(left=left, right=right) if condition.operation.decider is not None:
+            operation = condition.operation
+            first, second = _outcome(left, key, value), _outcome(right, key, value)
+            if first is operation.decider:
+                return operation.decided
+            if first is None:
+                # Only the value that the right side alone can force.
+                return second if second is operation.decided else None
+            return second
+    return None
+
+
+# --- what comes of nothing -----------------------------------------------------------------------
+
+
+class _Nothing:
+    """What expressions come to where the arrays of a message of some type bring nothing."""
+
+    def __init__(self, type_: Type, lengths: Lengths) -> None:
+        self._type = type_
+        self._lengths = lengths
+
+    def of(self, expr: Expr) -> object | None:
+        """``_UNDEFINED``, a boolean or the value of an enum; None if nothing follows.
+
+        What the model itself says of missing data, by ``else``, ``defined`` or ``length``, does not
+        follow from nothing.
+        """
+        if _asks_for_data(expr):
+            return None
+        match expr:
+            case ValueRef(path=(), type=EnumType() as enum):
+                return self._converted(enum)
+            case ValueRef(path=path):
+                open_ = has_open_index(path, self._type, self._lengths)
+                return _UNDEFINED if open_ else None
+            case ElementRef() | Literal() | VariableRef():
+                return None
+            case Aggregate():
+                return self._aggregate(expr)
+            case Binary(operator="else"):
+                found = self.of(expr.left)
+                return None if found is _UNDEFINED else found
+            case Binary(operator="/") if _reads_data(expr.right):
+                return _UNDEFINED
+            case Binary() if expr.operation.decider is not None:
+                return self._decided(expr)
+            case Unary(operator="!"):
+                found = self.of(expr.operand)
+                return not found if isinstance(found, bool) else found
+            case Convert(argument=ValueRef(path=()) as argument, type=enum):
+                return _Nothing(argument.type, self._lengths)._converted(enum)
+            case Call(operator="element"):
+                return _UNDEFINED
+        if isinstance(expr, Part) and any(isinstance(step, int) for step in expr.path):
+            return _UNDEFINED
+        operands = expr.operands if isinstance(expr, Operation) else ()
+        return _UNDEFINED if any(self.of(o) is _UNDEFINED for o in operands) else None
+
+    def _aggregate(self, expr: Aggregate) -> object | None:
+        if isinstance(expr.array, Literal) and expr.condition is None:
+            return None
+        if expr.operator in ("min", "max", "first"):
+            return _UNDEFINED
+        is_slice = isinstance(expr.array, Call) and expr.array.operator in ("section", "sector")
+        return {"any": False, "all": True}.get(expr.operator) if is_slice else None
+
+    def _decided(self, expr: Binary) -> object | None:
+        """Of ``and``, ``or``, ``=>``: what the sides that come of nothing decide alone."""
+        decider, decided = expr.operation.decider, expr.operation.decided
+        left, right = self.of(expr.left), self.of(expr.right)
+        if left is decider or right is decided:
+            return decided
+        if _UNDEFINED in (left, right):
+            return _UNDEFINED
+        if right is not None:
+            return right
+        return None if left is None else not decided
+
+    def _converted(self, enum: EnumType) -> object | None:
+        """The value that the rules of an enum lead to; None if no rule asks for missing data."""
+        inner = _Nothing(enum.source, self._lengths)
+        asked = False
+        for rule in enum.rules:
+            found = inner.of(condition_of(rule)) if rule.condition is not None else True
+            if found is True:
+                return rule.value if asked or rule.condition is not None else None
+            asked |= found is not None
+        return enum.default if asked else None
+
+
+def _reads_data(expr: Expr) -> bool:
+    return any(isinstance(part, ValueRef | VariableRef | ElementRef) for part in walk(expr))

@@ -1,0 +1,159 @@
+"""Checks for names that are declared and never used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from robosc.expr.traversal import walk_all
+from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, VariableRef
+from robosc.expr.types import EnumType
+from robosc.language.events import EventKind, Kind
+from robosc.model.declarations.state_variables import all_expressions
+from robosc.model.declarations.type_declarations import TypeDeclarations
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Component, Robot
+from robosc.model.names.scope import FileScope
+from robosc.model.names.tables import ComponentTable
+from robosc.model.names.value_scope import ValueScope
+from robosc.syntax.nodes import ConditionNode, ConstantNode, FunctionNode, ParameterNode
+
+
+def check_unused(
+    scope: FileScope,
+    values: ValueScope,
+    component_table: ComponentTable,
+    robot: Robot,
+    type_declarations: TypeDeclarations,
+    report: Report,
+) -> None:
+    """Report the names of this file that nothing uses; ``values`` are those of the file itself.
+
+    To be called for a model without errors only.
+    """
+    for name, datatype in scope.datatypes.items():
+        if name not in scope.used_datatypes:
+            report.add("unused-datatype", datatype.name.span, f"datatype '{name}' is never used")
+    for name, interface in scope.interfaces.items():
+        if name not in scope.used_interfaces:
+            report.add("unused-interface", interface.name.span, f"interface '{name}' is never used")
+    if scope.node.kind == "library":
+        return  # whoever imports it may read its variables
+    expressions = list(all_expressions(robot))
+    _check_values(scope, values, component_table, report)
+    _check_variables(component_table, expressions, report)
+    _check_timeouts(robot.components, expressions, report)
+    _check_enum_values(scope, expressions, type_declarations, report)
+
+
+def _check_values(
+    scope: FileScope, values: ValueScope, component_table: ComponentTable, report: Report
+) -> None:
+    """Report unused constants, parameters and named conditions."""
+    own = [i.types.values for i in component_table.instances.values() if i.imported is None]
+    nodes = {
+        node.name.span.start: node
+        for found in (values, *own)
+        for node in (*found.nodes, *found.functions.values())
+    }
+    for node in nodes.values():
+        if not scope.names.is_used(node):
+            report.add(
+                "unused-value",
+                node.name.span,
+                f"{_WORDS[type(node)]} '{node.name.text}' is never used",
+                "use it or remove it",
+            )
+
+
+_WORDS = {
+    ConstantNode: "constant",
+    ParameterNode: "parameter",
+    ConditionNode: "condition",
+    FunctionNode: "function",
+}
+
+
+def _check_variables(
+    component_table: ComponentTable, expressions: Iterable[Expr], report: Report
+) -> None:
+    read = {part.key for part in walk_all(expressions) if isinstance(part, VariableRef)}
+    own = [i for i in component_table.instances.values() if i.imported is None]
+    # Copies of a component share their declarations: a variable is read if that of one copy is.
+    read_at = {
+        node.name.span.start
+        for instance in own
+        for name, node in instance.variable_nodes.items()
+        if f"{instance.name}.{name}" in read
+    }
+    for instance in own:
+        for name, node in instance.variable_nodes.items():
+            if node.name.span.start not in read_at:
+                report.add(
+                    "unused-variable",
+                    node.name.span,
+                    f"variable '{name}' is never read",
+                    "only guards, requirements, provide statements and assignments read variables",
+                )
+
+
+def _check_timeouts(
+    components: Iterable[Component], expressions: Iterable[Expr], report: Report
+) -> None:
+    """Report timeouts of messages that nothing reacts to; those of services are deadlines."""
+    noticed = {
+        transition.communication
+        for component in components
+        for transition in component.transitions
+        if transition.event is EventKind.TIMEOUT
+    }
+    noticed |= {p.communication for p in walk_all(expressions) if isinstance(p, PhaseRef)}
+    timed = [
+        c
+        for component in components
+        for c in component.communications
+        if component.library is None and c.kind is Kind.OUTGOING and c.timeout is not None
+    ]
+    # Copies of a component share their declarations.
+    noticed_at = {communication.span for communication in timed if communication.key in noticed}
+    for message in timed:
+        assert message.timeout is not None
+        if message.span not in noticed_at and message.timeout.span is not None:
+            report.add(
+                "unused-timeout",
+                message.timeout.span,
+                f"nothing reacts when '{message.name}' falls silent",
+                f"add 'requirement COMMAND needs {message.name}.fresh', or react to it:"
+                f" 'on timeout from {message.name} goto STATE'",
+            )
+
+
+def _check_enum_values(
+    scope: FileScope,
+    expressions: list[Expr],
+    type_declarations: TypeDeclarations,
+    report: Report,
+) -> None:
+    """Report the values of enums of which no expression names any, except for the default."""
+    named: set[str] = set()
+    compared: set[str] = set()
+    for part in walk_all(expressions):
+        match part:
+            case Literal(type=EnumType(name=name, origin=origin)):
+                if origin == scope.origin:
+                    named.add(name)
+            case Binary(left=left, right=right) if isinstance(left.type, EnumType):
+                if not isinstance(left, Literal) and not isinstance(right, Literal):
+                    compared.add(left.type.name)
+    for name in scope.datatypes:
+        node = type_declarations.nodes[scope.origin, name]
+        rules = getattr(node, "rules", ())
+        if name not in scope.used_datatypes or name in compared or name in named:
+            continue
+        seen = {rule.value.text for rule in rules if rule.condition is None}
+        for rule in rules:
+            value = rule.value.text
+            if value not in seen:
+                report.add(
+                    "unused-enum-value", rule.value.span, f"the value '{value}' is never used"
+                )
+            seen.add(value)

@@ -1,0 +1,171 @@
+"""The parts of each communication's data that a model reads or sends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Set
+from dataclasses import replace
+from itertools import chain
+from typing import TypeAlias
+
+from robosc.expr.traversal import fold
+from robosc.expr.tree import (
+    Aggregate,
+    Convert,
+    ElementRef,
+    Expr,
+    Leaf,
+    Literal,
+    Made,
+    Operation,
+    ValueRef,
+    condition_of,
+)
+from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
+from robosc.language.events import Direction
+from robosc.model.entities import (
+    Component,
+    Data,
+    DataArray,
+    DataObject,
+    Provide,
+    Requirement,
+    data_expressions,
+)
+
+Path: TypeAlias = tuple[str, ...]
+"""Names of members from the whole message on; an array's elements have the path of the array."""
+
+
+class Usage:
+    """The paths of each communication's data that components and requirements read and provide
+    statements send."""
+
+    def __init__(
+        self,
+        components: Iterable[Component],
+        provides: Iterable[Provide],
+        requirements: Iterable[Requirement] = (),
+    ) -> None:
+        self._paths: dict[tuple[str, Direction], set[Path]] = {}
+        components = tuple(components)
+        for provide in provides:
+            exprs = data_expressions(provide.data)
+            conditions = () if provide.condition is None else (provide.condition,)
+            asked = (path for expr in (*exprs, *conditions) for path in _read(expr))
+            self._add(provide.communication, "request", (*_sent(provide.data), *asked))
+        for requirement in requirements:
+            for key in requirement.communications if requirement.on_data else ():
+                self._add(key, "request", _read(requirement.condition))
+        sorts = {c.key: c.sort for component in components for c in component.communications}
+        for component in components:
+            for communication in component.communications:
+                self._add(communication.key, "response", _converted(communication.response))
+                self._add(communication.key, "feedback", _converted(communication.feedback))
+            for transition in component.transitions:
+                sort = sorts.get(transition.communication)
+                event = None if sort is None else sort.event(transition.event)
+                if event is None or event.brings is None:
+                    continue
+                read = [assignment.value for assignment in transition.assignments]
+                read += [] if transition.guard is None else [transition.guard]
+                paths = (path for expr in read for path in _read(expr))
+                self._add(transition.communication, event.brings, paths)
+
+    def _add(self, key: str, direction: Direction, paths: Iterable[Path]) -> None:
+        self._paths.setdefault((key, direction), set()).update(paths)
+
+    def uses(self, key: str, direction: Direction, path: Path) -> bool:
+        """Whether a part is read or sent, itself, within a larger part, or a part of it."""
+        return any(
+            path[: len(used)] == used[: len(path)] for used in self._paths.get((key, direction), ())
+        )
+
+    def part(self, key: str, direction: Direction, type_: Type) -> Type:
+        """The communication's type without the members that nothing reads or sends."""
+        return _kept(type_, self._paths.get((key, direction), set()))
+
+
+def converted_part(enum: EnumType) -> Type:
+    """The source type of an enum without the members that its rules do not read."""
+    return _kept(enum.source, set(_converted(enum)))
+
+
+def _kept(type_: Type, used: Set[Path]) -> Type:
+    if () in used:
+        return type_
+    match type_:
+        case ArrayType(element=element):
+            return replace(type_, element=_kept(element, used))
+        case ObjectType(properties=properties):
+            inner = {name: {p[1:] for p in used if p[0] == name} for name, _ in properties}
+            kept = tuple(
+                (name, _kept(type_, inner[name])) for name, type_ in properties if inner[name]
+            )
+            return replace(type_, properties=kept)
+    return type_
+
+
+def _read(expr: Expr) -> tuple[Path, ...]:
+    """The paths that an expression reads."""
+    elements: dict[str, tuple[Path, ...]] = {}
+    """By the variables of enclosing aggregates: the paths of the arrays that they range over."""
+
+    def leaf(node: Literal | Leaf) -> tuple[Path, ...]:
+        match node:
+            case ValueRef(path=path):
+                return (_names(path),)
+            case ElementRef(variable=variable, path=path):
+                return tuple((*array, *_names(path)) for array in elements.get(variable, ()))
+        return ()
+
+    def strict(node: Operation, operands: tuple[tuple[Path, ...], ...]) -> tuple[Path, ...]:
+        read = tuple(chain.from_iterable(operands))
+        if isinstance(node, Convert):
+            return tuple((*path, *inner) for inner in _converted(node.type) for path in read)
+        return read
+
+    def through_array(
+        node: Aggregate, arrays: tuple[Path, ...], visit: Callable[[Expr], tuple[Path, ...]]
+    ) -> tuple[Path, ...]:
+        elements[node.variable] = arrays
+        parts = (node.element, node.condition)
+        found = tuple(path for part in parts if part is not None for path in visit(part))
+        # An array of which only the length counts is read, too.
+        return found + tuple(a for a in arrays if not any(p[: len(a)] == a for p in found))
+
+    return fold(expr, leaf, strict, bound=through_array)
+
+
+def _names(path: tuple[str | int, ...]) -> Path:
+    return tuple(step for step in path if isinstance(step, str))
+
+
+def _converted(type_: Type) -> Iterator[Path]:
+    """The paths that the rules of enums read, wherever in a type the enums are."""
+    match type_:
+        case EnumType(source=source, rules=rules):
+            for rule in rules:
+                yield from _read(condition_of(rule))
+            yield from _converted(source)
+        case ArrayType(element=element):
+            yield from _converted(element)
+        case ObjectType(properties=properties):
+            for name, inner in properties:
+                yield from ((name, *path) for path in _converted(inner))
+
+
+def _sent(data: Data) -> Iterator[Path]:
+    match data:
+        case DataObject(fields=fields):
+            for name, inner in fields:
+                yield from ((name, *path) for path in _sent(inner))
+        case DataArray(elements=elements):
+            for inner in elements:
+                yield from _sent(inner)
+        case Aggregate(element=Made() as inner) if data.makes_array:
+            yield from _sent(inner)
+        case Made(names=names, operands=parts) if names:
+            for name, part in zip(names, parts, strict=True):
+                yield from ((name, *path) for path in _sent(part))
+        case _:
+            yield ()

@@ -1,0 +1,1 @@
+"""Declarations and statements of a model, resolved."""

@@ -1,0 +1,320 @@
+"""Declaration of components: their communications, variables and states by name.
+
+All components of a file are declared before any behaviour is resolved, so that declarations can
+refer forwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robosc.errors import Note
+from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
+from robosc.language.events import Direction
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Communication
+from robosc.model.names.data_directions import kind_of, types_of
+from robosc.model.names.tables import (
+    CommunicationInfo,
+    ComponentTable,
+    Instance,
+    SymbolTable,
+    path_of,
+)
+from robosc.model.ros.links import Binder, Payload, is_legal
+from robosc.model.typing.durations import DURATION, is_long_enough
+from robosc.model.typing.expressions import Typer
+from robosc.model.typing.incoming import no_value
+from robosc.names import ros_name_fault, snake_case
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    ActionNode,
+    BehaviourNode,
+    CommunicationNode,
+    InterfaceNode,
+    MessageNode,
+    RosTypeNode,
+    ServiceNode,
+    StateNode,
+    StringNode,
+    TypeNode,
+    VariableNode,
+)
+
+NONE = NoneType()
+
+
+def join(prefix: str, name: str) -> str:
+    """The ROS name below a prefix: ``/left/cmd`` for ``/left`` and ``/cmd``."""
+    return f"{prefix.rstrip('/')}/{name.lstrip('/')}" if prefix else name
+
+
+def declare(instance: Instance, report: Report) -> None:
+    """Fill the tables of an instance from its node."""
+    for item in instance.node.items:
+        if isinstance(item, BehaviourNode):
+            if instance.behaviour is not None:
+                report.add(
+                    "several-behaviours",
+                    _head(item, "behaviour"),
+                    f"component {instance.name} already has a behaviour",
+                    "merge them into one",
+                    [Note("the first one is here", _head(instance.behaviour, "behaviour"))],
+                )
+                instance.types.scope.mark_unresolved(item)
+                instance.duplicate_behaviours.append(item)
+                continue
+            instance.behaviour = item
+            _declare_behaviour(instance, item, report)
+        elif isinstance(item, MessageNode | ServiceNode | ActionNode):
+            _declare_communication(instance, item, report)
+
+
+def _head(node: BehaviourNode, keyword: str) -> Span:
+    """The span of the keyword with which a node begins."""
+    return Span(node.span.source, node.span.start, node.span.start + len(keyword))
+
+
+def _declare_behaviour(instance: Instance, node: BehaviourNode, report: Report) -> None:
+    names = instance.types.scope.names
+    for item in node.items:
+        match item:
+            case StateNode():
+                _declare_state(instance, item, "", report)
+            case VariableNode(name=name):
+                names.declare(item, instance.name)
+                if name.text in instance.variables:
+                    first = instance.variable_nodes[name.text]
+                    _duplicate("variable", item, first, instance, report)
+                else:
+                    instance.variables[name.text] = _variable_type(instance, item, report)
+                    instance.variable_nodes[name.text] = item
+
+
+def _declare_state(instance: Instance, node: StateNode, inside: str, report: Report) -> None:
+    """Enter a state and those in it; ``inside`` is the path of the one around it."""
+    instance.types.scope.names.declare(node, instance.name)
+    path = path_of(node, inside)
+    if path in instance.states:
+        _duplicate("state", node, instance.states[path], instance, report)
+        return
+    instance.states[path] = node
+    for state in node.states:
+        _declare_state(instance, state, path, report)
+
+
+def _duplicate(
+    what: str,
+    second: StateNode | VariableNode | CommunicationNode,
+    first: StateNode | VariableNode | CommunicationNode,
+    instance: Instance,
+    report: Report,
+) -> None:
+    report.add(
+        "duplicate-name",
+        second.name.span,
+        f"component {instance.name} already has a {what} '{second.name.text}'",
+        "give one of them another name",
+        [Note("the first one is here", first.name.span)],
+    )
+
+
+def _variable_type(instance: Instance, node: VariableNode, report: Report) -> Type | None:
+    type_ = instance.types.resolve(node.type)
+    if not isinstance(type_, NoneType):
+        return type_
+    report.add(
+        "variable-type",
+        node.type.span,
+        f"variable '{node.name.text}' cannot be of type none",
+        "use any other type",
+    )
+    return None
+
+
+# --- communications ------------------------------------------------------------------------------
+
+
+def _declare_communication(instance: Instance, node: CommunicationNode, report: Report) -> None:
+    name = node.name.text
+    instance.types.scope.names.declare(node, instance.name)
+    if name in instance.communications:
+        first = instance.communications[name].node
+        _duplicate("communication", node, first, instance, report)
+        return
+    types: dict[Direction, Type | None] = {"request": NONE, "response": NONE, "feedback": NONE}
+    for direction, type_node in types_of(node).items():
+        types[direction] = _carried(instance, type_node, report, sent=direction == "request")
+    instance.communications[name] = CommunicationInfo(
+        node, instance, kind_of(node), types["request"], types["response"], types["feedback"]
+    )
+
+
+def _carried(instance: Instance, node: TypeNode, report: Report, *, sent: bool) -> Type | None:
+    """The type of a communication's data; None after an error."""
+    type_ = instance.types.resolve(node)
+    if isinstance(type_, ArrayType):
+        report.add(
+            "array-not-allowed",
+            node.span,
+            "a communication does not carry an array directly",
+            "use an object that has the array as a property, or an enum from it",
+        )
+        return None
+    if type_ is not None and not instance.types.type_declarations.is_known(type_):
+        return None
+    if sent and type_ is not None:
+        return _sendable(type_, node.span, report)
+    return type_
+
+
+def _sendable(type_: Type, span: Span, report: Report) -> Type | None:
+    """The type of data that is sent; None after reporting an enum in it."""
+    if isinstance(type_, EnumType):
+        report.add(
+            "enum-sent",
+            span,
+            f"{type_} cannot be sent: an enum only converts received data",
+            f"use the type that it converts from: {type_.source}",
+        )
+        return None
+    found = _enum_in(type_, type_.name) if isinstance(type_, ObjectType) else None
+    if found is not None:
+        path, enum = found
+        report.add(
+            "enum-sent",
+            span,
+            f"{type_} cannot be sent: {path} is the enum {enum}, which only converts received data",
+            f"declare an object for sending, with {enum.source} in its place",
+        )
+        return None
+    return type_
+
+
+def _enum_in(object_: ObjectType, path: str) -> tuple[str, EnumType] | None:
+    for name, type_ in object_.properties:
+        inner = type_
+        while isinstance(inner, ArrayType):
+            inner = inner.element
+        if isinstance(inner, EnumType):
+            return f"{path}.{name}", inner
+        if isinstance(inner, ObjectType):
+            found = _enum_in(inner, f"{path}.{name}")
+            if found is not None:
+                return found
+    return None
+
+
+def check_local_names(component_table: ComponentTable, report: Report) -> None:
+    """Report communications of this file's components that have the same name."""
+    for infos in component_table.by_name.values():
+        local = [i for i in infos if i.instance.imported is None and i.instance.node.index is None]
+        for info in local[1:]:
+            report.add(
+                "duplicate-name",
+                info.node.name.span,
+                f"component {local[0].instance.name} already has a communication '{info.name}'",
+                "communications of a robot have different names; 'identifier:' may be the same",
+                [Note("the first one is here", local[0].node.name.span)],
+            )
+
+
+def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: Report) -> None:
+    """Resolve identifier, timeout and interface of a communication, and set its entity."""
+    identifier = _identifier(info, report)
+    timeout = None
+    if info.node.timeout is not None:
+        typer = Typer(report, info.instance.types, symbols, no_value("a timeout is a duration"))
+        timeout = typer.check(info.node.timeout, DURATION, "a timeout")
+        if timeout and not is_long_enough(timeout, "a timeout", info.node.timeout.span, report):
+            timeout = None
+    interface, known = _interface(info, report)
+    if info.request is None or info.response is None or info.feedback is None or not known:
+        return
+    binding = binder.bind(info.key, info.node, tuple(_payloads(info)), interface)
+    if binding is None or identifier is None:
+        return
+    info.entity = Communication(
+        info.name,
+        info.instance.name,
+        info.kind,
+        identifier,
+        info.request,
+        info.response,
+        info.feedback,
+        binding,
+        timeout,
+        span=info.node.name.span,
+    )
+
+
+def _payloads(info: CommunicationInfo) -> Iterator[Payload]:
+    nodes = types_of(info.node)
+    for direction, type_ in info.types.items():
+        assert type_ is not None
+        yield Payload(type_, nodes[direction], direction)
+
+
+def _interface(
+    info: CommunicationInfo, report: Report
+) -> tuple[InterfaceNode | RosTypeNode | None, bool]:
+    """The linked interface or ROS type, and whether the link is free of errors."""
+    links = info.node.links
+    scope = info.instance.types.scope
+    type_ = info.node.type if isinstance(info.node, MessageNode) else info.node.request
+    if links is None and isinstance(type_, RosTypeNode):
+        return type_, True
+    if links is None:
+        return None, not scope.is_cut_short(info.node.span)
+    scope.used_interfaces.add(links.text)
+    found = scope.interfaces.get(links.text)
+    scope.names.use(links, found)
+    if found is None:
+        if not scope.is_unresolved(links.text, "interface"):
+            hint = report.suggest(links.text, scope.interfaces)
+            report.add(
+                "unknown-interface",
+                links.span,
+                f"there is no interface '{links.text}'",
+                hint or f"declare: interface {links.text} use TYPE from PACKAGE",
+            )
+        return None, False
+    return found, is_legal(found)
+
+
+def _identifier(info: CommunicationInfo, report: Report) -> str | None:
+    written: StringNode | None = info.node.identifier
+    name = written.text if written is not None else info.name
+    if written is None and info.instance.node.index is not None:
+        name = f"{snake_case(info.instance.name)}/{name}"
+    span = written.span if written is not None else info.node.name.span
+    fault = ros_name_fault(name)
+    if fault is not None:
+        hint = None if written is not None else 'add: identifier: "a_name_that_ros_allows",'
+        report.add("ros-name", span, f"ROS does not allow the name {name!r}: {fault}", hint)
+        return None
+    prefix = info.instance.prefix
+    return None if prefix is None else join(prefix, name)
+
+
+def check_prefix(node: StringNode, report: Report) -> str | None:
+    """The text of a prefix; None after an error."""
+    text = node.text
+    stripped = text.rstrip("/")
+    fault = None if text in ("", "/") else ros_name_fault(stripped)
+    if fault is not None:
+        report.add("ros-name", node.span, f"ROS does not allow the prefix {text!r}: {fault}")
+        return None
+    return text
+
+
+def check_interfaces(nodes: dict[str, InterfaceNode], report: Report) -> None:
+    """Report names of types and packages that ROS does not allow."""
+    for node in nodes.values():
+        for name, what in ((node.type, "type"), (node.package, "package")):
+            if not name.text[0].isalpha():
+                report.add(
+                    "ros-name",
+                    name.span,
+                    f"ROS does not allow the {what} name '{name.text}': it begins with '_'",
+                )

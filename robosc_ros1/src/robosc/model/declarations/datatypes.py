@@ -1,0 +1,368 @@
+"""The data types of one file, each resolved once, on demand.
+
+Enums exist first as *shells* with name, values and default: expressions need no more, and the rules
+of one enum can name the values of another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from copy import copy
+from dataclasses import dataclass, replace
+
+from robosc.expr.tree import Expr
+from robosc.expr.types import (
+    TYPES_BY_WORD,
+    ArrayType,
+    DurationType,
+    EnumRule,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    Type,
+)
+from robosc.model.declarations.type_declarations import TypeDeclarations, rule_of
+from robosc.model.diagnostics import Report
+from robosc.model.names.known_types import KnownTypes
+from robosc.model.names.occurrences import Symbol, SymbolKind
+from robosc.model.names.scope import FileScope, report_duplicate
+from robosc.model.names.value_scope import ValueScope
+from robosc.model.ros.interfaces import KINDS, Missing
+from robosc.model.ros.missing import MissingDefinitions
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    Access,
+    ArgumentNode,
+    ArrayTypeNode,
+    BasicTypeNode,
+    EnumNode,
+    EnumRuleNode,
+    ExprNode,
+    Name,
+    NamedTypeNode,
+    ObjectNode,
+    RosTypeNode,
+    TypeNode,
+)
+
+# Far beyond any ROS message; bounds the recursion over types.
+_DEEPEST = 50
+
+# Names of the built-in types in ROS and other languages, without the number of bits.
+_FOREIGN = {
+    "float": "double",
+    "real": "double",
+    "int": "integer",
+    "uint": "integer",
+    "bool": "boolean",
+    "str": "string",
+    "empty": "none",
+    "void": "none",
+}
+
+ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
+
+
+@dataclass(frozen=True)
+class Given:
+    """The value of a constant or parameter that an import sets, with the import's types."""
+
+    node: ArgumentNode
+    types: TypeTable
+    report: Report
+
+
+class TypeTable(KnownTypes):
+    """The types of a file by name; ``None`` stands for a type whose declaration has an error.
+
+    ``condition`` types the condition of an enum's rule, given the enum's source type. ``given``
+    are the values that an import sets, by name.
+    """
+
+    def __init__(
+        self,
+        scope: FileScope,
+        type_declarations: TypeDeclarations,
+        report: Report,
+        condition: ConditionTyper,
+    ) -> None:
+        super().__init__(scope, type_declarations, report)
+        self.given: Mapping[str, Given] = {}
+        self._condition = condition
+        self._depths: dict[str, int] = {}
+        self._open: list[str] = []
+
+    def inside(self, values: ValueScope, given: Mapping[str, Given]) -> TypeTable:
+        """The same types for a component that has named values of its own."""
+        table = copy(self)
+        table.values = values
+        table.given = given
+        return table
+
+    def reporting_to(self, report: Report) -> TypeTable:
+        """The same types, with the faults in what is looked up in another report."""
+        table = copy(self)
+        table._report = report
+        table._missing = MissingDefinitions(self.type_declarations.ros.definitions, report)
+        return table
+
+    def resolve_all(self) -> None:
+        """Resolve all data types of the file, duplicates included, to report the errors in them."""
+        for name in self.scope.datatypes:
+            self._named(name)
+        for node in self.scope.duplicates:
+            if isinstance(node, ObjectNode):
+                self._object(node)
+            elif isinstance(node, EnumNode):
+                self._enum(node)
+
+    def resolve(self, node: TypeNode) -> Type | None:
+        """The type of a node; None after a reported error."""
+        match node:
+            case BasicTypeNode():
+                return self._basic(node)
+            case ArrayTypeNode(element=element):
+                inner = self.resolve(element)
+                if isinstance(inner, NoneType):
+                    self._report.add(
+                        "none-not-allowed",
+                        element.span,
+                        "the elements of an array cannot be of type none",
+                    )
+                    return None
+                return None if inner is None else ArrayType(inner)
+            case RosTypeNode():
+                return self._ros_type(node)
+            case NamedTypeNode(library=Name() as library):
+                return self._of_library(node, library)
+            case NamedTypeNode(name=name):
+                self.scope.names.use(name, self.scope.datatypes.get(name.text))
+                if name.text not in self.scope.datatypes:
+                    self._unknown(node)
+                    return None
+                if (
+                    name.text not in self._open
+                    or self._open[-1] != name.text
+                    or len(self._open) > 1
+                ):
+                    self.scope.used_datatypes.add(name.text)
+                found = self._named(name.text, node)
+                return found if found is None else self._shallow(node, found)
+
+    def of_value(self, node: TypeNode) -> Type | None:
+        """The type of a constant or parameter, which may also be a duration."""
+        match node:
+            case NamedTypeNode(name=Name(text="duration"), library=None):
+                if "duration" not in self.scope.datatypes:
+                    return DurationType()
+        return self.resolve(node)
+
+    def _of_library(self, node: NamedTypeNode, library: Name) -> Type | None:
+        """The type ``Library.Name`` of an imported library; None after a reported error."""
+        table = self.libraries.get(library.text)
+        if table is None:
+            if not self.scope.is_unresolved(library.text):
+                self._report.add(
+                    "unknown-type",
+                    library.span,
+                    f"nothing is imported from a library '{library.text}'",
+                    self._report.suggest(library.text, self.libraries, "libraries"),
+                )
+            return None
+        found = table.known(node.name.text)
+        if found is None:
+            self._report.add(
+                "unknown-type",
+                node.name.span,
+                f"library {library.text} has no datatype '{node.name.text}'",
+                self._report.suggest(node.name.text, table.scope.datatypes, "its datatypes"),
+            )
+            return None
+        self.scope.names.use(library, table.scope.node)
+        self.scope.names.use(node.name, table.scope.datatypes[node.name.text])
+        return found
+
+    def _ros_type(self, node: RosTypeNode) -> Type | None:
+        package, name = node.package, node.type
+        self.scope.names.note(package, Symbol(SymbolKind.ROS_PACKAGE, package.text))
+        self.scope.names.note(name, Symbol(SymbolKind.ROS_TYPE, name.text, package.text))
+        kind = KINDS[node.folder]
+        if node.written is not None and node.written.text != node.folder:
+            self._report.add(
+                "interface-not-found",
+                node.written.span,
+                f"this is not {'an' if kind == 'action' else 'a'} {kind}",
+                f"write {package.text}/{name.text} or {package.text}/{node.folder}/{name.text}",
+            )
+            return None
+        found = self.type_declarations.ros.part(package.text, name.text, node.folder, node.part)
+        if isinstance(found, Missing):
+            if node.part == 0:
+                self._missing.of_interface(found, node, kind)
+            return None
+        return found
+
+    def _shallow(self, node: NamedTypeNode, found: Type) -> Type | None:
+        """The type, or None after reporting that datatypes are nested too deep."""
+        depth = self._depths.get(node.name.text, 0) + 1
+        if self._open:
+            self._depths[self._open[-1]] = max(depth, self._depths.get(self._open[-1], 0))
+        if depth <= _DEEPEST:
+            return found
+        self._report.add(
+            "too-deep", node.span, f"datatypes are nested more than {_DEEPEST} levels deep"
+        )
+        return None
+
+    def _unknown(self, node: NamedTypeNode) -> None:
+        if self.scope.is_unresolved(node.name.text, "enum", "object"):
+            return
+        if node.name.text == "duration":
+            self._report.add(
+                "unknown-type",
+                node.name.span,
+                "only constants and parameters are durations",
+                "use the type of the message: builtin_interfaces/Duration, or a double of seconds",
+            )
+            return
+        known = [*self.scope.datatypes, *TYPES_BY_WORD]
+        meant = _FOREIGN.get(node.name.text.lower().rstrip("0123456789"))
+        self._report.add(
+            "unknown-type",
+            node.name.span,
+            f"there is no datatype '{node.name.text}'",
+            f"write '{meant}'" if meant else self._report.suggest(node.name.text, known),
+        )
+
+    def _basic(self, node: BasicTypeNode) -> Type | None:
+        if node.bounds is None:
+            return TYPES_BY_WORD[node.name]
+        if node.bounds[0] > node.bounds[1]:
+            low, high = node.bounds
+            self._report.add(
+                "empty-range",
+                node.span,
+                f"no integer is at least {low} and at most {high}",
+                f"write integer({high}..{low})",
+            )
+            return None
+        return IntegerType(node.bounds)
+
+    def called_enum(self, function: Access) -> EnumType | None:
+        """The enum that is called as a function, which may be declared further down."""
+        name = function.root.text
+        declared = not function.path and isinstance(self.scope.datatypes.get(name), EnumNode)
+        if declared and name not in self._open:
+            self._named(name)
+        return super().called_enum(function)
+
+    def _named(self, name: str, use: NamedTypeNode | None = None) -> Type | None:
+        if name in self._types:
+            return self._types[name]
+        if name in self._open:
+            cycle = [*self._open[self._open.index(name) :], name]
+            assert use is not None
+            self._report.add(
+                "recursive-datatype",
+                use.span,
+                f"{name} would contain itself: {' -> '.join(cycle)}",
+                "no ROS message can contain itself",
+            )
+            return None
+        if len(self._open) > _DEEPEST:
+            return self._shallow(use, NoneType()) if use is not None else None
+        self._open.append(name)
+        node = self.scope.datatypes[name]
+        found = self._object(node) if isinstance(node, ObjectNode) else self._enum(node)
+        self._open.pop()
+        self._types[name] = found
+        return found
+
+    def _object(self, node: ObjectNode) -> ObjectType:
+        seen: dict[str, Span] = {}
+        properties: list[tuple[str, Type]] = []
+        for prop in node.properties:
+            name = prop.name.text
+            self.scope.names.declare(prop, node.name.text)
+            if name in seen:
+                report_duplicate("property", prop.name, seen[name], self._report)
+                continue
+            seen[name] = prop.name.span
+            type_ = self.resolve(prop.type)
+            if isinstance(type_, NoneType):
+                self._report.add(
+                    "none-not-allowed",
+                    prop.type.span,
+                    f"property '{name}' cannot be of type none",
+                    "leave the property out",
+                )
+                type_ = None
+            if type_ is None:
+                self.type_declarations.unknown_properties.add(
+                    (self.scope.origin, node.name.text, name)
+                )
+            else:
+                properties.append((name, type_))
+        return ObjectType(node.name.text, self.scope.origin, tuple(properties))
+
+    def _enum(self, node: EnumNode) -> EnumType:
+        """The enum without its faulty rules; only the shell if its source type is faulty."""
+        source = self.resolve(node.source)
+        self._check_source(node, source)
+        self._check_values(node)
+        shell = self._shell(node)
+        if source is None or isinstance(source, EnumType | NoneType):
+            self.type_declarations.unknown_sources.add((shell.origin, shell.name))
+            return shell
+        rules = []
+        for rule in node.rules:
+            if rule.condition is not None:
+                condition = self._condition(self, rule.condition, source)
+                if condition is not None:
+                    rules.append(EnumRule(condition, rule.value.text))
+        return replace(shell, source=source, rules=tuple(rules))
+
+    def _check_source(self, node: EnumNode, source: Type | None) -> None:
+        if isinstance(source, EnumType):
+            self._report.add(
+                "enum-source",
+                node.source.span,
+                f"{node.name.text} cannot convert from the enum {source.name}",
+                f"convert from what {source.name} converts: {source.source}",
+            )
+        elif isinstance(source, NoneType):
+            self._report.add(
+                "enum-source",
+                node.source.span,
+                f"{node.name.text} cannot convert from none, which carries nothing",
+            )
+
+    def _record_value(self, node: EnumNode, rule: EnumRuleNode) -> None:
+        first = rule_of(node, rule.value.text)
+        if first is rule:
+            self.scope.names.declare(rule, node.name.text)
+        else:
+            self.scope.names.use(rule.value, first, node.name.text)
+
+    def _check_values(self, node: EnumNode) -> None:
+        default: Span | None = None
+        for rule in node.rules:
+            self._record_value(node, rule)
+            if rule.condition is None:
+                if default is not None:
+                    self._report.add(
+                        "several-defaults",
+                        rule.span,
+                        f"{node.name.text} already has a default",
+                        "remove one of them",
+                    )
+                default = rule.span
+        if default is None and not self.scope.is_damaged(node.span):
+            value = node.rules[-1].value.text if node.rules else "other"
+            self._report.add(
+                "missing-default",
+                node.name.span,
+                f"{node.name.text} has no value for data that no rule matches",
+                f"add: default -> {value}",
+            )

@@ -1,0 +1,214 @@
+"""Typing of the constants, parameters and named conditions of a file or a component."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from robosc.expr.by_identity import ByIdentity
+from robosc.expr.evaluation import constant
+from robosc.expr.tree import Aggregate, Expr, Literal, ParameterRef, RosParameter
+from robosc.expr.types import ArrayType, DurationType, EnumType, ObjectType, Type, Value
+from robosc.model.declarations.datatypes import TypeTable
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Data, DataArray, DataObject
+from robosc.model.names.tables import SymbolTable
+from robosc.model.typing.compatibility import coerce, completed, describe, is_basic
+from robosc.model.typing.data import DataTyper
+from robosc.model.typing.durations import is_long_enough
+from robosc.model.typing.expected import BOOLEAN
+from robosc.model.typing.expressions import Typer
+from robosc.model.typing.incoming import no_value
+from robosc.runtime.settings import LEAST_PARAMETER, MOST_PARAMETER
+from robosc.runtime.values import NOW
+from robosc.source import Span
+from robosc.syntax.leaves import MAX_INTEGER
+from robosc.syntax.nodes import ConditionNode, ConstantNode, DataNode, ParameterNode, ValueNode
+
+_MOST_TERMS = 50_000
+"""More terms in one condition are an error: each condition that names another one contains it."""
+_LONGEST_TEXT = 2**16
+"""A longer string constant is an error."""
+
+
+@dataclass
+class NamedValueTyper:
+    """Types the declarations of named values on demand; see :class:`ValueScope`.
+
+    Their meanings replace their names in expressions. ``owner`` is the component or library by
+    which the name of a parameter is qualified.
+    """
+
+    types: TypeTable
+    report: Report
+    symbols: Callable[[], SymbolTable]
+    owner: str = ""
+    _open: list[str] = field(default_factory=list)
+    _sizes: ByIdentity[int] = field(default_factory=ByIdentity)
+
+    def __call__(self, node: ValueNode) -> Expr | None:
+        """The expression for which the declared name stands; None after a reported error."""
+        name = node.name.text
+        if name in self._open:
+            self.report.add("initial-not-constant", node.name.span, f"'{name}' depends on itself")
+            return None
+        self._open.append(name)
+        try:
+            match node:
+                case ConditionNode():
+                    reason = "a named condition is about the state, not about a received value"
+                    typer = Typer(self.report, self.types, self.symbols(), no_value(reason))
+                    found = typer.check(node.value, BOOLEAN, f"condition '{name}'")
+                    return None if found is None else self._bounded(found, node)
+                case ConstantNode():
+                    return self._literal(node, f"constant '{name}'")
+                case ParameterNode():
+                    return self._parameter(node, f"parameter '{name}'")
+        finally:
+            self._open.remove(name)
+
+    def _bounded(self, condition: Expr, node: ConditionNode) -> Expr | None:
+        """The condition; None after reporting that it is too large with those that it names."""
+        if self._sizes.of(condition, self._size) <= _MOST_TERMS:
+            return condition
+        self.report.add(
+            "too-deep",
+            node.name.span,
+            f"with the conditions that it names, '{node.name.text}' has more than"
+            f" {_MOST_TERMS:,} terms",
+            "name each condition once, or keep the result in a variable",
+        )
+        return None
+
+    def _size(self, expr: Expr) -> int:
+        operands: tuple[Expr, ...] = getattr(expr, "operands", ())
+        return 1 + sum(self._sizes.of(operand, self._size) for operand in operands)
+
+    def _parameter(self, node: ParameterNode, what: str) -> ParameterRef | None:
+        default = self._literal(node, what)
+        if default is None:
+            return None
+        key = f"{self.owner}.{node.name.text}" if self.owner else node.name.text
+        whole = completed(default.value, default.type)
+        parameter = RosParameter(key, default.type, whole, span=node.name.span)
+        return ParameterRef(parameter, node.name.span)
+
+    def _literal(self, node: ConstantNode | ParameterNode, what: str) -> Literal | None:
+        """The declared value, or the one that the import of the component sets instead."""
+        type_ = self.types.of_value(node.type)
+        if type_ is None or not self._is_possible(node, type_, what):
+            return None
+        given = self.types.given.get(node.name.text)
+        if given is None:
+            value = _constant(node.value, type_, what, self.types, self.report)
+        else:
+            value = _constant(given.node.value, type_, what, given.types, given.report)
+        if value is None:
+            return None
+        literal = Literal(value, type_, node.name.span)
+        if isinstance(node, ParameterNode):
+            place = (node, self.report) if given is None else (given.node, given.report)
+            if not _can_be_given(literal, what, place[0].value.span, place[1]):
+                return None
+        return literal
+
+    def _is_possible(self, node: ConstantNode | ParameterNode, type_: Type, what: str) -> bool:
+        if is_basic(type_) or isinstance(type_, EnumType | DurationType):
+            return True
+        if isinstance(type_, ArrayType | ObjectType):
+            if isinstance(node, ConstantNode) or _is_plain(type_):
+                return True
+            message = f"{what} cannot have the values of an enum, or nothing, in it"
+            self.report.add("variable-type", node.type.span, message)
+            return False
+        self.report.add(
+            "variable-type",
+            node.type.span,
+            f"{what} cannot be {describe(type_)}",
+            "use string, boolean, integer, double, duration, an enum, an array or an object",
+        )
+        return False
+
+
+def _can_be_given(default: Literal, what: str, span: Span, report: Report) -> bool:
+    """Whether a parameter's default is in range; reports an error if not."""
+    value = default.value
+    if isinstance(default.type, DurationType):
+        return is_long_enough(default, what, span, report)
+    if type(value) is not int or LEAST_PARAMETER <= value <= MOST_PARAMETER:
+        return True
+    report.add(
+        "out-of-range",
+        span,
+        f"{value} is outside the range of {what}",
+        f"an integer that is a parameter in ROS takes {LEAST_PARAMETER} to {MOST_PARAMETER}",
+    )
+    return False
+
+
+def _constant(
+    node: DataNode, type_: Type, what: str, types: TypeTable, report: Report
+) -> Value | None:
+    """The value of a constant expression; None after a reported error.
+
+    The value of an object is a dict, that of an array a tuple.
+    """
+    word = what.partition(" ")[0]
+    typer = Typer(report, types, None, no_value(f"a {word} cannot depend on a received value"))
+    data = DataTyper(typer, types, report).typed(node, type_, what)
+    return None if data is None else _value(data, type_, what, node.span, report)
+
+
+def _value(data: Data, type_: Type, what: str, span: Span, report: Report) -> Value | None:
+    match data, type_:
+        case DataObject(fields=fields), ObjectType():
+            found: dict[str, Value | None] = {}
+            for name, part in fields:
+                inner = type_.property(name)
+                assert inner is not None
+                found[name] = _value(part, inner, what, span, report)
+            return None if None in found.values() else cast(Value, found)
+        case DataArray(elements=elements), ArrayType(element=element):
+            parts = [_value(part, element, what, span, report) for part in elements]
+            return None if None in parts else cast(Value, tuple(parts))
+        case Aggregate(), ArrayType() if data.makes_array and (made := constant(data)) is not None:
+            return _value(_as_data(made, type_, data.span or span), type_, what, span, report)
+    assert not isinstance(data, DataObject | DataArray)
+    value = constant(data)
+    if value is None or value is NOW:
+        message = f"the value of {what} must be a finite constant"
+        report.add("initial-not-constant", data.span or span, message)
+        return None
+    if isinstance(value, int) and abs(value) > MAX_INTEGER:
+        message = f"the value of {what} is too large: whole numbers go up to {MAX_INTEGER}"
+        report.add("number-too-large", data.span or span, message)
+        return None
+    if isinstance(value, str) and len(value) > _LONGEST_TEXT:
+        message = f"the value of {what} has more than {_LONGEST_TEXT:,} characters"
+        report.add("out-of-range", data.span or span, message)
+        return None
+    literal = coerce(Literal(value, type_), type_)
+    assert isinstance(literal, Literal)
+    return literal.value
+
+
+def _is_plain(type_: Type) -> bool:
+    """Whether a parameter can be an array or object of a type."""
+    match type_:
+        case ArrayType(element=element):
+            return _is_plain(element)
+        case ObjectType(properties=properties):
+            return all(_is_plain(inner) for _, inner in properties)
+    return is_basic(type_)
+
+
+def _as_data(value: Any, type_: Type, span: Span) -> Data:
+    """The value of a constant as data, whose parts are checked."""
+    match type_:
+        case ObjectType(properties=properties) if isinstance(value, dict):
+            types = dict(properties)
+            return DataObject(tuple((n, _as_data(v, types[n], span)) for n, v in value.items()))
+        case ArrayType(element=element):
+            return DataArray(tuple(_as_data(part, element, span) for part in value), span=span)
+    return Literal(value, type_, span)

@@ -1,0 +1,100 @@
+"""Parameters of the generated node that a model declares: names in ROS, other defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any, TypeVar
+
+from robosc.errors import Note
+from robosc.expr.tree import Expr, RosParameter
+from robosc.expr.types import ArrayType, ObjectType, Type
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Robot
+from robosc.model.typing.compatibility import completed
+from robosc.runtime.settings import declared
+from robosc.source import Span
+from robosc.syntax.nodes import ExprNode
+
+_Node = TypeVar("_Node", Robot, Expr)
+
+_GROUPS = ("goal_timeout", "qos", "qos_overrides", "rate", "timeout")
+"""Namespaces of parameters that every generated node has, or may have."""
+_OF_ROS = ("start_type_description_service", "use_sim_time")
+"""Parameters that ROS itself declares for every node."""
+
+
+def check_parameters(parameters: Iterable[RosParameter], report: Report) -> None:
+    """Report names that clash with parameters of every node, or with others of the model."""
+    taken = {parameter.name for parameter in declared(())}.union(_GROUPS, _OF_ROS)
+    seen: dict[str, RosParameter] = {}
+    for parameter in parameters:
+        name = parameter.name
+        group = name.partition("/")[0]
+        if group in taken:
+            what = f"the parameter ~{name}" if name == group else f"parameters ~{group}/…"
+            report.add(
+                "parameter-name",
+                parameter.span,
+                f"every controller has {what} of its own",
+                "give it another name",
+            )
+            continue
+        first = seen.get(name) or seen.get(group)
+        if first is not None and first is not parameter:
+            report.add(
+                "parameter-name",
+                parameter.span,
+                f"'{parameter.key}' and '{first.key}' would both be the parameter ~{first.name}",
+                "give one of them another name",
+                [Note("the other one is here", first.span)],
+            )
+        seen.setdefault(name, parameter)
+
+
+def with_parameters(robot: Robot, values: Mapping[str, Any]) -> Robot:
+    """The robot with other defaults of its parameters, given by their names in ROS.
+
+    The conditions that it reads have them, too. Other names are ignored.
+    """
+    changed = {p.name: values[p.name] for p in robot.parameters if p.name in values}
+    if not changed:
+        return robot
+
+    def read(node: ExprNode, report: Report) -> Expr | None:
+        found = robot.conditions(node, report)
+        return None if found is None else _with_defaults(found, changed)
+
+    return replace(_with_defaults(robot, changed), conditions=read)
+
+
+def _of_type(value: Any, type_: Type) -> Any:
+    """A value of a parameter as the model has it: arrays are tuples, objects have all fields."""
+    match type_:
+        case ArrayType() | ObjectType():
+            return completed(value, type_)
+    return value
+
+
+def _with_defaults(node: _Node, changed: Mapping[str, Any]) -> _Node:
+    """A node of a resolved model with other defaults of the parameters in it, by name in ROS."""
+    known: dict[int, tuple[Any, Any]] = {}
+
+    def copy(node: Any) -> Any:
+        if isinstance(node, RosParameter):
+            return replace(node, default=_of_type(changed.get(node.name, node.default), node.type))
+        if not isinstance(node, tuple) and (not is_dataclass(node) or isinstance(node, Span)):
+            return node
+        if id(node) not in known:
+            known[id(node)] = node, parts(node)
+        return known[id(node)][1]
+
+    def parts(node: Any) -> Any:
+        if isinstance(node, tuple):
+            return tuple(map(copy, node))
+        found = {f.name: getattr(node, f.name) for f in fields(node)}
+        copies = {name: copy(part) for name, part in found.items()}
+        return replace(node, **{n: c for n, c in copies.items() if c is not found[n]})
+
+    result: _Node = copy(node)
+    return result

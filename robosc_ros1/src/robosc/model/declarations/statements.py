@@ -1,0 +1,206 @@
+"""Resolution of requirements, preferences and provided data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
+from itertools import product
+from typing import TypeAlias, TypeVar
+
+from robosc.errors import Note
+from robosc.expr.by_identity import ByIdentity
+from robosc.expr.presence import condition_on_data
+from robosc.expr.types import NoneType
+from robosc.language.events import Kind
+from robosc.model.declarations.datatypes import TypeTable
+from robosc.model.diagnostics import Report
+from robosc.model.entities import (
+    Data,
+    DataObject,
+    Preference,
+    Provide,
+    Requirement,
+)
+from robosc.model.names.communications import resolve_communication
+from robosc.model.names.groups import GroupResolver
+from robosc.model.names.tables import CommunicationInfo, SymbolTable
+from robosc.model.ros.links import Binder
+from robosc.model.typing.command_values import CommandTyper, may_read_value, requirement_text
+from robosc.model.typing.data import DataTyper
+from robosc.model.typing.expected import BOOLEAN
+from robosc.model.typing.expressions import Typer
+from robosc.model.typing.incoming import Incoming, no_value
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    BehaviourNode,
+    CommunicationNode,
+    DataObjectNode,
+    DeclarationNode,
+    PreferNode,
+    ProvideNode,
+    RequirementNode,
+    StopNode,
+)
+
+_Node: TypeAlias = DeclarationNode | CommunicationNode | BehaviourNode
+_Entity = TypeVar("_Entity", Provide, Preference)
+
+
+@dataclass
+class Statements:
+    """The statements of a robot and of its components, without those that have errors."""
+
+    requirements: list[Requirement] = field(default_factory=list)
+    provides: list[Provide] = field(default_factory=list)
+    preferences: list[Preference] = field(default_factory=list)
+
+    def add(self, items: Iterable[_Node], resolver: StatementResolver) -> None:
+        """Resolve those of the nodes that are statements, and add them."""
+        for item in items:
+            match item:
+                case RequirementNode():
+                    self.requirements += resolver.requirements(item)
+                case ProvideNode():
+                    self.provides += _sound(resolver.provide(item))
+                case PreferNode():
+                    self.preferences += _sound(resolver.preference(item))
+
+    def on_commands(self) -> tuple[Requirement, ...]:
+        """The requirements without those on a group that, in this robot, is empty."""
+        return tuple(r for r in self.requirements if r.communications or r.kind in _ON_STATES)
+
+
+_ON_STATES = ("never", "always")
+
+
+def _sound(found: _Entity | None) -> tuple[_Entity, ...]:
+    return () if found is None else (found,)
+
+
+class StatementResolver:
+    """Resolves statements, with the names of a robot or those of one of its components."""
+
+    def __init__(
+        self, symbols: SymbolTable, types: TypeTable, binder: Binder, report: Report
+    ) -> None:
+        self._symbols = symbols
+        self._types = types
+        self._binder = binder
+        self._report = report
+        self._typer = Typer(
+            report,
+            types,
+            symbols,
+            no_value("requirements on states have no 'value'"),
+        )
+        self._groups = GroupResolver(symbols, types.scope, report)
+        self._read: ByIdentity[bool] = ByIdentity()
+
+    def requirements(self, node: RequirementNode) -> Sequence[Requirement]:
+        """The requirements that a statement makes; none after an error."""
+        keys: tuple[str, ...] | None = ()
+        if node.communications:
+            keys = self._groups.commands(
+                node.communications, "requirement-on-outgoing", _CANNOT_FORBID
+            )
+        if keys is not None and node.communications and may_read_value(node.condition):
+            commands = self._symbols.component_table.by_keys(keys)
+            typer = CommandTyper(self._symbols, self._types, self._report)
+            return typer.requirements(node, commands)
+        condition = self._typer.check(node.condition, BOOLEAN, "a requirement")
+        if condition is None or keys is None:
+            return ()
+        condition = condition_on_data(condition, self._read)
+        text = requirement_text(node)
+        return (Requirement(node.kind, keys, condition, text, node.to_start, span=node.span),)
+
+    def preference(self, node: PreferNode) -> Preference | None:
+        """The preference; None after an error."""
+        code = "preference-on-outgoing"
+        preferred = self._groups.commands(node.preferred, code, _CANNOT_PREFER)
+        over = self._groups.commands(node.over, code, _CANNOT_PREFER, left_out=preferred or ())
+        if preferred is None or over is None:
+            return None
+        return Preference(preferred, over, span=node.span)
+
+    def stop(self, nodes: Sequence[StopNode]) -> str | None:
+        """The key of the message that stops the robot; None without one, or after an error."""
+        for node in nodes[1:]:
+            note = Note("the first one is here", nodes[0].span)
+            message = "a robot has one stop command"
+            self._report.add("several-stops", node.span, message, "remove one of them", [note])
+        if not nodes:
+            return None
+        access = nodes[0].communication
+        info = resolve_communication(access, self._symbols, self._types.scope, self._report)
+        if info is not None and info.kind is not Kind.INCOMING:
+            message = f"'{info.name}' is no incoming message: it cannot be sent as the last command"
+            self._report.add("stop-not-a-message", access.span, message, _STOPS)
+            return None
+        return None if info is None else info.key
+
+    def provide(self, node: ProvideNode) -> Provide | None:
+        """The provide statement; None after an error."""
+        info = self._groups.command(node.communication, "provide-for-outgoing", _CANNOT_PROVIDE)
+        typer = self._typer
+        if info is not None and may_read_value(node):
+            incoming = Incoming(info.request, known=info.request is not None)
+            typer = Typer(self._report, self._types, self._symbols, incoming)
+        data = self._data_for(node, info, typer)
+        condition = None
+        if node.condition is not None:
+            condition = typer.check(node.condition, BOOLEAN, "the condition")
+            if condition is None:
+                return None
+            condition = condition_on_data(condition, self._read)
+        if info is None or data is None:
+            return None
+        if info.entity is not None and info.instance.imported is None:
+            self._binder.sent.check(data, info.node, info.entity.binding)
+        return Provide(info.key, data, condition, span=node.span)
+
+    # --- data ------------------------------------------------------------------------------------
+
+    def _data_for(
+        self, node: ProvideNode, info: CommunicationInfo | None, typer: Typer
+    ) -> Data | None:
+        if info is None or info.request is None:
+            return None
+        if isinstance(info.request, NoneType):
+            if node.data == DataObjectNode((), span=node.data.span):
+                return DataObject(())
+            self._report.add(
+                "nothing-to-provide",
+                node.data.span,
+                f"'{info.name}' carries no data",
+                "remove the statement, or give the communication a type",
+            )
+            return None
+        data = DataTyper(typer, self._types, self._report)
+        return data.typed(node.data, info.request, f"'{info.name}'")
+
+
+_CANNOT_FORBID = "the controller cannot forbid what the robot sends"
+_CANNOT_PREFER = "the controller does not decide when the robot sends it"
+_STOPS = "name an incoming message, such as the velocity of a base"
+_CANNOT_PROVIDE = "the robot sends its data, not the controller"
+
+
+def check_preferences(preferences: Sequence[Preference], report: Report) -> None:
+    """Report a cycle of commands of which each is preferred to the next."""
+    below: dict[str, dict[str, Span]] = {}
+    for preference in preferences:
+        for first, second in product(preference.preferred, preference.over):
+            below.setdefault(first, {}).setdefault(second, preference.span)
+    try:
+        TopologicalSorter(below).prepare()
+    except CycleError as error:
+        *_, before, last = cycle = error.args[1][::-1]
+        names = " over ".join(key.rpartition(".")[2] for key in cycle)
+        report.add(
+            "preference-cycle",
+            below[before][last],
+            f"each of these is preferred to the next: {names}",
+            "remove one of the preferences",
+        )

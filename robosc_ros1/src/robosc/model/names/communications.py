@@ -1,0 +1,110 @@
+"""Name resolution of communications."""
+
+from __future__ import annotations
+
+from robosc.errors import Note
+from robosc.model.diagnostics import Report
+from robosc.model.names.scope import FileScope
+from robosc.model.names.tables import CommunicationInfo, SymbolTable
+from robosc.source import Span
+from robosc.syntax.nodes import Access, Name
+
+SENT = "what the controller publishes is incoming: incoming message {}"
+"""A hint where an outgoing message is used as a command."""
+
+_KEYWORDS = ("message", "service", "action")
+
+
+def resolve_communication(
+    access: Access, symbols: SymbolTable, scope: FileScope, report: Report
+) -> CommunicationInfo | None:
+    """The communication that a bare or qualified name refers to; None after an error."""
+    if access.index is not None:
+        message = f"{access.root.text} has no indexes: it is not declared as an indexed component"
+        report.add("bad-index", access.span, message)
+        return None
+    match access.path:
+        case ():
+            return _bare(access, symbols, scope, report)
+        case (Name() as member,):
+            return _qualified(access, member, symbols, scope, report)
+    report.add(
+        "unknown-communication",
+        access.span,
+        "this is not a communication",
+        "write its name, or Component.name",
+    )
+    return None
+
+
+def report_repeated(access: Access, first: Span, report: Report) -> None:
+    """Report a communication that a statement names a second time."""
+    report.add(
+        "repeated-communication",
+        access.span,
+        f"'{access.span.text}' appears twice in this statement",
+        None,
+        [Note("the first one is here", first)],
+    )
+
+
+def _bare(
+    access: Access, symbols: SymbolTable, scope: FileScope, report: Report
+) -> CommunicationInfo | None:
+    name = access.root.text
+    found = symbols.communications(name)
+    if found:
+        scope.names.use(access.root, found[0].node, found[0].instance.name)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        local = [i for i in found if i.instance.imported is None and i.instance.node.index is None]
+        if len(local) == len(found):
+            return found[0]  # all in this file: the duplicate name was reported
+        report.add(
+            "ambiguous-name",
+            access.span,
+            f"there are {len(found)} communications '{name}'",
+            "write " + " or ".join(i.key for i in found),
+        )
+        return None
+    # It may be one of a component that could not be imported.
+    if scope.is_unresolved(name, *_KEYWORDS) or symbols.component_table.broken:
+        return None
+    component = symbols.component(name)
+    if component is not None:
+        message = f"'{name}' is a component, not a communication"
+        hint = report.suggest(name, [f"{name}.{c}" for c in component.communications], "it has")
+    else:
+        message = f"there is no communication '{name}'"
+        hint = report.suggest(name, symbols.communication_names())
+    report.add("unknown-communication", access.span, message, hint)
+    return None
+
+
+def _qualified(
+    access: Access, member: Name, symbols: SymbolTable, scope: FileScope, report: Report
+) -> CommunicationInfo | None:
+    root = access.root.text
+    component = symbols.component(root)
+    scope.names.use(access.root, symbols.declaration(root))
+    if component is None:
+        if not symbols.is_broken(root) and not scope.is_unresolved(root, "component"):
+            report.add(
+                "unknown-name",
+                access.root.span,
+                f"there is no component '{root}'",
+                report.suggest(root, symbols.components),
+            )
+        return None
+    found = component.communications.get(member.text)
+    if found is not None:
+        scope.names.use(member, found.node, component.name)
+    if found is None and not scope.is_unresolved(member.text, *_KEYWORDS):
+        report.add(
+            "unknown-communication",
+            member.span,
+            f"{root} has no communication '{member.text}'",
+            report.suggest(member.text, component.communications, "it has"),
+        )
+    return found

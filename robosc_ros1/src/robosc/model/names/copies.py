@@ -1,0 +1,341 @@
+"""Expansion of indexed components, of ``for``, and of aggregates over components.
+
+``component Station[1..6] { … }`` becomes six components ``Station[1]`` to ``Station[6]``, and
+``for i in 1..6 { … }`` six copies of its statements. An aggregate over components,
+``any(s.waiting for s in Station)``, becomes one over the list of what it asks of each of them. This
+is done on the syntax tree before names are resolved; later stages have no indexes. The copies share
+the nodes whose names mean the same in them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable, Iterable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from functools import cache
+from operator import is_
+from typing import Any, cast
+
+from robosc.language.functions import AGGREGATES
+from robosc.language.operators import BINARY, Operand
+from robosc.model.diagnostics import Report
+from robosc.model.names.copies_scope import Scope, indexes_of, indexes_of_for, with_place
+from robosc.names import copy_name, family_and_index
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    Access,
+    AggregateNode,
+    ArrayNode,
+    BinaryNode,
+    ComponentNode,
+    ConditionNode,
+    DataNode,
+    DataObjectNode,
+    DeclarationNode,
+    ElementNode,
+    ExceptNode,
+    ExprNode,
+    FileNode,
+    ForNode,
+    ImportNode,
+    LiteralNode,
+    MemberNode,
+    Name,
+    RangeNode,
+    SliceNode,
+    StringNode,
+    UnaryNode,
+)
+
+
+def write_out(node: FileNode, report: Report) -> FileNode:
+    """The file with indexed components and ``for`` expanded; the same file if it has none."""
+    several = {
+        item.name.text: item.indexes
+        for item in node.declarations
+        if isinstance(item, ComponentNode | ImportNode) and item.indexes is not None
+    }
+    if not several and not any(isinstance(item, ForNode) for item in node.declarations):
+        return node
+    writer = _Writer(several, report)
+    declarations: list[DeclarationNode] = []
+    for item in node.declarations:
+        declarations += writer.declaration(item, Scope())
+    return replace(
+        node,
+        declarations=tuple(declarations),
+        written=node,
+        mentions=tuple(writer.mentions),
+    )
+
+
+def over_copies(node: ExprNode, components: Iterable[str], report: Report) -> ExprNode:
+    """A condition in which ``Station[3]`` and ``any(s.on for s in Station)`` are expanded.
+
+    ``components`` are the names of all components, copies included.
+    """
+    found: dict[str, list[int]] = {}
+    for component in components:
+        name, index = family_and_index(component)
+        if index is not None:
+            found.setdefault(name, []).append(index)
+    several = {
+        name: RangeNode(min(indexes), max(indexes), span=node.span)
+        for name, indexes in found.items()
+    }
+    written: ExprNode = _Writer(several, report).node(node, Scope())
+    return written
+
+
+class _Writer:
+    """Expands declarations; ``mentions`` has the first copy's name for each aggregate."""
+
+    def __init__(self, several: Mapping[str, RangeNode], report: Report) -> None:
+        self._several = several
+        self._report = report
+        # All by the identities of nodes; ``_written`` also by the meanings of the names in them.
+        self._words: dict[int, frozenset[str]] = {}
+        self._written: dict[tuple[int, Hashable], Any] = {}
+        self._asked: dict[int, ExprNode] = {}
+        self.mentions: list[Name] = []
+
+    # --- declarations ---
+
+    def declaration(self, item: DeclarationNode, scope: Scope) -> Iterable[DeclarationNode]:
+        if isinstance(item, ForNode):
+            return self._for(item, scope)
+        if isinstance(item, ComponentNode | ImportNode) and item.indexes is not None:
+            return self._component(item, item.indexes)
+        return (self.node(item, scope),)
+
+    def _component(
+        self, item: ComponentNode | ImportNode, indexes: RangeNode
+    ) -> list[DeclarationNode]:
+        copies: list[DeclarationNode] = []
+        for index in indexes_of(indexes, self._report):
+            name = replace(item.name, text=copy_name(item.name.text, index))
+            scope = Scope(own=name.text).inside("index", index)
+            if isinstance(item, ComponentNode):
+                items = tuple(with_place(self.node(part, scope), scope) for part in item.items)
+                copies.append(replace(item, name=name, items=items, indexes=None, index=index))
+            else:
+                prefix = self.node(item.prefix, scope) if item.prefix else None
+                arguments = tuple(self.node(part, scope) for part in item.arguments)
+                copies.append(
+                    replace(item, name=name, prefix=prefix, arguments=arguments, indexes=None)
+                )
+        return copies
+
+    def _for(self, node: ForNode, scope: Scope) -> list[DeclarationNode]:
+        written: list[DeclarationNode] = []
+        for index in indexes_of_for(node, scope, self._report):
+            inner = scope.inside(node.variable.text, index)
+            for statement in node.statements:
+                if isinstance(statement, ConditionNode):
+                    value = self.node(statement.value, inner)
+                    inner = inner.inside(statement.name.text, value)
+                    continue
+                for copy in self.declaration(statement, inner):
+                    written.append(with_place(copy, inner))
+        return written
+
+    # --- nodes of any kind ---
+
+    def node(self, node: Any, scope: Scope) -> Any:
+        """The expanded node; one object for all scopes in which its names mean the same."""
+        if isinstance(node, tuple):
+            parts = tuple(self.node(part, scope) for part in node)
+            return parts if any(a is not b for a, b in zip(parts, node, strict=True)) else node
+        if not is_dataclass(node) or isinstance(node, Span | Name):
+            return node
+        words = self._words_of(node)
+        meanings = scope.meanings(words)
+        if not meanings and words.isdisjoint(self._several):
+            return node
+        key = id(node), meanings
+        if key not in self._written:
+            self._written[key] = self._expanded(node, scope)
+        return self._written[key]
+
+    def _words_of(self, node: Any) -> frozenset[str]:
+        if id(node) not in self._words:
+            words = re.findall(r"[A-Za-z_]\w*", node.span.text)
+            self._words[id(node)] = frozenset(words)
+        return self._words[id(node)]
+
+    def _expanded(self, node: Any, scope: Scope) -> Any:
+        match node:
+            case StringNode(text=text):
+                return replace(node, text=scope.filled_in(text))
+            case LiteralNode(value=str() as text):
+                return replace(node, value=scope.filled_in(text))
+            case Access():
+                return self._access(node, scope)
+            case MemberNode(object=ElementNode(array=Access(path=()) as array, index=index)) if (
+                self._is_several(array, scope)
+            ):
+                found = self._constant(index, scope)
+                return self._one(replace(array, span=node.span), found, node.path)
+            case AggregateNode():
+                members = self._members(node, scope)
+                if members is not None:
+                    return self._over_components(node, members, scope)
+        return self._parts(node, scope)
+
+    def _parts(self, node: Any, scope: Scope) -> Any:
+        changes = {}
+        for name in _parts_of(cast(Hashable, type(node))):
+            part = getattr(node, name)
+            copy = self._named(part, scope) if name in _NAMING else self.node(part, scope)
+            if copy is not part:
+                changes[name] = copy
+        return replace(node, **changes) if changes else node
+
+    def _named(self, part: Any, scope: Scope) -> Any:
+        """A name of a communication, variable or function: never an index or a condition."""
+        if isinstance(part, tuple):
+            parts = tuple(one for each in part for one in self._each(each, scope))
+            same = len(parts) == len(part) and all(map(is_, parts, part))
+            return part if same else parts
+        copy = self.node(part, scope)
+        return copy if isinstance(copy, Access | ExceptNode) else part
+
+    def _each(self, part: Any, scope: Scope) -> Iterable[Any]:
+        """A named part; all copies where an indexed component is named as a whole."""
+        whole = isinstance(part, Access) and not part.path and part.index is None
+        if not whole or not self._is_several(part, scope) or part.root.text == scope.family:
+            return (self._named(part, scope),)
+        indexes = self._several[part.root.text]
+        return [self._one(part, i, ()) for i in range(indexes.first, indexes.last + 1)]
+
+    def _is_several(self, access: Access, scope: Scope) -> bool:
+        name = access.root.text
+        return name in self._several and not isinstance(scope.names.get(name), str)
+
+    # --- names ---
+
+    def _access(self, node: Access, scope: Scope) -> ExprNode:
+        name = node.root.text
+        match scope.names.get(name):
+            case str(component):
+                return replace(node, root=replace(node.root, text=component))
+            case int(number) if not node.path and node.index is None:
+                return LiteralNode(number, span=node.span)
+            case None | int():
+                pass
+            case condition if not node.path:
+                return condition
+        if name not in self._several:
+            return node
+        if node.index is not None:
+            return self._one(node, self._constant(node.index, scope), node.path)
+        if node.path and isinstance(node.path[0], int):
+            return self._one(node, node.path[0], node.path[1:])
+        if name == scope.family:
+            return replace(node, root=replace(node.root, text=scope.own))
+        indexes = self._several[name]
+        hint = f"write {copy_name(name, indexes.first)}, or any(c.… for c in {name})"
+        message = f"{name} is an indexed component: {name}[{indexes.first}..{indexes.last}]"
+        self._report.add("bad-index", node.root.span, message, hint)
+        return self._one(node, indexes.first, node.path)
+
+    def _one(self, node: Access, index: int | None, path: tuple[Name | int, ...]) -> Access:
+        """The access with the copy of an index as its root; the first copy after an error."""
+        name = node.root.text
+        indexes = self._several[name]
+        if index is None:
+            index = indexes.first
+        elif not indexes.first <= index <= indexes.last:
+            hint = f"the indexes are {indexes.first}..{indexes.last}"
+            self._report.add("bad-index", node.span, f"there is no {copy_name(name, index)}", hint)
+            index = indexes.first
+        root = replace(node.root, text=copy_name(name, index))
+        return Access(root, path, span=node.span)
+
+    def _constant(self, node: ExprNode, scope: Scope) -> int | None:
+        """The value of an index; None after an error."""
+        value = _value(self.node(node, scope))
+        if value is None:
+            names = ", ".join(scope.numbers) or "numbers"
+            self._report.add(
+                "bad-index",
+                node.span,
+                "the index of a component must be a whole number known when the model is read",
+                f"it can be computed from {names}",
+            )
+        return value
+
+    # --- aggregates over components ---
+
+    def _members(self, node: AggregateNode, scope: Scope) -> list[str] | None:
+        """The components over which an aggregate ranges; None if it ranges over data."""
+        array = node.array
+        base = array.array if isinstance(array, SliceNode) else array
+        if not isinstance(base, Access) or base.path or not self._is_several(base, scope):
+            return None
+        name = base.root.text
+        first, last = self._several[name].first, self._several[name].last
+        self.mentions.append(replace(base.root, text=copy_name(name, first)))
+        if isinstance(array, SliceNode):
+            low, high = self._constant(array.first, scope), self._constant(array.last, scope)
+            for index, place in ((low, array.first), (high, array.last)):
+                if index is not None and not first <= index <= last:
+                    hint = f"the indexes are {first}..{last}"
+                    message = f"there is no {copy_name(name, index)}"
+                    self._report.add("bad-index", place.span, message, hint)
+            first, last = max(first, low or first), min(last, high or last)
+        return [copy_name(name, index) for index in range(first, last + 1)]
+
+    def _over_components(
+        self, node: AggregateNode, members: Iterable[str], scope: Scope
+    ) -> AggregateNode | ArrayNode | LiteralNode:
+        """The aggregate over the list of what it asks of each component."""
+        operation = AGGREGATES.get(node.function.text)
+        if node.condition and operation and operation.operands is not Operand.BOOLEAN:
+            what = "an array" if node.function.text == "[" else f"'{node.function.text}'"
+            message = f"{what} over components takes no 'if'"
+            self._report.add("not-over-components", node.span, message, "leave out the 'if'")
+            makes_array = node.function.text == "["
+            return ArrayNode((), span=node.span) if makes_array else LiteralNode(0, span=node.span)
+        asked, name = self._asked_of(node), node.variable.text
+        elements = tuple(self.node(asked, scope.inside(name, member)) for member in members)
+        array = ArrayNode(elements, span=node.array.span)
+        element = Access(Name(name, span=node.function.span), (), span=node.function.span)
+        return replace(node, element=element, array=array, condition=None)
+
+    def _asked_of(self, node: AggregateNode) -> DataNode:
+        """What an aggregate asks of each component: its element, on its condition."""
+        if node.condition is None or isinstance(node.element, DataObjectNode):
+            return node.element
+        if id(node) not in self._asked:
+            operator = "=>" if node.function.text == "all" else "and"
+            self._asked[id(node)] = BinaryNode(
+                operator, node.condition, node.element, operator_span=node.span, span=node.span
+            )
+        return self._asked[id(node)]
+
+
+def _value(node: Any) -> int | None:
+    """The value of an expression over whole numbers; None for any other expression."""
+    match node:
+        case LiteralNode(value=int() as value) if not isinstance(value, bool):
+            return value
+        case UnaryNode(operator="-", operand=operand):
+            inner = _value(operand)
+            return None if inner is None else -inner
+        case BinaryNode(operator=operator) if BINARY[operator].keeps_integers:
+            numbers = _value(node.left), _value(node.right)
+            if None in numbers or (operator == "%" and numbers[1] == 0):
+                return None
+            return int(BINARY[operator].scalar(*numbers))
+    return None
+
+
+_NAMING = frozenset({"communication", "communications", "function", "over", "preferred", "target"})
+"""Fields of nodes that contain names of communications, variables and functions."""
+
+
+@cache
+def _parts_of(kind: Hashable) -> tuple[str, ...]:
+    """The fields of a kind of node that may contain nodes."""
+    return tuple(f.name for f in fields(cast(Any, kind)) if f.compare)

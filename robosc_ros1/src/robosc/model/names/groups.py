@@ -1,0 +1,149 @@
+"""Groups of commands: ``all``, components, and what is left out of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TypeAlias
+
+from robosc.language.events import Kind
+from robosc.model.diagnostics import Report
+from robosc.model.names.communications import SENT, report_repeated, resolve_communication
+from robosc.model.names.scope import FileScope
+from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
+from robosc.source import Span
+from robosc.syntax.nodes import Access, ExceptNode, Group
+
+_Members: TypeAlias = dict[str, tuple[Access, CommunicationInfo]]
+
+
+def is_all(access: Access) -> bool:
+    """Whether an access is the word ``all``, and no name."""
+    return access.root.text == "all" and not access.root.escaped and not access.path
+
+
+class GroupResolver:
+    """Resolves the commands that a statement names."""
+
+    def __init__(self, symbols: SymbolTable, scope: FileScope, report: Report) -> None:
+        self._symbols = symbols
+        self._scope = scope
+        self._report = report
+
+    def commands(
+        self,
+        group: Group,
+        code: str,
+        why: str,
+        *,
+        left_out: Iterable[str] = (),
+        may_be_empty: bool = False,
+    ) -> tuple[str, ...] | None:
+        """The keys of the commands, each once, in order; None after an error.
+
+        ``code`` and ``why`` are those of an outgoing message; of ``all`` and of components, the
+        commands ``left_out`` are no part. In a library, ``all`` may be nobody: its commands are
+        those of the robot that imports it.
+        """
+        found, whole = self._resolved(
+            group,
+            lambda access: self.command(access, code, why),
+            left_out=left_out,
+            may_be_empty=may_be_empty,
+        )
+        return tuple(found) if whole else None
+
+    def listed(self, group: Group) -> tuple[list[tuple[Access, CommunicationInfo]], bool]:
+        """The communications of a transition, each once, and whether none of them has an error.
+
+        Each is there with what names it first. Outgoing messages are named one by one.
+        """
+        found, whole = self._resolved(group, self._communication)
+        return list(found.values()), whole
+
+    def _resolved(
+        self,
+        group: Group,
+        named: Callable[[Access], CommunicationInfo | None],
+        *,
+        left_out: Iterable[str] = (),
+        may_be_empty: bool = False,
+    ) -> tuple[_Members, bool]:
+        """The members of a group by key, each with its place, and whether there is no error.
+
+        ``named`` resolves the name of one of them.
+        """
+        found: _Members = {}
+        own_names: dict[str, Span] = {}
+        whole = True
+        for item in group:
+            if isinstance(item, ExceptNode):
+                return self._without(found, item, named) if whole else (found, False)
+            members = self._members(item)
+            if members is not None:
+                whole &= may_be_empty or self._has_commands(item, members)
+                new = [m for m in members if m.key not in {*found, *left_out}]
+                found.update((m.key, (item, m)) for m in new)
+            elif (info := named(item)) is None:
+                whole = False
+            elif info.key in own_names:
+                report_repeated(item, own_names[info.key], self._report)
+            else:
+                own_names[info.key] = item.span
+                found.setdefault(info.key, (item, info))
+        return found, whole
+
+    def _without(
+        self,
+        found: _Members,
+        node: ExceptNode,
+        named: Callable[[Access], CommunicationInfo | None],
+    ) -> tuple[_Members, bool]:
+        """What is left of a group."""
+        others, whole = self._resolved(node.communications, named, may_be_empty=True)
+        left = {key: member for key, member in found.items() if key not in others}
+        if whole and not left and self._scope.node.kind == "robot":
+            self._report.add("unknown-communication", node.span, "nothing is left of the group")
+            return left, False
+        return left, whole
+
+    def _communication(self, access: Access) -> CommunicationInfo | None:
+        return resolve_communication(access, self._symbols, self._scope, self._report)
+
+    def command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:
+        """The command of a name; None after an error."""
+        info = self._communication(access)
+        if info is not None and info.kind is Kind.OUTGOING:
+            message = f"'{info.name}' is an outgoing message: {why}"
+            self._report.add(code, access.span, message, SENT.format(info.name))
+            return None
+        return info
+
+    def _members(self, access: Access) -> list[CommunicationInfo] | None:
+        """The commands of ``all`` or of a component; None if one communication is named."""
+        if is_all(access):
+            return _commands_of(self._symbols.components.values())
+        name = access.root.text
+        component = self._symbols.component(name)
+        if component is None or access.path or access.index or self._symbols.communications(name):
+            return None
+        self._scope.names.use(access.root, component.declaration)
+        return _commands_of([component])
+
+    def _has_commands(self, access: Access, members: list[CommunicationInfo]) -> bool:
+        if members or self._symbols.component_table.broken:
+            return not self._symbols.component_table.broken
+        if is_all(access) and self._scope.node.kind == "library":
+            return True
+        what = "the robot" if is_all(access) else access.root.text
+        message = f"{what} has no commands: no incoming message, service or action"
+        self._report.add("unknown-communication", access.span, message)
+        return False
+
+
+def _commands_of(components: Iterable[Instance]) -> list[CommunicationInfo]:
+    return [
+        info
+        for component in components
+        for info in component.communications.values()
+        if info.kind is not Kind.OUTGOING
+    ]

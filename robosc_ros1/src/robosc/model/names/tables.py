@@ -1,0 +1,298 @@
+"""Symbol tables of one file: its components, and the names in the scope of each.
+
+A component of a library is resolved again for each import, under the name of the import. Names
+in its text refer to components of the library; :class:`ImportedSymbolTable` maps them to imports.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from robosc.errors import Note
+from robosc.expr.types import Type
+from robosc.language.events import (
+    COMMUNICATIONS,
+    CommunicationSort,
+    Direction,
+    EventKind,
+    Kind,
+    Phases,
+)
+from robosc.model.declarations.datatypes import TypeTable
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Communication
+from robosc.model.names.data_directions import types_of
+from robosc.syntax.nodes import (
+    BehaviourNode,
+    CommunicationNode,
+    ComponentNode,
+    ImportNode,
+    StateNode,
+    VariableNode,
+)
+
+
+@dataclass
+class CommunicationInfo:
+    """A communication during resolution; None stands for a type with an error.
+
+    ``entity`` is set once it is bound to a ROS interface without errors.
+    """
+
+    node: CommunicationNode
+    instance: Instance
+    kind: Kind
+    request: Type | None
+    response: Type | None
+    feedback: Type | None
+    entity: Communication | None = None
+
+    @property
+    def sort(self) -> CommunicationSort:
+        """The row of the language's table for communications of this kind."""
+        return COMMUNICATIONS[self.kind]
+
+    @property
+    def types(self) -> dict[Direction, Type | None]:
+        """The types of what it carries, in the order in which a ROS definition has them."""
+        carried: dict[Direction, Type | None] = {
+            "request": self.request, "response": self.response, "feedback": self.feedback,
+        }  # fmt: skip
+        return {direction: carried[direction] for direction in types_of(self.node)}
+
+    @property
+    def has_timeout(self) -> bool:
+        """Whether it has a timeout, even a faulty one."""
+        return self.node.timeout is not None or (
+            self.entity is not None and self.entity.timeout is not None
+        )
+
+    @property
+    def phases(self) -> Phases | None:
+        return self.sort.phases_of(self.has_timeout)
+
+    @property
+    def events(self) -> tuple[EventKind, ...]:
+        return tuple(e.kind for e in self.sort.events_of(self.has_timeout))
+
+    def brought(self, event: EventKind) -> Type | None:
+        """The type of an event's value; None if it has none, or the type has an error."""
+        found = self.sort.event(event)
+        if found is None or found.brings is None:
+            return None
+        brought: Type | None = getattr(self, found.brings)
+        return brought
+
+    @property
+    def name(self) -> str:
+        return self.node.name.text
+
+    @property
+    def key(self) -> str:
+        return f"{self.instance.name}.{self.name}"
+
+
+@dataclass
+class Instance:
+    """A component under the name that it has in the file being resolved.
+
+    ``states`` has each state under its path: ``docking.near`` is state ``near`` of ``docking``.
+    ``node`` and ``types`` are those of the declaration, in a library for an import; ``prefix`` is
+    the whole chain of prefixes, joined, or None after an error; ``original`` and ``library`` are
+    the instance that an import refers to and its table. The tables contain the first of two equal
+    names; a variable whose type has an error is there with None. ``duplicate_behaviours`` are
+    behaviours beyond the one that a component may have.
+    """
+
+    name: str
+    node: ComponentNode
+    types: TypeTable
+    prefix: str | None = ""
+    imported: ImportNode | None = None
+    behaviour: BehaviourNode | None = None
+    duplicate_behaviours: list[BehaviourNode] = field(default_factory=list)
+    states: dict[str, StateNode] = field(default_factory=dict)
+    variables: dict[str, Type | None] = field(default_factory=dict)
+    variable_nodes: dict[str, VariableNode] = field(default_factory=dict)
+    communications: dict[str, CommunicationInfo] = field(default_factory=dict)
+    original: Instance | None = None
+    library: ComponentTable | None = None
+
+    @property
+    def declaration(self) -> ComponentNode | ImportNode:
+        """The node that gives the component its name in the file."""
+        return self.imported or self.node
+
+    def member(self, name: str) -> VariableNode | StateNode | None:
+        """The variable or, if there is none, the state of a name; None if there is neither."""
+        return self.variable_nodes.get(name) or self.states.get(name)
+
+    def state(self, path: str) -> str | None:
+        """The whole path of the state that a path in a condition means; None if it means none.
+
+        The end of a path will do where it is unique.
+        """
+        ending = [state for state in self.states if state.endswith(f".{path}")]
+        return path if path in self.states else ending[0] if len(ending) == 1 else None
+
+    def nearest_state(self, path: str, inside: str) -> str | None:
+        """The whole path of the state that a ``goto`` in a state names; None if it names none.
+
+        A name is looked for in the state ``inside`` and in those around it, from the innermost.
+        """
+        while inside and "." not in path:
+            if f"{inside}.{path}" in self.states:
+                return f"{inside}.{path}"
+            inside = inside.rpartition(".")[0]
+        return path if path in self.states else None
+
+    def leaves(self, path: str) -> list[str]:
+        """The paths of the states without states in them that a state is, or contains."""
+        node = self.states[path]
+        if not node.states:
+            return [path]
+        inner = [path_of(state, path) for state in node.states]
+        return [leaf for state in dict.fromkeys(inner) for leaf in self.leaves(state)]
+
+    def first_leaf(self, path: str) -> str:
+        """The state in which one begins, through the initial states in it."""
+        states = self.states[path].states
+        if not states:
+            return path
+        first = next((state for state in states if state.initial), states[0])
+        return self.first_leaf(path_of(first, path))
+
+    @property
+    def members(self) -> list[str]:
+        return [*self.variables, *self.states]
+
+
+def path_of(state: StateNode, inside: str) -> str:
+    """The path of a state that stands in the one with the path ``inside``; "": in none."""
+    return f"{inside}.{state.name.text}" if inside else state.name.text
+
+
+@dataclass
+class ComponentTable:
+    """All components of one file; ``broken`` are the names of imports that failed.
+
+    ``by_name`` has the communications of each name, ``by_origin`` the instances of each declaration
+    (by identity of its node).
+    """
+
+    instances: dict[str, Instance] = field(default_factory=dict)
+    broken: set[str] = field(default_factory=set)
+    by_name: dict[str, list[CommunicationInfo]] = field(default_factory=dict)
+    by_origin: dict[int, list[Instance]] = field(default_factory=dict)
+
+    def add(self, instance: Instance) -> None:
+        """Add an instance under its name."""
+        self.instances[instance.name] = instance
+        self.by_origin.setdefault(id(instance.node), []).append(instance)
+
+    def by_keys(self, keys: Iterable[str]) -> list[CommunicationInfo]:
+        """The communications of keys, in their order."""
+        every = {c.key: c for i in self.instances.values() for c in i.communications.values()}
+        return [every[key] for key in keys]
+
+    def index_communications(self) -> None:
+        """Fill ``by_name``; to be called once, when all instances are declared."""
+        for instance in self.instances.values():
+            for name, info in instance.communications.items():
+                self.by_name.setdefault(name, []).append(info)
+
+
+class SymbolTable:
+    """Components and communications by name, in the scope of ``own`` (None: in statements)."""
+
+    def __init__(self, component_table: ComponentTable, own: Instance | None = None) -> None:
+        self.component_table = component_table
+        self.own = own
+
+    def is_broken(self, name: str) -> bool:
+        return name in self.component_table.broken
+
+    def component(self, name: str) -> Instance | None:
+        return self.component_table.instances.get(name)
+
+    def declaration(self, name: str) -> ComponentNode | ImportNode | None:
+        """The declaration of a component; None if there is no such component."""
+        found = self.component(name)
+        return found.declaration if found is not None else None
+
+    @property
+    def components(self) -> Mapping[str, Instance]:
+        return self.component_table.instances
+
+    def communications(self, name: str) -> list[CommunicationInfo]:
+        """The communications that a bare name can mean: an own one takes precedence."""
+        if self.own is not None and name in self.own.communications:
+            return [self.own.communications[name]]
+        return self.component_table.by_name.get(name, [])
+
+    def communication_names(self) -> Iterable[str]:
+        return self.component_table.by_name
+
+
+class ImportedSymbolTable(SymbolTable):
+    """The names of a library in the text of one of its components that a robot imports.
+
+    Another component of the library is the robot's import of it: the only one, or the one with the
+    same prefix.
+    """
+
+    def __init__(
+        self,
+        component_table: ComponentTable,
+        own: Instance,
+        library: ComponentTable,
+        original: Instance,
+        report: Report,
+    ) -> None:
+        super().__init__(component_table, own)
+        self.library = library
+        self.original = original
+        self._report = report
+
+    def component(self, name: str) -> Instance | None:
+        wanted = self.library.instances.get(name)
+        return None if wanted is None else self._import_of(wanted)
+
+    def communications(self, name: str) -> list[CommunicationInfo]:
+        assert self.own is not None
+        if name in self.own.communications:
+            return [self.own.communications[name]]
+        found = []
+        for info in self.library.by_name.get(name, []):
+            instance = self._import_of(info.instance)
+            if instance is not None and name in instance.communications:
+                found.append(instance.communications[name])
+        return found
+
+    def _with_prefix(self) -> str:
+        assert self.own is not None and self.own.imported is not None
+        prefix = self.own.imported.prefix
+        return f" with prefix: {prefix.span.text}" if prefix is not None else ""
+
+    def _import_of(self, wanted: Instance) -> Instance | None:
+        assert self.own is not None and self.own.imported is not None
+        if wanted is self.original:
+            return self.own
+        found = self.component_table.by_origin.get(id(wanted.node), [])
+        if len(found) > 1:
+            found = [i for i in found if i.prefix == self.own.prefix]
+        if len(found) == 1:
+            return found[0]
+        library = self.own.imported.library.text
+        self._report.add(
+            "import-incomplete",
+            self.own.imported.component.span,
+            f"{self.original.name} of library {library} refers to its component {wanted.name},"
+            + (" which is not imported" if not found else " which is imported several times"),
+            f"add: component {wanted.name} from {library} import {wanted.name}{self._with_prefix()}"
+            if not found
+            else "give the imports that belong together one prefix",
+            [Note(f"{wanted.name} is declared here", wanted.node.name.span)],
+        )
+        return None

@@ -1,0 +1,183 @@
+"""Diagnostics about unknown and ambiguous names in expressions."""
+
+from __future__ import annotations
+
+from robosc.expr.tree import Expr, Literal, ParameterRef, StateRef, VariableRef
+from robosc.expr.types import EnumType, Type
+from robosc.model.declarations.datatypes import TypeTable
+from robosc.model.diagnostics import Report
+from robosc.model.names.tables import CommunicationInfo, SymbolTable
+from robosc.syntax.nodes import Access, Name
+
+_MEANINGS = ("component", "enum", "state", "variable")
+"""Keywords of the declarations that a name in an expression may refer to."""
+_NO_VALUE = "'%s' is a communication; conditions are about variables and states"
+_KEEP = "store its value in a variable of its component"
+
+
+class NameFaults:
+    """Reports unknown and ambiguous names of one place; unresolved names are not reported."""
+
+    def __init__(self, report: Report, types: TypeTable, symbols: SymbolTable | None) -> None:
+        self._report = report
+        self._types = types
+        self._symbols = symbols
+
+    def unknown(self, access: Access, needed: Type | None = None) -> None:
+        """Report a name without meaning; ``needed`` is the expected type, if there is one."""
+        name = access.root.text
+        scope = self._types.scope
+        if scope.is_unresolved(name, *_MEANINGS) or (
+            access.path and scope.is_unresolved(last_name(access))
+        ):
+            return
+        if access.path:
+            self._unknown_owner(access)
+            return
+        symbols = self._symbols
+        if symbols is not None and (about := self._not_a_value(symbols, name)):
+            self._report.add("unknown-name", access.span, *about)
+            return
+        if isinstance(needed, EnumType) and self._types.type_declarations.may_have(needed, name):
+            return
+        if isinstance(needed, EnumType):
+            message = f"{needed.name} has no value '{name}'"
+            candidates = list(needed.values)
+            known_text = f"{needed.name} has"
+        else:
+            own = symbols.own if symbols else None
+            message = f"nothing here is called '{name}'"
+            members = own.members if own else ()
+            candidates = [*members, *self._types.values.names, *self._types.enum_values()]
+            if name.lower() in ("true", "false"):
+                candidates.append(name.lower())
+            known_text = "there are"
+        hint = self._elsewhere(symbols, name) if symbols is not None else None
+        hint = hint or self._report.suggest(name, candidates, known_text)
+        self._report.add("unknown-name", access.span, message, hint)
+
+    def _unknown_owner(self, access: Access) -> None:
+        """Report a name before a dot that is no component and no enum."""
+        symbols, name = self._symbols, access.root.text
+        infos = symbols.communications(name) if symbols is not None else ()
+        if infos:
+            self.no_condition(access, infos[0])
+        elif name in self._types.libraries:
+            self._of_library(access, last_name(access))
+        else:
+            known = [*(symbols.components if symbols else ()), *self._types.scope.datatypes]
+            self._report.add(
+                "unknown-name",
+                access.root.span,
+                f"there is no component or enum '{name}'",
+                self._report.suggest(name, known),
+            )
+
+    def _of_library(self, access: Access, member: str) -> None:
+        """Report ``Library.name`` that is no constant, parameter or condition."""
+        library, name = self._types.libraries[access.root.text], access.root.text
+        enums = [f"{name}.{enum.name}.{member}" for enum in library.enums_with(member)]
+        self._report.add(
+            "unknown-name",
+            access.span,
+            f"library {name} has no constant, parameter or condition '{member}'",
+            f"for the value of an enum write {member} or {enums[0]}"
+            if enums
+            else self._report.suggest(member, library.values.declared, "it has"),
+        )
+
+    def no_condition(self, access: Access, info: CommunicationInfo) -> None:
+        """Report ``scan.fresh`` of a message without timeout, or ``scan.ranges``."""
+        phases = info.sort.phases
+        message, hint = _NO_VALUE % info.name, _KEEP
+        if phases is not None and info.phases is None and last_name(access) in phases.names:
+            neither = " nor ".join(reversed(phases.names))
+            message = f"'{info.name}' is neither {neither}: it has no timeout"
+            hint = f"give {info.name} a 'timeout: 500 ms,'"
+        self._report.add("unknown-name", access.span, message, hint)
+
+    def _not_a_value(self, symbols: SymbolTable, name: str) -> tuple[str, str | None] | None:
+        component = symbols.component(name)
+        if component is not None:
+            members = [f"{name}.{m}" for m in component.members]
+            return (
+                f"'{name}' is a component and has no value of its own",
+                self._report.suggest(name, members, "write one of"),
+            )
+        if symbols.communications(name):
+            return _NO_VALUE % name, _KEEP
+        return None
+
+    def _elsewhere(self, symbols: SymbolTable, name: str) -> str | None:
+        owners = [c for c in symbols.components.values() if name in c.variables or name in c.states]
+        return f"did you mean '{owners[0].name}.{name}'?" if len(owners) == 1 else None
+
+    def unknown_member(self, access: Access, member: Name) -> None:
+        """Report a member that the component or enum before the dot does not have."""
+        root = access.root.text
+        component = self._symbols.component(root) if self._symbols else None
+        enum = self._types.enum(root)
+        if component is None:
+            assert enum is not None
+            self.unknown_value(member, root, enum)
+        elif self._types.scope.is_damaged(component.node.span):
+            return
+        elif member.text in component.communications:
+            self._report.add(
+                "unknown-member",
+                member.span,
+                _NO_VALUE % member.text,
+                _KEEP,
+            )
+        else:
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"{root} has no variable or state '{member.text}'",
+                self._report.suggest(
+                    member.text, [*component.members, *component.types.values.declared]
+                )
+                if component.members
+                else f"{root} has no behaviour",
+            )
+
+    def unknown_value(self, value: Name, name: str, enum: EnumType) -> None:
+        """Report a value that an enum does not have; ``name`` is that of the enum at this place."""
+        if not self._types.type_declarations.may_have(enum, value.text):
+            self._report.add(
+                "unknown-member",
+                value.span,
+                f"{name} has no value '{value.text}'",
+                self._report.suggest(value.text, enum.values),
+            )
+
+    def ambiguous(self, access: Access, meanings: list[Expr]) -> None:
+        """Report a name of which several meanings fit the expected type."""
+        names = list(dict.fromkeys(_qualified_name(m) for m in meanings))
+        self._report.add(
+            "ambiguous-name",
+            access.span,
+            f"'{access.span.text or last_name(access)}' can mean several things here",
+            "write " + " or ".join(names)
+            if len(names) > 1
+            else "it is a state and a boolean variable: give one of them another name",
+        )
+
+
+def last_name(access: Access) -> str:
+    """The name behind the last dot."""
+    last = access.path[-1] if access.path else access.root
+    return last.text if isinstance(last, Name) else access.root.text
+
+
+def _qualified_name(meaning: Expr) -> str:
+    match meaning:
+        case ParameterRef(parameter=parameter):
+            return parameter.key
+        case VariableRef(component=component, variable=name):
+            return f"{component}.{name}"
+        case StateRef(component=component, state=name):
+            return f"{component}.{name}"
+        case Literal(value=value, type=type_):
+            return f"{type_}.{value}"
+    return "value"

@@ -1,0 +1,34 @@
+"""Typing of conditions that a person or a script asks of a resolved robot.
+
+They are read as the model's own requirements are, with the same names:
+``blocked and Sensor.way = Lib.Way.free``.
+"""
+
+from __future__ import annotations
+
+from robosc.expr.presence import condition_on_data
+from robosc.expr.tree import Expr
+from robosc.model.declarations.datatypes import TypeTable
+from robosc.model.diagnostics import Report
+from robosc.model.entities import ConditionReader
+from robosc.model.names.copies import over_copies
+from robosc.model.names.tables import ComponentTable, SymbolTable
+from robosc.model.typing.expected import BOOLEAN
+from robosc.model.typing.expressions import Typer
+from robosc.model.typing.incoming import no_value
+from robosc.syntax.nodes import ExprNode
+
+
+def conditions_over(types: TypeTable, table: ComponentTable) -> ConditionReader:
+    """A reader with the names of a file in which everything is declared."""
+
+    def read(node: ExprNode, report: Report) -> Expr | None:
+        expanded = over_copies(node, table.instances, report)
+        if report.has_errors:
+            return None
+        incoming = no_value("a condition on states has no received value")
+        typer = Typer(report, types.reporting_to(report), SymbolTable(table), incoming)
+        found = typer.check(expanded, BOOLEAN, "a condition")
+        return None if found is None else condition_on_data(found)
+
+    return read

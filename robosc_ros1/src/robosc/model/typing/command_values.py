@@ -1,0 +1,140 @@
+"""Typing of requirements on the data of commands, which ``value`` means in them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from robosc.errors import Diagnostic, listing
+from robosc.expr.presence import condition_on_data
+from robosc.expr.traversal import operands, reads_value
+from robosc.expr.tree import Expr
+from robosc.expr.types import NoneType, Type
+from robosc.model.declarations.datatypes import TypeTable
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Requirement
+from robosc.model.names.tables import CommunicationInfo, SymbolTable
+from robosc.model.typing.expected import BOOLEAN
+from robosc.model.typing.expressions import Typer
+from robosc.model.typing.incoming import Incoming
+from robosc.source import Span
+from robosc.syntax.nodes import ExprNode, ProvideNode, RequirementNode
+
+_VALUE = re.compile(r"(?<!\^)\bvalue\b")
+
+
+def may_read_value(node: ExprNode | ProvideNode) -> bool:
+    """Whether the word ``value`` stands in a part of the model, be it as a name of something
+    else."""
+    return _VALUE.search(node.span.text) is not None
+
+
+def requirement_text(node: RequirementNode, part: Span | None = None) -> str:
+    """A requirement on one line; with one ``part`` of its condition, as if it were the whole."""
+    text, whole = node.span.text, node.condition.span
+    if part is not None:
+        before = text[: whole.start - node.span.start]
+        after = text[whole.end - node.span.start :]
+        if before.count("(") == before.count(")"):
+            text = before + part.text + after
+    return fold_text(text) + (f" ({node.place})" if node.place else "")
+
+
+_COMMENT_OR_STRING = re.compile(
+    r"""//[^\n]*|/\*.*?\*/|("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')""", re.DOTALL
+)
+
+
+def fold_text(text: str) -> str:
+    """Text of the model on one line, without comments; strings are kept."""
+    plain = _COMMENT_OR_STRING.sub(lambda match: match[1] or " ", text)
+    return " ".join(plain.split())
+
+
+class CommandTyper:
+    """Types the requirements that read what their commands carry."""
+
+    def __init__(self, symbols: SymbolTable, types: TypeTable, report: Report) -> None:
+        self._symbols = symbols
+        self._types = types
+        self._report = report
+
+    def requirements(
+        self, node: RequirementNode, commands: Sequence[CommunicationInfo]
+    ) -> Sequence[Requirement]:
+        """The requirements of a statement; none after an error.
+
+        Each part of ``A and B`` (``A or B`` of ``disables``) is one of its own. Those that read
+        ``value`` are about each command's own data, and restrict its request only.
+        """
+        by_type = self._typed(node.condition, commands)
+        if by_type is None or not commands:
+            return ()
+        first = by_type[commands[0].request]
+        if not reads_value(first):
+            keys = tuple(command.key for command in commands)
+            condition = condition_on_data(first)
+            text = requirement_text(node)
+            return (Requirement(node.kind, keys, condition, text, node.to_start, span=node.span),)
+        return tuple(self._parts(node, commands, by_type))
+
+    def _parts(
+        self,
+        node: RequirementNode,
+        commands: Sequence[CommunicationInfo],
+        by_type: dict[Type | None, Expr],
+    ) -> Iterator[Requirement]:
+        operator = "or" if node.kind == "disables" else "and"
+        keys = tuple(command.key for command in commands)
+        parts = {type_: operands(expr, operator) for type_, expr in by_type.items()}
+        found = parts[commands[0].request]
+        for index, part in enumerate(found):
+            text = requirement_text(node, part.span if len(found) > 1 else None)
+            if not reads_value(part):
+                kept = condition_on_data(part)
+                yield Requirement(node.kind, keys, kept, text, node.to_start, span=node.span)
+                continue
+            for command in commands:
+                own = parts[command.request][index]
+                key = (command.key,)
+                yield Requirement(node.kind, key, own, text, True, True, span=node.span)
+
+    def _typed(
+        self, node: ExprNode, commands: Sequence[CommunicationInfo]
+    ) -> dict[Type | None, Expr] | None:
+        """The condition for each type of data; None after a reported error."""
+        members: dict[Type | None, list[CommunicationInfo]] = {}
+        for command in commands:
+            members.setdefault(command.request, []).append(command)
+        found: dict[Type | None, Expr] = {}
+        faults: dict[Type | None, tuple[Diagnostic, ...]] = {}
+        for type_ in members:
+            report = Report()
+            incoming = Incoming(type_, known=type_ is not None)
+            typer = Typer(report, self._types.reporting_to(report), self._symbols, incoming)
+            condition = typer.check(node, BOOLEAN, "a requirement")
+            if condition is not None:
+                found[type_] = condition
+            faults[type_] = report.diagnostics
+        empty = next((type_ for type_ in members if isinstance(type_, NoneType)), None)
+        if empty is not None:
+            said = _carries_nothing(members[empty])
+            faults[empty] = tuple(
+                replace(d, message=said) if d.code == "value-not-allowed" else d
+                for d in faults[empty]
+            )
+        for type_, diagnostics in faults.items():
+            for diagnostic in diagnostics:
+                everywhere = all(diagnostic in others for others in faults.values())
+                if not everywhere and type_ != empty:
+                    names = listing(f"'{command.name}'" for command in members[type_])
+                    message = f"{diagnostic.message} (of {names})"
+                    diagnostic = replace(diagnostic, message=message)
+                self._report.extend([diagnostic])
+        return found if len(found) == len(members) else None
+
+
+def _carries_nothing(commands: Sequence[CommunicationInfo]) -> str:
+    names = listing(f"'{command.name}'" for command in commands)
+    return f"{names} {'carries' if len(commands) == 1 else 'carry'} no data: there is no 'value'"

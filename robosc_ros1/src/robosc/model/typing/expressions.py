@@ -1,0 +1,399 @@
+"""Typing of expressions: name resolution and type checking.
+
+A name other than ``value`` can have several meanings: bare, a variable or a state of the component
+itself (in a behaviour) and a value of any enum of the file; as ``A.b``, a variable or state of
+component A and a value of enum A. The expected type selects among them:
+
+- If the place has an expected type (an assigned variable, a property, ``and`` and conditions,
+  arithmetic), the meanings of that type remain. So a state takes precedence over an enum value of
+  the same name where a boolean is expected, and the enum value where the enum is. Values of the
+  expected enum count even if the enum is not in scope (declared in the library of a component).
+- If one side of ``=``/``!=`` is no name, its type is expected of the other side.
+- If both sides are names, the pairs of meanings of equal type remain; a pair of two constants is
+  dropped if another pair reads something.
+
+If one meaning remains, it is taken. If none remains, the types do not fit. If several remain, the
+name is ``ambiguous-name``, and the user writes ``Enum.value`` or ``Component.name``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from robosc.expr.presence import otherwise
+from robosc.expr.tree import Binary, ElementRef, Expr, Literal, Unary, ValueRef
+from robosc.expr.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    DurationType,
+    EnumType,
+    NoneType,
+    ObjectType,
+    Type,
+)
+from robosc.language.operators import BINARY, UNARY, Operand
+from robosc.model.declarations.datatypes import TypeTable
+from robosc.model.diagnostics import Report
+from robosc.model.names.meanings import Meanings
+from robosc.model.names.occurrences import Symbol, SymbolKind
+from robosc.model.names.tables import SymbolTable
+from robosc.model.names.unknown import NameFaults, last_name
+from robosc.model.typing import function_calls
+from robosc.model.typing.aggregates import Aggregates, Bound
+from robosc.model.typing.compatibility import coerce, comparable, describe, result_type, type_of
+from robosc.model.typing.durations import signed_duration, typed_duration
+from robosc.model.typing.expected import (
+    ANY,
+    BOOLEAN,
+    ExpectedType,
+    equal_to,
+    expected_type,
+    needs_of,
+)
+from robosc.model.typing.incoming import Incoming, is_value
+from robosc.model.typing.messages_about_types import VALUE_PLACES, alternatives, hint_for
+from robosc.model.typing.parts import Parts, path_of
+from robosc.syntax.nodes import (
+    Access,
+    AggregateNode,
+    ArrayNode,
+    BinaryNode,
+    CallNode,
+    DurationNode,
+    ElementNode,
+    ExprNode,
+    InNode,
+    LiteralNode,
+    MemberNode,
+    SliceNode,
+    UnaryNode,
+)
+
+
+class Typer:
+    """Types the expressions of one place; None stands for an expression with a reported error."""
+
+    def __init__(
+        self,
+        report: Report,
+        types: TypeTable,
+        symbols: SymbolTable | None,
+        incoming: Incoming,
+        arguments: Mapping[str, Expr] = MappingProxyType({}),
+    ) -> None:
+        self._arguments = arguments
+        self._report = report
+        self._types = types
+        self._incoming = incoming
+        self._faults = NameFaults(report, types, symbols)
+        self._meanings = Meanings(report, types, symbols)
+        self._parts = Parts(report, types)
+        self._bound: dict[str, Bound] = {}
+        self._aggregates = Aggregates(self.check, self._bound, report)
+        self._conditions: dict[tuple[int, str], tuple[ExprNode, Expr | None]] = {}
+
+    def check(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
+        """The typed expression; None after a reported error. ``place`` is a text for messages.
+
+        Copies of a statement share parts of their conditions: those are typed once.
+        """
+        if expected is not BOOLEAN or self._bound:
+            return self._typed(node, expected, place)
+        key = id(node), place
+        if key not in self._conditions:
+            self._conditions[key] = node, self._typed(node, expected, place)
+        return self._conditions[key][1]
+
+    def _typed(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
+        match node:
+            case Access() if node.root.text in self._bound and not node.root.escaped:
+                found = self._element(node)
+            case Access() if node.root.text in self._arguments and not node.root.escaped:
+                found = self._parts.of_argument(node, self._arguments[node.root.text])
+            case Access() if not is_value(node):
+                whole = self._meanings.whole_of(node)
+                if whole is None:
+                    return self._choose(node, expected, place)
+                found = self._parts.of_named(node, *whole)
+            case Access():
+                found = self._value(node)
+            case LiteralNode():
+                found = Literal(node.value, type_of(node.value), node.span)
+            case UnaryNode() | DurationNode() if isinstance(expected.type, DurationType) and (
+                duration := signed_duration(node)
+            ):
+                found = typed_duration(duration, self._report)
+            case UnaryNode():
+                found = self._unary(node)
+            case BinaryNode():
+                found = self._binary(node, expected)
+            case CallNode():
+                found = self._call(node)
+            case InNode():
+                found = function_calls.typed_membership(node, self.check, self._report)
+            case ElementNode():
+                found = function_calls.typed_element(node, self.check)
+            case MemberNode():
+                whole_node = self.check(node.object, ANY, "'.'")
+                found = None if whole_node is None else self._parts.of_computed(node, whole_node)
+            case SliceNode():
+                found = function_calls.typed_section(node, self.check)
+            case AggregateNode():
+                found = self._aggregates.typed(node)
+            case ArrayNode() if expected == needs_of(Operand.ARRAY):
+                found = function_calls.typed_list(node, self.check, self._report)
+            case ArrayNode() | DurationNode():
+                what = "an array" if isinstance(node, ArrayNode) else "a duration"
+                self._report.add(
+                    "type-mismatch",
+                    node.span,
+                    f"{place} needs {expected.text}, this is {what}",
+                    "arrays and durations stand in provided data, where a field takes them",
+                )
+                return None
+            case _:
+                raise AssertionError(f"{type(node).__name__} has no meaning yet")
+        if found is not None and not expected.accepts(found.type):
+            self._mismatch(node, found.type, expected, place)
+            return None
+        return found
+
+    def made(self, node: AggregateNode, element: Callable[[], Expr | None]) -> Expr | None:
+        """An array in data; ``element`` types what it is made of. None after a reported error."""
+        return self._aggregates.typed(node, element)
+
+    def _mismatch(self, node: ExprNode, given: Type, expected: ExpectedType, place: str) -> None:
+        self._report.add(
+            "type-mismatch",
+            node.span,
+            f"{place} needs {expected.text}, this is {describe(given)}",
+            hint_for(node, given, expected, place),
+        )
+
+    # --- operators -------------------------------------------------------------------------------
+
+    def _unary(self, node: UnaryNode) -> Expr | None:
+        expected = needs_of(UNARY[node.operator].operands)
+        operand = self.check(node.operand, expected, f"'{node.operator}'")
+        if operand is None:
+            return None
+        operation = UNARY[node.operator]
+        type_ = result_type(operation.result, (operand.type,))
+        if operation.operands is Operand.NUMBER and isinstance(operand, Literal):
+            return Literal(operation.scalar(operand.value), type_, node.span)
+        return Unary(node.operator, operand, type_, node.span)
+
+    def _binary(self, node: BinaryNode, expected: ExpectedType) -> Expr | None:
+        constant = self._meanings.ros_constant(node)
+        if constant is not None:
+            return self._types.ros_constant(*constant)
+        counted = self._aggregates.counted(node)
+        if counted is not None:
+            return counted.expr
+        operation = BINARY[node.operator]
+        if node.operator == "else":
+            return self._otherwise(node, expected)
+        if operation.operands is Operand.EQUAL:
+            return self._equality(node)
+        expected = needs_of(operation.operands)
+        left = self.check(node.left, expected, f"'{node.operator}'")
+        if operation.operands is Operand.SUMMAND and left is not None:
+            expected = equal_to(left.type)
+        right = self.check(node.right, expected, f"'{node.operator}'")
+        if left is None or right is None:
+            return None
+        type_ = result_type(operation.result, (left.type, right.type))
+        return Binary(node.operator, left, right, type_, node.span)
+
+    def _otherwise(self, node: BinaryNode, expected: ExpectedType) -> Expr | None:
+        left = self.check(node.left, expected, "'else'")
+        if left is None:
+            return None
+        if isinstance(left.type, ArrayType):
+            hint = "write it behind what is computed of the array: min(x for x in …) else 0.0"
+            message = f"'else' cannot replace {describe(left.type)}"
+            self._report.add("type-mismatch", node.left.span, message, hint)
+            return None
+        right = self.check(node.right, expected_type(left.type), "'else', as what is before it,")
+        if right is None:
+            return None
+        right = coerce(right, left.type)
+        if isinstance(left.type, BooleanType):
+            return otherwise(left, right, node.span)
+        if isinstance(left.type, DoubleType) != isinstance(right.type, DoubleType):
+            expected = ExpectedType("a double", lambda _: False)
+            self._mismatch(node.right, right.type, expected, "'else', as what is before it,")
+            return None
+        type_ = result_type(BINARY["else"].result, (left.type, right.type))
+        return Binary("else", left, right, type_, node.span)
+
+    def _equality(self, node: BinaryNode) -> Expr | None:
+        open_left, open_right = self._is_open(node.left), self._is_open(node.right)
+        place = f"'{node.operator}'"
+        if open_left and open_right:
+            assert isinstance(node.left, Access) and isinstance(node.right, Access)
+            pair = self._pair(node, node.left, node.right)
+            if pair is None:
+                return None
+            left, right = pair
+            return Binary(node.operator, left, right, BooleanType(), node.span)
+        first, second = (node.right, node.left) if open_left else (node.left, node.right)
+        known = self.check(first, ANY, place)
+        if known is None:
+            self._silently(second, place)
+            return None
+        if not comparable(known.type, known.type):
+            self._report.add(
+                "type-mismatch",
+                first.span,
+                f"{place} cannot compare {describe(known.type)}",
+                "compare one of its parts"
+                if isinstance(known.type, ArrayType | ObjectType)
+                else None,
+            )
+            return None
+        other = self.check(second, equal_to(known.type), "the other side of " + place)
+        if other is None:
+            return None
+        left, right = (other, known) if open_left else (known, other)
+        return Binary(node.operator, left, right, BooleanType(), node.span)
+
+    def _is_open(self, node: ExprNode) -> bool:
+        """Whether a side of a comparison is a name whose meaning the other side's type selects."""
+        return (
+            isinstance(node, Access)
+            and not is_value(node)
+            and (node.root.text not in {*self._bound, *self._arguments} or node.root.escaped)
+            and self._meanings.whole_of(node) is None
+        )
+
+    def _silently(self, node: ExprNode, place: str) -> None:
+        """Report the errors of a comparison's side that do not depend on the other, faulty side."""
+        if isinstance(node, Access) and not is_value(node):
+            if self._meanings.of(node) == [] and node.path:
+                self._faults.unknown(node)
+        else:
+            self.check(node, ANY, place)
+
+    def _pair(self, node: BinaryNode, left: Access, right: Access) -> tuple[Expr, Expr] | None:
+        """The meanings of two names that are compared with each other."""
+        first, second = self._meanings.of(left), self._meanings.of(right)
+        if first is None or second is None:
+            # A bare name may be a value of an enum with an error: it is not reported.
+            for known, access in ((first, left), (second, right)):
+                if known == [] and access.path:
+                    self._faults.unknown(access)
+            return None
+        known_types = [m.type for m in first], [m.type for m in second]
+        first = first + self._meanings.out_of_sight(left, known_types[1], first)
+        second = second + self._meanings.out_of_sight(right, known_types[0], second)
+        if not first or not second:
+            for mine, access, theirs in ((first, left, second), (second, right, first)):
+                if not mine:
+                    self._faults.unknown(access, theirs[0].type if len(theirs) == 1 else None)
+            return None
+        pairs = [(a, b) for a in first for b in second if comparable(a.type, b.type)]
+        reading = [p for p in pairs if not all(isinstance(e, Literal) for e in p)]
+        pairs = reading or pairs
+        if len(pairs) == 1:
+            return self._recorded(left, pairs[0][0]), self._recorded(right, pairs[0][1])
+        if pairs:
+            ambiguous = right if len({id(b) for _, b in pairs}) > 1 else left
+            self._faults.ambiguous(ambiguous, second if ambiguous is right else first)
+            return None
+        self._unequal(node, first, second)
+        return None
+
+    def _unequal(self, node: BinaryNode, first: list[Expr], second: list[Expr]) -> None:
+        wrong, given, other = node.right, second, first
+        if isinstance(first[0], Literal) and not isinstance(second[0], Literal):
+            wrong, given, other = node.left, first, second
+        hint = None
+        needed = next((m.type for m in other if isinstance(m.type, EnumType)), None)
+        if needed is not None and isinstance(wrong, Access):
+            name = last_name(wrong)
+            hint = self._report.suggest(name, needed.values, f"{needed.name} has")
+        self._report.add(
+            "type-mismatch",
+            wrong.span,
+            f"'{node.operator}' compares two values of one type: this is "
+            f"{alternatives(given)}, the other side is {alternatives(other)}",
+            hint,
+        )
+
+    # --- names -----------------------------------------------------------------------------------
+
+    def _choose(self, access: Access, expected: ExpectedType, place: str) -> Expr | None:
+        meanings = self._meanings.of(access)
+        if meanings is None:
+            return None
+        if expected.type is not None:
+            meanings = meanings + self._meanings.out_of_sight(access, [expected.type], meanings)
+        if not meanings:
+            self._faults.unknown(access, expected.type)
+            return None
+        fitting = [m for m in meanings if expected.accepts(m.type)]
+        if len(fitting) == 1:
+            return self._recorded(access, fitting[0])
+        if fitting:
+            self._faults.ambiguous(access, fitting)
+        else:
+            hint = None
+            if isinstance(expected.type, EnumType):
+                name = last_name(access)
+                hint = self._report.suggest(name, expected.type.values, f"{expected.type.name} has")
+            self._report.add(
+                "type-mismatch",
+                access.span,
+                f"{place} needs {expected.text}, this is {alternatives(meanings)}",
+                hint,
+            )
+        return None
+
+    def _recorded(self, access: Access, meaning: Expr) -> Expr:
+        self._meanings.record(access, meaning)
+        if isinstance(meaning, Literal) and isinstance(meaning.type, EnumType):
+            return replace(meaning, type=self._types.full(meaning.type))
+        return meaning
+
+    def _call(self, node: CallNode) -> Expr | None:
+        """A call of a function, or of an enum that converts."""
+        enum = self._types.called_enum(node.function)
+        function = None if enum is not None else self._meanings.function(node.function)
+        if function is not None:
+            return function_calls.typed_declared_call(node, *function, self.check, self._report)
+        if enum is None:
+            return function_calls.typed_call(node, self.check, self._report)
+        return function_calls.typed_conversion(node, enum, self.check, self._report)
+
+    def _element(self, access: Access) -> Expr | None:
+        """The variable of an enclosing aggregate, or a part of its value."""
+        name = access.root.text
+        bound = self._bound[name]
+        type_ = self._parts.type_of(access, bound.type)
+        if type_ is None:
+            return None
+        return ElementRef(name, path_of(access), type_, access.span, bound.constant)
+
+    # --- value -----------------------------------------------------------------------------------
+
+    def _value(self, access: Access) -> Expr | None:
+        incoming = self._incoming
+        detail = str(incoming.type) if incoming.type is not None else ""
+        self._types.scope.names.note(access.root, Symbol(SymbolKind.INCOMING, "value", detail))
+        if incoming.type is None:
+            if incoming.known:
+                self._report.add(
+                    "value-not-allowed", access.root.span, incoming.reason, VALUE_PLACES
+                )
+            return None
+        if isinstance(incoming.type, NoneType):
+            self._report.add("value-not-allowed", access.root.span, "this event carries no value")
+            return None
+        type_ = self._parts.type_of(access, incoming.type)
+        if type_ is None:
+            return None
+        return ValueRef(path_of(access), type_, access.span, incoming.optional)

@@ -1,0 +1,237 @@
+"""Typing of calls of functions, of ``in``, and of elements and sections of arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import reduce
+from typing import cast
+
+from robosc.expr.evaluation import constant
+from robosc.expr.presence import defined
+from robosc.expr.quantified import chain
+from robosc.expr.tree import Binary, Call, Convert, Expr, Literal, is_constant_data
+from robosc.expr.types import ArrayType, BooleanType, EnumType, IntegerType, Type, Value, is_number
+from robosc.language.functions import AGGREGATES, FUNCTIONS, GEOMETRY
+from robosc.language.operators import Operand, Operator, Result
+from robosc.model.diagnostics import Report
+from robosc.model.names.value_scope import ValueScope
+from robosc.model.typing.compatibility import coerce, comparable, describe, result_type
+from robosc.model.typing.expected import ANY, ExpectedType, equal_to, expected_type, needs_of
+from robosc.model.typing.geometry import typed_geometry
+from robosc.source import Span
+from robosc.syntax.nodes import (
+    ArrayNode,
+    CallNode,
+    DataObjectNode,
+    ElementNode,
+    ExprNode,
+    FunctionNode,
+    InNode,
+    Name,
+    SliceNode,
+)
+
+Check = Callable[[ExprNode, ExpectedType, str], Expr | None]
+"""Types an expression, given the expected type and a text for its place in messages."""
+
+
+def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
+    """A call of one of the language's functions; None after a reported error."""
+    name = node.function.root.text
+    if name in GEOMETRY and not node.function.path:
+        return typed_geometry(node, check, report)
+    function = FUNCTIONS.get(name) if not node.function.path else None
+    if function is None and name == "now" and not node.function.path:
+        message = "now() is a point in time: it stands in provided data, where a field takes one"
+        report.add("type-mismatch", node.span, message)
+        return None
+    if function is None:
+        report.add(
+            "unknown-name",
+            node.function.span,
+            f"there is no function '{node.function.span.text}'",
+            _function_meant(node) or report.suggest(name, [*FUNCTIONS, *GEOMETRY]),
+        )
+        return None
+    if not _right_number(function, node, report):
+        return None
+    kinds = [*function.arguments]
+    kinds += kinds[-1:] * (len(node.arguments) - len(kinds))
+    arguments = [
+        check(argument, needs_of(kind), f"'{name}'")
+        for argument, kind in zip(node.arguments, kinds, strict=True)
+    ]
+    known = [argument for argument in arguments if argument is not None]
+    if len(known) < len(arguments):
+        return None
+    if name == "defined":
+        return replace(defined(known[0]), span=node.span)
+    return _nested(function, known, node.span)
+
+
+def typed_declared_call(
+    node: CallNode, function: FunctionNode, scope: ValueScope, check: Check, report: Report
+) -> Expr | None:
+    """A call of a function of the model, which ``scope`` declares; None after a reported error."""
+    types = scope.typer.arguments(function) if scope.typer is not None else None
+    if scope.typer is None or types is None:
+        return None
+    name = f"'{function.name.text}'"
+    if len(types) != len(node.arguments):
+        wanted = f"{len(types)} argument{'s' * (len(types) > 1)}"
+        report.add("type-mismatch", node.span, f"{name} takes {wanted}, not {len(node.arguments)}")
+        return None
+    pairs = zip(node.arguments, types, strict=True)
+    given = [(check(part, expected_type(type_), name), type_) for part, type_ in pairs]
+    known = [coerce(part, type_) for part, type_ in given if part is not None]
+    found = scope.typer.call(function, known) if len(known) == len(types) else None
+    if found is None and not report.has_errors:
+        report.add("type-mismatch", node.span, f"{name} has no value for these arguments")
+    return found
+
+
+def typed_conversion(
+    node: CallNode, enum: EnumType, check: Check, report: Report
+) -> Convert | None:
+    """A call of an enum, which converts its argument; None after a reported error."""
+    if len(node.arguments) != 1:
+        message = f"'{enum.name}' takes 1 argument, not {len(node.arguments)}"
+        report.add("type-mismatch", node.span, message)
+        return None
+    argument = check(node.arguments[0], expected_type(enum.source), f"'{enum.name}'")
+    return None if argument is None else Convert(argument, enum, node.span)
+
+
+def _right_number(function: Operator, node: CallNode, report: Report) -> bool:
+    least, given = len(function.arguments), len(node.arguments)
+    if given == least or (function.variadic and given > least):
+        return True
+    more = " or more" if function.variadic else ""
+    report.add(
+        "type-mismatch",
+        node.span,
+        f"'{function.spelling}' takes {least}{more} argument{'s' * (least > 1)}, not {given}",
+        _of_an_array(function, node.arguments) if function.spelling in AGGREGATES else None,
+    )
+    return False
+
+
+def _of_an_array(function: Operator, arguments: Sequence[ExprNode]) -> str | None:
+    """The hint for the least or greatest element of an array."""
+    match arguments:
+        case [ArrayNode(span=span)]:
+            return f"write {function.spelling}({span.text[1:-1].strip()})"
+        case [array]:
+            return f"of an array: {function.spelling}(x for x in {array.span.text})"
+    return None
+
+
+def _function_meant(node: CallNode) -> str | None:
+    """The hint for names that other languages have for functions, such as ``Math.abs``."""
+    last = node.function.path[-1] if node.function.path else None
+    if isinstance(last, Name) and last.text in FUNCTIONS:
+        return f"write {last.text}(…)"
+    if node.function.span.text in ("pow", "power", "sqr", "square"):
+        return "write x * x"
+    return None
+
+
+def _nested(function: Operator, arguments: Sequence[Expr], span: Span) -> Expr:
+    """The call; with more arguments than the function has, nested calls from the left."""
+
+    def call(operands: tuple[Expr, ...]) -> Expr:
+        type_ = result_type(function.result, [operand.type for operand in operands])
+        return Call(function.spelling, operands, type_, span)
+
+    if not function.variadic:
+        return call(tuple(arguments))
+    return reduce(lambda found, argument: call((found, argument)), arguments)
+
+
+def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:
+    """``E in { a, b }`` as a disjunction of comparisons with E; None after a reported error."""
+    operand = check(node.operand, ANY, "'in'")
+    if operand is not None and not comparable(operand.type, operand.type):
+        message = f"'in' cannot compare {describe(operand.type)}"
+        report.add("type-mismatch", node.operand.span, message)
+        operand = None
+    expected = ANY if operand is None else equal_to(operand.type)
+    found = [check(value, expected, "'in'") for value in node.values]
+    values = [value for value in found if value is not None]
+    if operand is None or len(values) < len(found):
+        return None
+    equal = [Binary("=", operand, v, BooleanType(), node.span) for v in values]
+    return chain("or", equal, node.span)
+
+
+def typed_element(node: ElementNode, check: Check) -> Expr | None:
+    """``array[index]`` with a computed index; None after a reported error."""
+    array = check(node.array, needs_of(Operand.ARRAY), "'[…]'")
+    index = check(node.index, needs_of(Operand.INTEGER), "an index")
+    if array is None or index is None:
+        return None
+    assert isinstance(array.type, ArrayType)
+    element = array.type.element
+    if isinstance(element, EnumType) and not is_constant_data(array):
+        # The array has what the enum converts from.
+        call = Call("element", (array, index), element.source, node.span)
+        return Convert(call, element, node.span)
+    return Call("element", (array, index), element, node.span)
+
+
+def typed_section(node: SliceNode, check: Check) -> Expr | None:
+    """``array[first..last]``; None after a reported error."""
+    array = check(node.array, needs_of(Operand.ARRAY), "'[…]'")
+    ends = [check(end, needs_of(Operand.INTEGER), "an index") for end in (node.first, node.last)]
+    known = [end for end in ends if end is not None]
+    if array is None or len(known) < len(ends):
+        return None
+    return Call("section", (array, *known), array.type, node.span)
+
+
+def typed_elements(
+    node: ArrayNode,
+    check: Check,
+    report: Report,
+    expected: ExpectedType | None = None,
+    place: str = "an element",
+) -> tuple[list[Expr], Type] | None:
+    """The elements of ``[a, b, c]`` and their common type; None after a reported error.
+
+    All have the type of the first if none is ``expected``. ``place`` is a text for messages.
+    """
+    found: list[Expr] = []
+    for element in node.elements:
+        if isinstance(element, DataObjectNode):
+            report.add("type-mismatch", element.span, _OF_LISTS)
+            return None
+        of_first = equal_to(found[0].type) if found and expected is None else ANY
+        expr = check(element, expected or of_first, place)
+        if expr is None:
+            return None
+        found.append(expr)
+    types = [expr.type for expr in found]
+    type_ = result_type(Result.NUMBER, types) if types and is_number(types[0]) else None
+    return found, type_ or (types[0] if types else IntegerType())
+
+
+def typed_list(node: ArrayNode, check: Check, report: Report) -> Literal | None:
+    """``[0, 1, 2]`` as an array of constants of one type; None after a reported error."""
+    elements = typed_elements(node, check, report)
+    return None if elements is None else list_literal(node, *elements, report)
+
+
+def list_literal(
+    node: ArrayNode, elements: Sequence[Expr], type_: Type, report: Report
+) -> Literal | None:
+    """The array of these elements; None after a reported error."""
+    values = [constant(element) for element in elements]
+    for element, value in zip(node.elements, values, strict=True):
+        if value is None:
+            report.add("type-mismatch", element.span, _OF_LISTS)
+            return None
+    return Literal(cast(Value, tuple(values)), ArrayType(type_), node.span)
+
+
+_OF_LISTS = "the elements of an array are constants of a basic type here"

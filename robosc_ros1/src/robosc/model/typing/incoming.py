@@ -1,0 +1,35 @@
+"""The meaning of the word ``value`` at some place of a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robosc.expr.types import Type
+from robosc.syntax.nodes import Access
+
+RULE = "the condition of a rule"
+"""The text for the place of an enum rule's condition in messages."""
+
+
+@dataclass(frozen=True)
+class Incoming:
+    """The type of ``value`` at a place, or None with the reason why there is no value.
+
+    ``known`` is False if its type has an error: then reading it is not reported. ``optional`` says
+    that the event may come without a value.
+    """
+
+    type: Type | None
+    reason: str = ""
+    known: bool = True
+    optional: bool = False
+
+
+def no_value(reason: str) -> Incoming:
+    """A place without a value; the reason is a message for the user."""
+    return Incoming(None, reason)
+
+
+def is_value(access: Access) -> bool:
+    """Whether an access reads the word ``value``, or a part of it."""
+    return access.root.text == "value" and not access.root.escaped

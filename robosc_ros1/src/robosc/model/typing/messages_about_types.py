@@ -1,0 +1,51 @@
+"""Texts of the messages about types."""
+
+from __future__ import annotations
+
+from robosc.expr.tree import Expr, StateRef
+from robosc.expr.types import DoubleType, DurationType, IntegerType, Type
+from robosc.language.operators import BINARY
+from robosc.model.typing.compatibility import describe
+from robosc.model.typing.expected import ExpectedType
+from robosc.model.typing.incoming import RULE
+from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode
+
+
+def _of_three(node: ExprNode, place: str) -> str | None:
+    """The hint for ``a < x < b``, if a node is a comparison that is compared; else None."""
+    orders = {f"'{o.spelling}'": o.spelling for o in BINARY.values() if o.is_comparison}
+    if place not in orders or not isinstance(node, BinaryNode):
+        return None
+    if not BINARY[node.operator].is_comparison:
+        return None
+    middle = node.right.span.text
+    return f"write {node.span.text} and {middle} {orders[place]} …"
+
+
+VALUE_PLACES = (
+    "'value' can be used in enum rules, in requirements on commands and their data, and after"
+    " 'on request', 'on response', 'on feedback' and an action's 'on error'"
+)
+
+
+def alternatives(meanings: list[Expr]) -> str:
+    """The types of a name's meanings as text: ``a state (a boolean) or a value of Way``."""
+    return " or ".join(dict.fromkeys(_in_words(m) for m in meanings))
+
+
+def _in_words(meaning: Expr) -> str:
+    if isinstance(meaning, StateRef):
+        return "a state (a boolean)"
+    return describe(meaning.type)
+
+
+def hint_for(node: ExprNode, given: Type, expected: ExpectedType, place: str) -> str | None:
+    """The remedy for an expression whose type does not fit its place; None if there is no usual."""
+    if isinstance(expected.type, DurationType):
+        return "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
+    if isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
+        return "a double is never converted to an integer implicitly"
+    if (comparison := _of_three(node, place)) is not None:
+        return comparison
+    literal = place == RULE and isinstance(node, LiteralNode)
+    return f"write: value = {node.span.text}" if literal else None

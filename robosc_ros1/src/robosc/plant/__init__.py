@@ -1,0 +1,1 @@
+"""The plant: automata and requirements, and what an event does."""

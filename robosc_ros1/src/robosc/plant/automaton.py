@@ -1,0 +1,361 @@
+"""The plant: automata and requirements (docs/semantics.md, "The plant").
+
+A state is a tuple of small integers, one per :class:`StateVariable`: an index into its values. A
+state variable is a component's location, the phase of a communication, or a variable that
+synthesis needs. They are in model order: for each component its location, its variables, then the
+phases of its communications.
+
+An event changes the state through its *phase step* (a service goes from idle to busy or back) and
+through the *automata* of the components that synchronise on it. :func:`robosc.plant.step.outcome`
+defines the effect of an event in a state; the engines compile it into faster forms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from itertools import product
+from typing import TypeAlias
+
+from robosc.expr.by_identity import ByIdentity
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
+from robosc.expr.types import NoneType, Type, Value
+from robosc.language.events import EventKind
+from robosc.model.entities import Assignment, Robot, data_expressions
+from robosc.plant.counting import counts, tighter
+from robosc.plant.data.view import FiniteView, reference_to
+from robosc.plant.formulas import conjunction, exact, negation
+from robosc.plant.partial_evaluation import PartValues
+from robosc.source import Span
+
+PlantState: TypeAlias = tuple[int, ...]
+
+
+class VariableKind(Enum):
+    LOCATION = "location"
+    PHASE = "phase"
+    DATA = "variable"
+    TEST = "test"
+
+
+@dataclass(frozen=True, slots=True)
+class StateVariable:
+    """A variable of the plant's state: a location, a phase, data or a test of data.
+
+    ``name`` is the component's name (location), the communication's key (phase) or
+    ``Component.variable``. ``values`` are the state names, the phases, or the variable's values in
+    order: a tuple, a range for an integer, :class:`~robosc.plant.data.classes.Classes` for an
+    unbounded type. ``marked`` are the indexes of marked values (None: all). ``labels`` are the
+    texts for users where a value represents a class. ``test`` is the test of data, if the variable
+    is one. ``starts`` are the possible initial indexes, ``initial`` first (empty: only
+    ``initial``).
+    """
+
+    kind: VariableKind
+    name: str
+    values: Sequence[Value]
+    initial: int
+    marked: frozenset[int] | None = None
+    labels: tuple[str, ...] | None = None
+    test: TestRef | None = None
+    starts: tuple[int, ...] = ()
+
+    @property
+    def start_indexes(self) -> tuple[int, ...]:
+        """The possible initial indexes, ``initial`` first."""
+        return self.starts or (self.initial,)
+
+    def shown(self, index: int) -> Value:
+        """A value as users see it."""
+        return self.values[index] if self.labels is None else self.labels[index]
+
+    def phase(self, index: int) -> Expr:
+        """Return the condition that a communication is in a phase; the first is that of no
+        other."""
+        if index == 0:
+            return conjunction(negation(self.phase(other)) for other in range(1, self.size))
+        return PhaseRef(self.name, str(self.values[index]))
+
+    def read(self, leaf: Expr, index: int) -> Value:
+        """Return the value of a leaf that reads this variable, where the variable has an index."""
+        match leaf:
+            case StateRef(state=name) | PhaseRef(phase=name):
+                return self.values[index] == name
+        return self.values[index]
+
+    @property
+    def size(self) -> int:
+        return len(self.values)
+
+
+@dataclass(frozen=True, slots=True)
+class EventParameter:
+    """A part of an event's value, or a test of it, that guards or updates read.
+
+    ``path`` is that of the ``ValueRef``; ``values`` are its possible values, in order. A path
+    through an array has None as its last value, for an array that is too short: assignments that
+    read it then leave their variable unchanged, and guards that read it do not hold
+    (docs/semantics.md, "What is not there"). ``labels`` are the texts for users where a value
+    represents a class. ``test`` is the test of data, if the parameter is one. ``optional``: the
+    event may come without any value; then, too, None is the last value. ``renews``: it is no part
+    of a value, but what some term of the state becomes.
+    """
+
+    path: tuple[str | int, ...]
+    type: Type
+    values: Sequence[Value | None]
+    labels: tuple[str, ...] | None = None
+    test: TestRef | None = None
+    optional: bool = False
+    renews: bool = False
+
+    def shown(self, value: Value | None) -> Value | None:
+        """A value as users see it."""
+        return value if self.labels is None else self.labels[self.values.index(value)]
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A transition of a component on an event, from location ``source`` if ``guard`` holds.
+
+    ``updates`` are the assignments to state variables: (index, right-hand side over the state
+    before the event). ``assignments`` are those of the model, which the controller executes: they
+    include data-only variables and the exact data. ``target`` is a location; ``enters``: the edge
+    has a ``goto``, so that the location is entered even if it is the source. ``levels`` are those
+    of its guards, 0 for the state's own: edges of one location with the same levels exclude each
+    other.
+    """
+
+    source: int
+    guard: Expr | None
+    updates: tuple[tuple[int, Expr], ...]
+    assignments: tuple[Assignment, ...]
+    target: int
+    enters: bool
+    levels: tuple[int, ...]
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class LocalAutomaton:
+    """A component's automaton restricted to one event; ``variable`` is the index of its location.
+
+    The first edge from the current location whose guard holds is taken. If there is none, the
+    component does not change, or blocks the event if ``blocking`` (a request or an internal
+    transition).
+    """
+
+    component: str
+    variable: int
+    edges: tuple[Edge, ...]
+    blocking: bool
+
+    @property
+    def expressions(self) -> Iterator[Expr]:
+        """The right-hand sides of updates and the guards of all edges."""
+        for edge in self.edges:
+            yield from (expr for _, expr in edge.updates)
+            if edge.guard is not None:
+                yield edge.guard
+
+    @property
+    def writes(self) -> Iterator[int]:
+        """The state variables that an edge may change."""
+        for edge in self.edges:
+            yield from (variable for variable, _ in edge.updates)
+            if edge.target != edge.source:
+                yield self.variable
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseStep:
+    """The phases in which an event is possible (``sources``), and the one it leads to."""
+
+    variable: int
+    sources: tuple[int, ...]
+    target: int
+
+
+@dataclass(frozen=True)
+class Event:
+    """An event; with parameters it represents one event per combination of their values.
+
+    ``name`` is the name for users: the communication, or for a tau the component. ``key`` is the
+    communication's key, or the component for a tau. ``index`` is a tau's number, else 0.
+    ``requirement`` is the condition under which the model's requirements allow it (None: always):
+    the conjunction of them for a request; for a cancel, that one of them is violated (FALSE if the
+    action has none). It is not part of the plant. ``requirements`` are the indexes of these
+    requirements in ``Robot.requirements``.
+
+    ``known`` are the indexes of the parameters that the supervisor knows before it decides: parts
+    of the data that another controller sends, and tests of them. There is one event for each
+    combination of their values, which its parameters then have as their only ones; ``index``
+    numbers these events from 1, and ``whole`` is the request for all data.
+    """
+
+    kind: EventKind
+    name: str
+    key: str
+    index: int
+    controllable: bool
+    parameters: tuple[EventParameter, ...]
+    phase: PhaseStep | None
+    automata: tuple[LocalAutomaton, ...]
+    requirement: Expr | None
+    requirements: tuple[int, ...]
+    known: tuple[int, ...] = ()
+    whole: Event | None = field(default=None, compare=False, repr=False)
+    span: Span = field(compare=False, repr=False, kw_only=True)
+
+    @property
+    def identity(self) -> tuple[EventKind, str, int]:
+        """The key of an event, unique in its plant."""
+        return self.kind, self.key, self.index
+
+    @property
+    def branches(self) -> bool:
+        """Whether it is a command of which the environment chooses the outcome."""
+        return self.controllable and len(self.parameters) > len(self.known)
+
+    @property
+    def data(self) -> PartValues:
+        """The values of the parameters that are known."""
+        return {self.parameters[i].path: self.parameters[i].values[0] for i in self.known}
+
+    @cached_property
+    def writes(self) -> frozenset[int]:
+        """The indexes of the state variables that it may change."""
+        phase = () if self.phase is None else (self.phase.variable,)
+        return frozenset(phase).union(*(automaton.writes for automaton in self.automata))
+
+
+@dataclass(frozen=True)
+class Plant:
+    """The uncontrolled system, with its requirements and the model it was made from.
+
+    ``invariants`` are the conditions of state requirements, each with its index in
+    ``Robot.requirements``; they must hold in every state (``never e`` is ``!e``). ``events`` are in
+    model order: for each component those of its communications (request, response, feedback, error,
+    cancel), then its taus. ``view`` is the finite view of the data.
+    """
+
+    robot: Robot
+    variables: tuple[StateVariable, ...]
+    events: tuple[Event, ...]
+    invariants: tuple[tuple[Expr, int], ...]
+    view: FiniteView = field(compare=False, repr=False)
+
+    @cached_property
+    def variable_index(self) -> dict[tuple[VariableKind, str], int]:
+        return {(variable.kind, variable.name): i for i, variable in enumerate(self.variables)}
+
+    def variable_of(self, leaf: Expr) -> int | None:
+        """Return the state variable that a leaf reads; None if it reads no state."""
+        match leaf:
+            case TestRef(name=name):
+                return self.variable_index[VariableKind.TEST, name]
+            case VariableRef(component=component, variable=name):
+                return self.variable_index[VariableKind.DATA, f"{component}.{name}"]
+            case StateRef(component=component):
+                return self.variable_index[VariableKind.LOCATION, component]
+            case PhaseRef(communication=key):
+                return self.variable_index[VariableKind.PHASE, key]
+        return None
+
+    def sizes(self, variables: Iterable[int]) -> tuple[int, ...]:
+        """Return the number of values of each of some state variables."""
+        return tuple(self.variables[variable].size for variable in variables)
+
+    def leaf_of(self, variable: StateVariable) -> VariableRef | TestRef:
+        """Return the leaf that reads a variable or a test of data."""
+        return variable.test or reference_to(self.robot.variables[variable.name])
+
+    @cached_property
+    def supports(self) -> ByIdentity[tuple[int, ...]]:
+        """A cache: the indexes of the state variables that each condition reads."""
+        return ByIdentity()
+
+    @cached_property
+    def lasting_counts(self) -> ByIdentity[tuple[Expr, ...]]:
+        """A cache: the counts that guards may use, for the conditions of state requirements."""
+        return ByIdentity()
+
+    @cached_property
+    def tighter_counts(self) -> tuple[Expr, ...]:
+        """For each count in a state requirement, the condition that it may rise by one.
+
+        It is sufficient for events that bring one component into the counted state.
+        """
+        found = [tighter(count) for condition, _ in self.invariants for count in counts(condition)]
+        return tuple(dict.fromkeys(expr for expr in found if expr is not None))
+
+    @cached_property
+    def initial(self) -> PlantState:
+        """The initial state with the default values of all parameters."""
+        return tuple(variable.initial for variable in self.variables)
+
+    @property
+    def initial_states(self) -> Iterator[PlantState]:
+        """Yield the initial states for all values of parameters, that of the defaults first."""
+        return product(*(variable.start_indexes for variable in self.variables))
+
+    def is_initial(self, state: PlantState) -> bool:
+        return all(
+            value in variable.start_indexes
+            for variable, value in zip(self.variables, state, strict=True)
+        )
+
+    def is_marked(self, state: PlantState) -> bool:
+        return all(
+            variable.marked is None or value in variable.marked
+            for variable, value in zip(self.variables, state, strict=True)
+        )
+
+
+def is_optional(robot: Robot, event: Event) -> bool:
+    """Whether an event that brings a value may come without it."""
+    communication = robot.communications.get(event.key)
+    sort = None if communication is None else communication.sort.event(event.kind)
+    return sort is not None and sort.optional
+
+
+def value_type(robot: Robot, event: Event) -> Type:
+    """Return the type of an event's value; ``none`` if it is never read, and optional or what
+    another controller sends."""
+    if event.kind.of_component:
+        return NoneType()
+    unread = is_optional(robot, event) or event.kind is EventKind.REQUEST
+    if unread and not value_parts(robot, event):
+        return NoneType()
+    return robot.communications[event.key].value_type(event.kind)
+
+
+def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], Type]:
+    """Return the parts of an event's value, with their types, that transitions read for any
+    variable, and requirements on what another controller sends."""
+    readers: list[Expr] = []
+    if robot.supervises and event.kind is EventKind.REQUEST:
+        readers += (robot.requirements[number].condition for number in event.requirements)
+        if event.key in robot.corrected:
+            for provide in robot.provides:
+                if provide.communication == event.key:
+                    readers += data_expressions(provide.data)
+                    readers += [] if provide.condition is None else [provide.condition]
+    automata = (event.whole or event).automata
+    for edge in (edge for automaton in automata for edge in automaton.edges):
+        readers += (assignment.value for assignment in edge.assignments)
+        readers += [exact(edge.guard)] if edge.guard is not None else []
+    return {path: part.type for path, part in values_read(readers).items()}
+
+
+def values_read(exprs: Iterable[Expr]) -> dict[tuple[str | int, ...], ValueRef]:
+    """Return the parts of an event's value that expressions read, by path, in their order."""
+    found: dict[tuple[str | int, ...], ValueRef] = {}
+    for expr in exprs:
+        for part in walk(expr):
+            if isinstance(part, ValueRef):
+                found.setdefault(part.path, part)
+    return found

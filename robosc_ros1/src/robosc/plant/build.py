@@ -1,0 +1,347 @@
+"""Lowering: from the model to the plant (docs/semantics.md, "The plant")."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
+
+from robosc.errors import StateSpaceError
+from robosc.expr.presence import known_condition
+from robosc.expr.traversal import operands
+from robosc.expr.tree import (
+    TRUE,
+    Binary,
+    ChoiceRef,
+    Expr,
+    Leaf,
+    TestRef,
+    ValueRef,
+    VariableRef,
+)
+from robosc.expr.types import BooleanType, Value, domain
+from robosc.language.events import EventKind, EventSort
+from robosc.model.entities import (
+    After,
+    Behaviour,
+    Communication,
+    Component,
+    ResultTransition,
+    Robot,
+    Tau,
+)
+from robosc.plant.automaton import (
+    Edge,
+    Event,
+    EventParameter,
+    LocalAutomaton,
+    PhaseStep,
+    Plant,
+    StateVariable,
+    VariableKind,
+    values_read,
+)
+from robosc.plant.data.asked_cases import by_data
+from robosc.plant.data.builder import finite_view
+from robosc.plant.data.classes import Classes
+from robosc.plant.data.terms import Term
+from robosc.plant.data.view import FiniteView, Scope, may_be_missing, reference_to
+from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.plant.precedence import Taken, result_transitions, taken_in
+
+_MOST_VALUES = 2**20
+"""The largest number of values of a variable or of a part of an event's value."""
+
+
+def lower(robot: Robot) -> Plant:
+    """Return the plant of a model without errors.
+
+    Raises:
+        StateSpaceError: a range has too many values.
+    """
+    lowering = _Lowering(robot)
+    events = chain.from_iterable(map(lowering.events_of, robot.components))
+    invariants = tuple(
+        (lowering.view.met(requirement), index)
+        for index, requirement in enumerate(robot.requirements)
+        if requirement.kind in ("never", "always")
+    )
+    return Plant(robot, lowering.variables, tuple(events), invariants, lowering.view)
+
+
+def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
+    for component in robot.components:
+        behaviour = component.behaviour
+        if behaviour is not None:
+            states = behaviour.states
+            yield StateVariable(
+                VariableKind.LOCATION,
+                component.name,
+                tuple(s.name for s in states),
+                next(i for i, s in enumerate(states) if s.initial),
+                frozenset(i for i, s in enumerate(states) if s.marked),
+            )
+            for variable in behaviour.variables:
+                is_finite = variable.in_state and domain(variable.type) is not None
+                if is_finite or variable.key in view.variables:
+                    values, labels = _values(view, None, reference_to(variable), variable.key)
+                    initial = values.index(variable.initial)
+                    yield StateVariable(
+                        VariableKind.DATA, variable.key, values, initial, labels=labels
+                    )
+        for communication in component.communications:
+            phases = communication.phases
+            if phases is not None:
+                marked = frozenset(phases.names.index(name) for name in phases.marked)
+                yield StateVariable(VariableKind.PHASE, communication.key, phases.names, 0, marked)
+    for test in view.tests:
+        outcomes, labels = _values(view, None, test, test.name)
+        starts = view.starts(test, outcomes)
+        yield StateVariable(
+            VariableKind.TEST, test.name, outcomes, starts[0], None, labels, test, starts
+        )
+
+
+class _Lowering:
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.view = finite_view(robot)
+        self.variables = tuple(_state_variables(robot, self.view))
+        self.variable_index = {(v.kind, v.name): i for i, v in enumerate(self.variables)}
+        self.listeners: dict[tuple[EventKind, str], dict[str, Component]] = {}
+        """Components that mention an event of a communication, by name, in model order."""
+        for component in robot.components:
+            if component.behaviour is not None:
+                for transition in result_transitions(component.behaviour):
+                    key = transition.event, transition.communication
+                    self.listeners.setdefault(key, {})[component.name] = component
+
+    def events_of(self, component: Component) -> Iterator[Event]:
+        for communication in component.communications:
+            for sort in communication.sort.events_of(communication.timeout is not None):
+                yield from by_data(self._communication_event(communication, sort))
+        if component.behaviour is not None:
+            yield from self._tau_events(component, component.behaviour)
+            yield from self._after_events(component, component.behaviour)
+
+    def _communication_event(self, communication: Communication, sort: EventSort) -> Event:
+        key, kind = communication.key, sort.kind
+        automata = tuple(
+            self._automaton(component, kind, key)
+            for component in self.listeners.get((kind, key), {}).values()
+        )
+        phase = None
+        if communication.phases is not None:
+            index = communication.phases.names.index
+            phase = PhaseStep(
+                self.variable_index[VariableKind.PHASE, key],
+                tuple(index(name) for name in sort.sources),
+                index(sort.target),
+            )
+        requirement, indexes = self._requirement(key, kind)
+        return Event(
+            kind=kind,
+            name=self.robot.display_names[key],
+            key=key,
+            index=0,
+            controllable=kind.controllable,
+            parameters=tuple(self._parameters(automata, (kind, key), requirement)),
+            phase=phase,
+            automata=automata,
+            requirement=requirement,
+            requirements=indexes,
+            span=communication.span,
+        )
+
+    def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:
+        if not kind.controllable:
+            return None, ()
+        found = {
+            i: r
+            for i, r in enumerate(self.robot.requirements)
+            if key in r.communications and not (r.to_start and kind is EventKind.CANCEL)
+        }
+        kept = [self.view.met(requirement) for requirement in found.values()]
+        if kind is EventKind.CANCEL:
+            # A goal may be cancelled only while a requirement on its action is violated.
+            return disjunction(_operands("or", map(negation, kept))), tuple(found)
+        requirement = conjunction(_operands("and", kept))
+        return (None if requirement == TRUE else requirement), tuple(found)
+
+    def _automaton(self, component: Component, kind: EventKind, key: str) -> LocalAutomaton:
+        behaviour = component.behaviour
+        assert behaviour is not None
+        edges = [
+            self._edge(component, location, taken)
+            for location, state in enumerate(behaviour.states)
+            for taken in taken_in(behaviour, state, kind, key)
+        ]
+        variable = self.variable_index[VariableKind.LOCATION, component.name]
+        return LocalAutomaton(component.name, variable, tuple(edges), kind.synchronised)
+
+    def _edge(self, component: Component, location: int, taken: Taken) -> Edge:
+        transition = taken.transition
+        guards = [self.view.expression(guard) for guard in taken.guards]
+        updates = tuple(self._updates(component, transition))
+        target = self._target(component, location, transition.goto)
+        if updates and target == location and transition.event is EventKind.TAU:
+            guards.append(self._changes_something(updates))
+        return Edge(
+            location,
+            conjunction(guards) if guards else None,
+            updates,
+            transition.assignments,
+            target,
+            transition.goto is not None,
+            taken.levels,
+            transition.span,
+        )
+
+    def _changes_something(self, updates: Iterable[tuple[int, Expr]]) -> Expr:
+        """Return the condition that an internal transition, which stays, changes a variable.
+
+        One that changes nothing would be taken without end.
+        """
+        return disjunction(
+            known_condition(Binary("!=", reference_to(variable), value, BooleanType()))
+            for index, value in updates
+            if (variable := self.robot.variables.get(self.variables[index].name)) is not None
+        )
+
+    def _updates(
+        self, component: Component, transition: ResultTransition
+    ) -> Iterator[tuple[int, Expr]]:
+        for assignment in transition.assignments:
+            key = f"{component.name}.{assignment.variable}"
+            variable = self.variable_index.get((VariableKind.DATA, key))
+            if variable is not None and key not in self.view.variables:
+                yield variable, self.view.assigned(self.robot.variables[key], assignment.value)
+        for term, update in self.view.updates(component.name, transition):
+            yield self.variable_index[_index_of(term)], update
+
+    def _target(self, component: Component, location: int, goto: str | None) -> int:
+        if goto is None:
+            return location
+        values = self.variables[self.variable_index[VariableKind.LOCATION, component.name]].values
+        return values.index(goto)
+
+    def _parameters(
+        self,
+        automata: Iterable[LocalAutomaton],
+        scope: tuple[EventKind, str],
+        requirement: Expr | None = None,
+    ) -> Iterator[EventParameter]:
+        """Yield the parts of the value that are read, by a requirement on data first."""
+        required = () if requirement is None else (requirement,)
+        local = (expr for automaton in automata for expr in automaton.expressions)
+        read = values_read(chain(required, local))
+        for part in read.values():
+            yield self._parameter(part, scope)
+
+    def _parameter(self, reference: ValueRef, scope: tuple[EventKind, str]) -> EventParameter:
+        test = reference.test if isinstance(reference, ChoiceRef) else None
+        values: Sequence[Value | None]
+        values, labels = _values(self.view, scope, reference, "a received value")
+        if not isinstance(values, Classes) and may_be_missing(reference):
+            values = (*values, None)
+        optional = reference.optional
+        renews = isinstance(reference, ChoiceRef) and test is None
+        return EventParameter(
+            reference.path, reference.type, values, labels, test, optional, renews
+        )
+
+    def _after_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
+        afters = [(a, n) for n, state in enumerate(behaviour.states) for a in state.afters]
+        for after, location in sorted(afters, key=lambda item: item[0].index):
+            yield self._event_of(component, after, (location,))
+
+    def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
+        everywhere = range(len(behaviour.states))
+        taus: list[tuple[Tau, Sequence[int]]] = [(tau, everywhere) for tau in behaviour.taus]
+        for place in behaviour.places:
+            inside = [n for n in everywhere if behaviour.states[n].is_in(place.name)]
+            taus.extend((tau, inside) for tau in place.taus)
+        for tau, locations in sorted(taus, key=lambda item: item[0].index):
+            yield self._event_of(component, tau, locations)
+
+    def _event_of(
+        self,
+        component: Component,
+        source: After | Tau,
+        locations: Sequence[int],
+    ) -> Event:
+        """Return the event of a transition that belongs to one component only."""
+        transition = source.transition
+        kind = transition.event
+        guards = () if transition.guard is None else (transition.guard,)
+        taken = Taken(transition, guards, ())
+        edges = tuple(self._edge(component, location, taken) for location in locations)
+        variable = self.variable_index[VariableKind.LOCATION, component.name]
+        automaton = LocalAutomaton(component.name, variable, edges, kind.synchronised)
+        parameters = tuple(self._parameters((automaton,), (kind, component.name)))
+        if parameters and kind is EventKind.TAU:
+            where = f"{transition.span.source.path}:{transition.span.line}"
+            raise StateSpaceError(
+                f"{where}: the outcome of this internal transition is open, for a comparison of"
+                " data reads what it assigns: assign a constant, or use 'after'"
+            )
+        return Event(
+            kind=kind,
+            name=component.name,
+            key=component.name,
+            index=source.index,
+            controllable=kind.controllable,
+            parameters=parameters,
+            phase=None,
+            automata=(automaton,),
+            requirement=None,
+            requirements=(),
+            span=transition.span,
+        )
+
+
+def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:
+    if isinstance(term, TestRef):
+        return VariableKind.TEST, term.name
+    return VariableKind.DATA, f"{term.component}.{term.variable}"
+
+
+def _labels(classes: Classes, term: Term, robot: Robot, whole: bool) -> tuple[str, ...]:
+    """Return the texts, for users, of the values of a term: ``Battery.charge > 0.2``, ``x <= 1``,
+    with ``whole`` also for a part of a message ``value.x <= 1``."""
+    if isinstance(term, ChoiceRef) and term.renews is not None:
+        return tuple(f"new {label}" for label in _labels(classes, term.renews, robot, whole))
+
+    def spelled(leaf: Leaf) -> str | None:
+        incoming = isinstance(leaf, ValueRef) and leaf == term and not whole
+        return to_dsl(leaf, robot).removeprefix("value.") if incoming else None
+
+    return tuple(
+        classes.label(number, term, lambda expr: to_dsl(expr, robot, spelled))
+        for number in range(len(classes))
+    )
+
+
+def _values(
+    view: FiniteView, scope: Scope, term: Term, what: str
+) -> tuple[Sequence[Value], tuple[str, ...] | None]:
+    """Return the values or classes of a term, and the texts of classes for users.
+
+    ``what`` is the subject of error messages.
+    """
+    classes = view.values(scope, term)
+    if classes is not None:
+        whole = scope is not None and scope[0] is EventKind.REQUEST
+        return classes, _labels(classes, term, view.robot, whole)
+    values = domain(term.type)
+    assert values is not None, f"{what} takes part in synthesis and is not finite"
+    if isinstance(values, range) and values.stop - values.start > _MOST_VALUES:
+        raise StateSpaceError(
+            f"{what}, {term.type}, takes more than {_MOST_VALUES} values:"
+            " narrow its range, or convert it by an enum"
+        )
+    return values, None
+
+
+def _operands(operator: str, conditions: Iterable[Expr]) -> Iterator[Expr]:
+    """What conditions join: requirements may share some of it."""
+    return chain.from_iterable(operands(condition, operator) for condition in conditions)

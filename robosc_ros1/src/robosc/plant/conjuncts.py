@@ -1,0 +1,68 @@
+"""The parts of a requirement, all of which have to hold: what is told of a command that is held
+back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from robosc.expr.traversal import path_text, walk
+from robosc.expr.tree import Binary, Expr, ParameterRef, Unary, ValueRef, VariableRef
+from robosc.expr.types import ArrayType, BooleanType, ObjectType
+from robosc.model.entities import Requirement, Robot
+from robosc.plant.formulas import negation, to_dsl
+
+_MOST_VALUES = 4
+"""More than these would hide the reason in the message."""
+
+
+@dataclass(frozen=True)
+class Conjunct:
+    """A part of a requirement: ``failure`` tells that it does not hold, while ``unmet`` does.
+
+    ``failure`` is empty for the whole requirement, which has a text as its author wrote it.
+    ``values`` are what it compares, by the names in the model.
+    """
+
+    failure: str
+    unmet: Expr
+    values: dict[str, Expr]
+
+
+def conjuncts(requirement: Requirement, robot: Robot) -> tuple[Conjunct, ...]:
+    """The parts of a requirement in order; empty if they tell no more than the requirement."""
+    parts = list(_parts(requirement.condition, not requirement.forbids))
+    found = tuple(
+        Conjunct(
+            f"{to_dsl(part, robot)} is {'false' if wanted else 'true'}" if len(parts) > 1 else "",
+            negation(part) if wanted else part,
+            dict(_values(part)),
+        )
+        for part, wanted in parts
+    )
+    return found if len(found) > 1 or found[0].values else ()
+
+
+def _parts(expr: Expr, wanted: bool) -> Iterator[tuple[Expr, bool]]:
+    if isinstance(expr, Unary) and expr.operator == "!":
+        yield from _parts(expr.operand, not wanted)
+    elif isinstance(expr, Binary) and expr.operator == ("and" if wanted else "or"):
+        yield from _parts(expr.left, wanted)
+        yield from _parts(expr.right, wanted)
+    else:
+        yield expr, wanted
+
+
+def _values(expr: Expr) -> Iterator[tuple[str, Expr]]:
+    read = dict.fromkeys(
+        node for node in walk(expr) if isinstance(node, VariableRef | ParameterRef | ValueRef)
+    )
+    plain = [n for n in read if not isinstance(n.type, ArrayType | BooleanType | ObjectType)]
+    for node in plain[:_MOST_VALUES]:
+        match node:
+            case VariableRef(key=name):
+                yield name, node
+            case ParameterRef(parameter=parameter):
+                yield parameter.key, node
+            case ValueRef(path=path):
+                yield path_text(("value", *path)), node

@@ -1,0 +1,287 @@
+"""Recognises counts, ``any`` and ``all`` in conditions where they have been expanded.
+
+Reading a model expands ``count(s.served for s in Station) < 2`` into a condition with all cases.
+Texts made from such conditions (guards) show the count again, so that people can read them. A count
+is recognised by its form: exactly the tree that expanding it gives. Operands of a chain that are
+the same condition on each component become ``any`` or ``all``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import cache
+from itertools import islice
+from operator import is_not
+from typing import TypeGuard
+
+from robosc.expr.by_identity import ByIdentity
+from robosc.expr.quantified import Cases, at_least, chain
+from robosc.expr.traversal import may_be_undefined, operands, rewritten, walk
+from robosc.expr.tree import (
+    Binary,
+    Count,
+    Expr,
+    Leaf,
+    Literal,
+    PhaseRef,
+    StateRef,
+    Unary,
+    VariableRef,
+)
+from robosc.expr.types import BooleanType
+from robosc.names import family_and_index
+
+_LEAST_COPIES = 3
+"""Conditions on fewer components are listed one by one."""
+
+_LEAST_LISTED = 4
+"""Counts of fewer conditions that are not on components of one kind stay expanded."""
+
+_LEAST_CHAINED = 8
+"""A chain of fewer conditions is not treated as a count."""
+
+_BOOLEAN = BooleanType()
+_MOST_PARTS = 8
+
+_Kind = tuple[bool, str, Expr]
+"""What conditions on copies of a component have in common: whether they are negated, the name
+without an index, and the condition on a component of that name."""
+
+
+def with_counts(expr: Expr, *, chains: bool = True) -> Expr:
+    """Return the condition with counts (``chains``: also ``any`` and ``all``) recognised."""
+    return _Finder(chains).found(expr)
+
+
+def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
+    """Return the condition with each component that it reads renamed by ``name``."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        match node:
+            case StateRef(component=component, state=state):
+                return StateRef(name(component), state)
+            case VariableRef(component=component, variable=variable, type=type_):
+                return VariableRef(name(component), variable, type_)
+            case PhaseRef(communication=key, phase=phase):
+                component, _, communication = key.partition(".")
+                return PhaseRef(f"{name(component)}.{communication}", phase)
+        return node
+
+    return rewritten(expr, leaf)
+
+
+def counts(expr: Expr) -> Iterator[Count]:
+    """Yield the counts in a condition; a long chain is a count of all, or at least one."""
+    for part in walk(with_counts(expr)):
+        negated = isinstance(part, Unary) and part.operator == "!"
+        whole = part.operand if isinstance(part, Unary) and negated else part
+        if isinstance(whole, Count):
+            yield replace(whole, negated=whole.negated != negated)
+        elif _is_junction(whole):
+            parts = operands(whole, whole.operator)
+            if len(parts) >= _LEAST_CHAINED and not any(
+                _is_junction(one) or isinstance(one, Count) or may_be_undefined(one)
+                for one in parts
+            ):
+                yield _counted(parts, 1 if whole.operator == "or" else len(parts), negated)
+
+
+def tighter(count: Count) -> Expr | None:
+    """Return the expanded condition with a bound that is tighter by one; None: it would be too
+    large."""
+    found = at_least(count.conditions, count.least + (-1 if count.negated else 1))
+    return found if found is None or not count.negated else Unary("!", found, _BOOLEAN)
+
+
+class _Finder:
+    """Finds counts; each shared subexpression is examined once."""
+
+    def __init__(self, chains: bool) -> None:
+        self._chains = chains
+        self._found: ByIdentity[Expr] = ByIdentity()
+        self._counts: ByIdentity[Count | None] = ByIdentity()
+        self._sizes: ByIdentity[tuple[int, int]] = ByIdentity()
+
+    def found(self, expr: Expr) -> Expr:
+        return self._found.of(expr, self._find)
+
+    def _find(self, expr: Expr) -> Expr:
+        match expr:
+            case Unary(operator="!", operand=operand):
+                inner = self.found(operand)
+                if isinstance(inner, Count):
+                    return replace(inner, negated=not inner.negated)
+                return expr if inner is operand else Unary("!", inner, _BOOLEAN)
+            case Binary(operator="and" | "or" as operator):
+                old = operands(expr, operator)
+                if any(map(_is_junction, old)):
+                    count = self._count(expr)
+                    if count is not None:
+                        return count
+                    old = list(self._operands(expr, operator))
+                new = [self.found(part) for part in old]
+                if self._chains:
+                    new = _grouped(operator, new)
+                if len(new) == len(old) and not any(map(is_not, new, old)):
+                    return expr
+                return chain(operator, new)
+            case Binary(operator="=>", left=left, right=right):
+                sides = self.found(left), self.found(right)
+                if sides[0] is not left or sides[1] is not right:
+                    return Binary("=>", *sides, _BOOLEAN)
+        return expr
+
+    def _operands(self, expr: Expr, operator: str) -> Iterator[Expr]:
+        """Yield the operands of a chain; an operand that is a count is not split."""
+        if not isinstance(expr, Binary) or expr.operator != operator or self._count(expr):
+            yield expr
+        else:
+            yield from self._operands(expr.left, operator)
+            yield from self._operands(expr.right, operator)
+
+    def _count(self, expr: Binary) -> Count | None:
+        """Return the count with this expansion; None if there is none, or it is ``any`` or
+        ``all``."""
+        return self._counts.of(expr, self._new_count)
+
+    def _new_count(self, expr: Expr) -> Count | None:
+        number, written = self._size(expr)
+        return _count_of(expr, number, written)
+
+    def _size(self, expr: Expr) -> tuple[int, int]:
+        """Return the least number of conditions that must hold (if the operands of each ``and``
+        have none in common), and the number of leaves."""
+        return self._sizes.of(expr, self._new_size) if _is_junction(expr) else (1, 1)
+
+    def _new_size(self, expr: Expr) -> tuple[int, int]:
+        assert isinstance(expr, Binary)
+        (left, few), (right, many) = map(self._size, expr.operands)
+        return left + right if expr.operator == "and" else min(left, right), few + many
+
+
+def _count_of(expr: Expr, number: int, written: int) -> Count | None:
+    if number < 2 or written == number:
+        return None
+    conditions = list(_conditions(expr))
+    if (
+        number >= len(conditions)
+        or written != _written(len(conditions), number)
+        or any(map(may_be_undefined, conditions))
+        or (len(conditions) < _LEAST_LISTED and _copies(conditions) is None)
+    ):
+        return None
+    # The order of the conditions must match, too: that of a list was chosen by the user.
+    return _counted(conditions, number) if at_least(conditions, number) == expr else None
+
+
+def _conditions(expr: Expr) -> dict[Expr, None]:
+    """Return the conditions of the count, in order, if the expression is the expansion of one."""
+    found: dict[Expr, None] = {}
+    seen: set[int] = set()
+    stack = [expr]
+    while stack:
+        node = stack.pop()
+        if not _is_junction(node):
+            found.setdefault(node)
+        elif id(node) not in seen:
+            seen.add(id(node))
+            parts = operands(node, node.operator)
+            # In an expansion the last case has the most conditions of the first half; an ``or`` of
+            # plain conditions has no cases.
+            is_in_order = node.operator == "and" or not any(map(_is_junction, parts))
+            stack += reversed(parts) if is_in_order else parts
+    return found
+
+
+def _is_junction(expr: Expr) -> TypeGuard[Binary]:
+    return isinstance(expr, Binary) and expr.operator in ("and", "or")
+
+
+@cache
+def _written(conditions: int, number: int) -> int:
+    """Return the number of leaves of the expansion of "at least ``number`` of them hold"."""
+    return Cases[int](lambda _, parts: sum(parts), (-1, 0)).least([1] * conditions, number)
+
+
+def _grouped(operator: str, parts: Sequence[Expr]) -> list[Expr]:
+    """Return the operands of a chain, the same conditions on copies of a component as one."""
+    kinds: dict[_Kind, dict[int, int]] = {}
+    for place, part in enumerate(parts):
+        literal = _literal(part)
+        if literal is not None:
+            kinds.setdefault(literal[0], {}).setdefault(literal[1], place)
+    left: dict[int, Expr] = dict(enumerate(parts))
+    for (negated, _, _), places in kinds.items():
+        for run in _runs(sorted(places)):
+            conditions = [parts[places[index]] for index in run]
+            if negated:
+                conditions = [c.operand for c in conditions if isinstance(c, Unary)]
+            # All of them hold if and only if not any of their opposites does.
+            is_any = (operator == "or") != negated
+            count = _counted(conditions, 1 if is_any else len(conditions), negated)
+            first, *others = sorted(places[index] for index in run)
+            left[first] = count
+            for place in others:
+                del left[place]
+    return [left[place] for place in sorted(left)]
+
+
+def _counted(conditions: Sequence[Expr], least: int, negated: bool = False) -> Count:
+    return Count("", (), _BOOLEAN, conditions=tuple(conditions), least=least, negated=negated)
+
+
+def _runs(indexes: Sequence[int]) -> Iterator[list[int]]:
+    """Yield the runs of consecutive indexes that are long enough."""
+    run: list[int] = []
+    for index in indexes:
+        if run and index != run[-1] + 1:
+            if _is_run(run):
+                yield run
+            run = []
+        run.append(index)
+    if _is_run(run):
+        yield run
+
+
+def _is_run(indexes: Sequence[int]) -> bool:
+    return len(indexes) >= _LEAST_COPIES and indexes[-1] - indexes[0] == len(indexes) - 1
+
+
+def copies_of(count: Count) -> tuple[str, int] | None:
+    """Return the name and the first index of the copies counted; None: it counts a list."""
+    return _copies(count.conditions)
+
+
+def _copies(conditions: Sequence[Expr]) -> tuple[str, int] | None:
+    found = [_literal(condition) for condition in conditions]
+    first, kinds = found[0], {literal and literal[0] for literal in found}
+    if first is None or len(kinds) > 1 or not _is_run([index for _, index in filter(None, found)]):
+        return None
+    (_, name, _), index = first
+    return name, index
+
+
+def _literal(expr: Expr) -> tuple[_Kind, int] | None:
+    """Return kind and index of a condition on one copy of a component; None if it is none."""
+    negated = isinstance(expr, Unary) and expr.operator == "!"
+    inner = expr.operand if isinstance(expr, Unary) and negated else expr
+    if isinstance(inner, StateRef):  # as most are
+        name, index = family_and_index(inner.component)
+        kind = StateRef(name, inner.state)
+        return None if index is None else ((negated, name, kind), index)
+    if isinstance(inner, Binary) and inner.operation.is_lazy:
+        return None
+    if len(list(islice(walk(inner), _MOST_PARTS + 1))) > _MOST_PARTS or may_be_undefined(inner):
+        return None
+    components: set[str] = set()
+
+    def named(component: str) -> str:
+        components.add(component)
+        return family_and_index(component)[0]
+
+    shared = with_component(inner, named)
+    if len(components) != 1:
+        return None
+    name, index = family_and_index(components.pop())
+    return None if index is None else ((negated, name, shared), index)

@@ -1,0 +1,183 @@
+"""Case distinction of conditions on data that also read states.
+
+``any(A.s and r < 1 for r in L.ranges)`` changes when A leaves s, though no data are assigned. So it
+becomes ``A.s and any(r < 1 for r in L.ranges)``, or what remains for ``!A.s``, so that no term over
+data reads a state (Shannon, "The synthesis of two-terminal switching circuits", 1949: expansion by
+one variable).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from math import prod
+from typing import Any
+
+from robosc.expr.evaluation import evaluate
+from robosc.expr.traversal import fold, may_be_undefined, parameters_of, walk, with_operands
+from robosc.expr.tree import (
+    FALSE,
+    TRUE,
+    Aggregate,
+    Binary,
+    ElementRef,
+    Expr,
+    Holds,
+    Leaf,
+    Literal,
+    Operation,
+    PhaseRef,
+    StateRef,
+    Unary,
+)
+from robosc.expr.types import ArrayType, BooleanType, Type, Value, domain
+from robosc.plant.formulas import conjunction, disjunction, negation
+
+
+def reads_states(expr: Expr) -> bool:
+    """Whether an expression reads the state of a component or the phase of a communication."""
+    return any(isinstance(part, StateRef | PhaseRef) for part in walk(expr))
+
+
+def by_state(expr: Expr) -> Iterator[tuple[Expr, Expr]]:
+    """Yield the cases of the first component or communication read: a condition, and the expression
+    then.
+
+    Exactly one of the conditions holds in each state; the last one is "in none of the states read".
+    """
+    read = [part for part in walk(expr) if isinstance(part, StateRef | PhaseRef)]
+    named = list(dict.fromkeys(part for part in read if _owner(part) == _owner(read[0])))
+    for current in (*named, None):
+        given = {part: part == current for part in named}
+        where = conjunction(map(negation, named)) if current is None else current
+        yield where, _given(expr, given)
+
+
+def reads_arrays(expr: Expr) -> bool:
+    """Whether an expression reads an array."""
+    return any(isinstance(part.type, ArrayType) for part in walk(expr))
+
+
+_MOST_CASES = 10_000
+
+
+def by_value(expr: Expr) -> Expr | None:
+    """Return a condition as comparisons of the finite leaves that it reads with their values.
+
+    None if there are too many combinations of values.
+    """
+    parts = (part for part in walk(expr) if not isinstance(part, Literal | Operation | ElementRef))
+    read = tuple(dict.fromkeys(parts))
+    if prod(len(domain(leaf.type) or ()) for leaf in read) > _MOST_CASES:
+        return None
+    return _by_values(expr, read, {})
+
+
+def _by_values(expr: Expr, read: Sequence[Leaf], given: Mapping[Leaf, Value]) -> Expr:
+    if not read:
+        # An undefined condition does not hold.
+        return TRUE if evaluate(Holds(expr), given.get) else FALSE
+    first, *others = read
+    cases: dict[Expr, list[Expr]] = {}
+    for value in domain(first.type) or ():
+        found = _by_values(expr, others, {**given, first: value})
+        cases.setdefault(found, []).append(has_value(first, value))
+    if len(cases) == 1:
+        return next(iter(cases))
+    return disjunction(conjunction([disjunction(values), found]) for found, values in cases.items())
+
+
+def has_value(leaf: Leaf, value: Value) -> Expr:
+    """Return the condition that a leaf has a value."""
+    if isinstance(leaf.type, BooleanType):
+        return leaf if value else negation(leaf)
+    return Binary("=", leaf, Literal(value, leaf.type), BooleanType())
+
+
+def _owner(part: StateRef | PhaseRef) -> tuple[type, str]:
+    return type(part), part.component if isinstance(part, StateRef) else part.communication
+
+
+def _given(expr: Expr, states: Mapping[StateRef | PhaseRef, bool]) -> Expr:
+    """Return the simplified expression in those states, undefined in the same cases."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        if isinstance(node, StateRef | PhaseRef) and node in states:
+            return TRUE if states[node] else FALSE
+        return node
+
+    return fold(expr, leaf, lambda node, operands: _shortened(with_operands(node, operands)))
+
+
+def _shortened(expr: Expr) -> Expr:
+    if not isinstance(expr, Operation):
+        return expr
+    match expr:
+        case Binary(left=left, right=right) if expr.operation.is_lazy:
+            return _connected(expr, left, right)
+        case Unary(operator="!", operand=operand):
+            return negation(operand)
+        case Holds(operand=operand):
+            return _present(expr, operand)
+        case Aggregate(array=array) as through:
+            known = None if may_be_undefined(array) else _of_none(through)
+            every = replace(through, condition=None) if through.condition == TRUE else through
+            return known or every
+    constant = all(isinstance(part, Literal) for part in expr.operands)
+    if constant and not any(True for _ in parameters_of(expr)):
+        return _literal(evaluate(expr, _nothing), expr.type)
+    return expr
+
+
+def _connected(expr: Binary, left: Expr, right: Expr) -> Expr:
+    """Simplify ``and``, ``or`` or ``=>`` with a constant operand."""
+    operation = expr.operation
+    if isinstance(left, Literal):
+        return Literal(operation.decided, expr.type) if left.value is operation.decider else right
+    if not isinstance(right, Literal):
+        return expr
+    if right.value is not operation.decided:
+        return left if operation.decider == operation.decided else negation(left)
+    return expr if may_be_undefined(left) else right
+
+
+def _of_none(expr: Aggregate) -> Literal | None:
+    """Return the value of an aggregate to which no element contributes; None: one may."""
+    none = expr.condition == FALSE or (
+        expr.element == {"any": FALSE, "count": FALSE, "all": TRUE}.get(expr.operator)
+    )
+    if not none or expr.operator in ("min", "max", "first"):
+        return None
+    return _literal(expr.operation.scalar([]), expr.type)
+
+
+def _literal(value: Any, type_: Type) -> Literal:
+    found: Any = tuple(value) if isinstance(value, list) else value
+    return Literal(found, type_)
+
+
+def _present(expr: Holds, operand: Expr) -> Expr:
+    """Simplify "defined and true" if the condition depends only on whether arrays are present."""
+    arrays: dict[Expr, None] = {}
+
+    def strict(node: Operation, operands: tuple[Expr, ...]) -> Expr:
+        found = with_operands(node, operands)
+        known = _of_none(found) if isinstance(found, Aggregate) else None
+        if known is not None and isinstance(found, Aggregate):
+            arrays.setdefault(found.array)
+        return known or _shortened(found)
+
+    def bound(node: Aggregate, array: Expr, visit: Callable[[Expr], Expr]) -> Expr:
+        return strict(node, (array, *node.operands[1:]))
+
+    lazy = any(isinstance(part, Binary) and part.operation.is_lazy for part in walk(operand))
+    known = fold(operand, lambda node: node, strict, bound=bound)
+    if known == FALSE:
+        return FALSE
+    if known == TRUE and not lazy:
+        return conjunction(Holds(array) for array in arrays if may_be_undefined(array))
+    return expr
+
+
+def _nothing(leaf: Leaf) -> Value | None:
+    raise AssertionError(f"{leaf} is not a constant")

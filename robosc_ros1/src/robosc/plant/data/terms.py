@@ -1,0 +1,335 @@
+"""Terms: the tests of data in conditions, which the plant represents by finitely many outcomes.
+
+Data are unbounded numbers, strings, and what is computed from them. A comparison of a variable or a
+part of ``value`` with a constant is kept; its term is that variable or part. So is a conversion to
+an enum whose rules are such comparisons. Any other test becomes a
+:class:`~robosc.expr.tree.TestRef`, a boolean or compared with a constant. A parameter is a test
+with an unknown outcome that never changes. ``A.x > A.y``, ``A.y < A.x`` and ``A.x <= A.y`` all
+compare the *order* of x and y with 0, so that conditions which exclude each other in the data do so
+in the plant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeAlias
+
+from robosc.expr.by_identity import ByIdentity
+from robosc.expr.evaluation import evaluate
+from robosc.expr.presence import condition_on_data
+from robosc.expr.traversal import (
+    may_be_undefined,
+    parameters_of,
+    reads_value,
+    rewritten,
+    walk,
+    with_operands,
+)
+from robosc.expr.tree import (
+    Binary,
+    ChoiceRef,
+    Convert,
+    ElementRef,
+    Expr,
+    Holds,
+    Leaf,
+    Literal,
+    Operation,
+    ParameterRef,
+    Part,
+    PhaseRef,
+    StateRef,
+    TestRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    condition_of,
+)
+from robosc.expr.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    ObjectType,
+    StringType,
+    Type,
+    Value,
+    domain,
+    is_number,
+)
+from robosc.language.operators import MIRRORED
+from robosc.plant.data.cases import by_state, by_value, reads_arrays, reads_states
+from robosc.plant.formulas import conjunction, disjunction, negation
+
+Term: TypeAlias = VariableRef | ValueRef | TestRef
+
+_BOOLEAN = BooleanType()
+
+
+def is_constant(expr: Expr) -> bool:
+    """Whether an expression has no variable parts."""
+    reads = any(not isinstance(part, Literal | Operation) for part in walk(expr))
+    return not reads and not reads_parameters(expr)
+
+
+def reads_parameters(expr: Expr) -> bool:
+    """Whether an expression reads parameters, also in the rules of enums."""
+    return any(True for _ in parameters_of(expr))
+
+
+def reads_data(expr: Expr) -> bool:
+    """Whether the value of an expression depends on data that are not finite."""
+    return any(
+        reads_parameters(part)
+        if isinstance(part, Convert)
+        else domain(part.type) is None and not isinstance(part, Literal | Operation | ElementRef)
+        for part in walk(expr)
+    )
+
+
+def compared_in_rules(expr: Convert) -> list[tuple[str, Expr]] | None:
+    """Return the operators and constants of the comparisons in the rules of an enum.
+
+    None if the rules have other conditions, or if the argument is not a variable or a part of
+    ``value``.
+    """
+    if not isinstance(expr.argument, VariableRef | ValueRef) or not expr.type.rules:
+        return None
+    found: list[tuple[str, Expr]] = []
+    work: list[Expr] = [condition_of(rule) for rule in expr.type.rules]
+    while work:
+        match work.pop():
+            case Unary(operator="!", operand=operand):
+                work.append(operand)
+            case Binary(left=left, right=right) as both if both.operation.is_lazy:
+                work += [left, right]
+            case part:
+                match compared_with_constant(part):
+                    case operator, ValueRef(path=()) as value, constant if (
+                        domain(value.type) is None
+                    ):
+                        found.append((operator, constant))
+                    case _:
+                        return None
+    return found
+
+
+def compared_with_constant(expr: Expr) -> tuple[str, Expr, Expr] | None:
+    """Return a comparison with a constant as operator, left operand and constant, else None.
+
+    The operator is mirrored if the constant is the left operand.
+    """
+    match expr:
+        case Binary(operator=operator, left=left, right=right) if operator in MIRRORED:
+            if is_constant(right):
+                return operator, left, right
+            if is_constant(left):
+                return MIRRORED[operator], right, left
+    return None
+
+
+def order(left: Value, right: Value) -> Value:
+    """Return the order of two numbers: -1.0, 0.0, 1.0, or NaN."""
+    if left != left or right != right:
+        return float("nan")
+    return float((left > right) - (left < right))  # type: ignore[operator]
+
+
+def value_of(test: TestRef, lookup: Callable[[Leaf], Value | None]) -> Value:
+    """Return the outcome of a test for given data.
+
+    Raises:
+        Undefined: it reads missing data.
+    """
+    subject = evaluate(test.subject, lookup)
+    return subject if test.other is None else order(subject, evaluate(test.other, lookup))
+
+
+def type_of_part(type_: Type, path: tuple[str | int, ...]) -> Type | None:
+    """Return the type of a part of a received value."""
+    found: Type | None = type_
+    for step in path:
+        match found:
+            case ArrayType(element=element) if isinstance(step, int):
+                found = element
+            case ObjectType() if isinstance(step, str):
+                found = found.property(step)
+            case _:
+                return None
+    return found
+
+
+def sides_of(expr: Expr) -> tuple[Expr, ...]:
+    """Return the operands of a comparison, or else the expression itself."""
+    if isinstance(expr, Binary) and expr.operation.is_comparison:
+        return expr.operands
+    return (expr,)
+
+
+def element_asked_for(test: Expr) -> Part | None:
+    """Return the part of a variable that a test compares with a constant; None if it is another
+    test."""
+    if not isinstance(test, Holds):
+        return None
+    asked = test.operand
+    while isinstance(asked, Unary) and asked.operator == "!":
+        asked = asked.operand
+    sides = [side for side in sides_of(asked) if not is_constant(side)]
+    found = sides[0] if len(sides) == 1 else None
+    found = found.argument if isinstance(found, Convert) else found
+    return found if isinstance(found, Part) and isinstance(found.operand, VariableRef) else None
+
+
+def kept_where_undefined(variable: VariableRef, value: Expr) -> Expr:
+    """Return the value of a boolean variable after an assignment that leaves it if undefined.
+
+    That is expressed only if each comparison reads one part of a variable, which the plant
+    represents, or finite values. Otherwise this returns ``value`` itself, which may be undefined.
+    """
+    if not isinstance(variable.type, BooleanType):
+        return value
+    true, false = (condition_on_data(e) for e in (value, Unary("!", value, _BOOLEAN)))
+    asked = [part for side in (true, false) for part in walk(side) if isinstance(part, Holds)]
+    if not asked or any(reads_data(p) and element_asked_for(p) is None for p in asked):
+        return value
+    return disjunction([true, conjunction([variable, negation(false)])])
+
+
+def replaces_undefined(part: Expr) -> bool:
+    """Whether this is defined where its operand may not be."""
+    return isinstance(part, Holds) or (isinstance(part, Binary) and part.operator == "else")
+
+
+def is_presence(subject: Expr) -> bool:
+    """Whether this tests that a variable has a value."""
+    return isinstance(subject, Holds) and isinstance(subject.operand, VariableRef)
+
+
+def is_there(subject: Expr) -> bool:
+    """Whether this tests the presence of data that are always present."""
+    return (
+        isinstance(subject, Holds)
+        and isinstance(subject.operand.type, ArrayType | ObjectType)
+        and not may_be_undefined(subject.operand)
+    )
+
+
+class Terms:
+    """Finds the terms of expressions; ``text`` gives the model text of an expression."""
+
+    def __init__(self, text: Callable[[Expr], str]) -> None:
+        self._text = text
+        self._pairs: dict[tuple[Expr, Expr], TestRef] = {}
+        self._finite: ByIdentity[Expr] = ByIdentity()
+
+    def finite(self, expr: Expr) -> Expr:
+        """Return a deciding expression with tests of data replaced by terms, which read no state.
+
+        Results are cached, since the requirements of component copies share expressions.
+        """
+        return self._finite.of(expr, self._new_finite)
+
+    def _new_finite(self, expr: Expr) -> Expr:
+        match expr:
+            case Unary(operator="!", operand=operand):
+                return replace(expr, operand=self.finite(operand))
+            case Binary(operator=operator, left=left, right=right) if operator != "else":
+                if operator not in MIRRORED or isinstance(left.type, BooleanType):
+                    return replace(expr, left=self.finite(left), right=self.finite(right))
+                if reads_data(expr) and reads_states(expr):
+                    return self._by_states(expr)
+                if isinstance(left.type, EnumType) and (reads_data(expr) or not reads_arrays(expr)):
+                    return replace(expr, left=self.finite(left), right=self.finite(right))
+                return self._comparison(expr) if reads_data(expr) else self._whole(expr)
+            case VariableRef() | ValueRef() | StateRef() | PhaseRef() | Literal():
+                return expr
+            case Convert() if compared_in_rules(expr) is not None:
+                return expr
+        if not reads_data(expr):
+            return self._whole(expr)
+        if isinstance(expr.type, BooleanType) or not reads_states(expr):
+            return self._free(expr)
+        return self.choice(self.computed(expr))  # only assigned: no later state depends on it
+
+    def _free(self, expr: Expr) -> Expr:
+        """Return a test whose outcome the plant does not derive from what it reads."""
+        return self._by_states(expr) if reads_states(expr) else self._seen(self.computed(expr))
+
+    def _by_states(self, expr: Expr) -> Expr:
+        """Return a test that also reads states as one test for each of these states."""
+        cases = [(state, self.finite(test)) for state, test in by_state(expr)]
+        if len({test for _, test in cases}) == 1:
+            return cases[0][1]
+        return disjunction(conjunction(case) for case in cases)
+
+    def _whole(self, expr: Expr) -> Expr:
+        """Return an expression over finite values, with parameters as terms of the state.
+
+        Engines have no arrays, so expressions over arrays of finite values are replaced.
+        """
+
+        if any(
+            isinstance(p, ParameterRef) and isinstance(p.type, ArrayType | ObjectType)
+            for p in walk(expr)
+        ):
+            of_boolean = isinstance(expr.type, BooleanType)
+            return self._free(expr) if of_boolean else self.choice(self.computed(expr))
+
+        def leaf(node: Literal | Leaf) -> Expr:
+            return self.computed(node) if isinstance(node, ParameterRef) else node
+
+        found = rewritten(expr, leaf) if reads_parameters(expr) else expr
+        if not reads_arrays(expr):
+            return found
+        if isinstance(expr.type, BooleanType):
+            written = by_value(found)
+            return self._free(expr) if written is None else written
+        if isinstance(expr, Operation) and domain(expr.type) is None:  # of parts with ranges
+            return with_operands(expr, tuple(map(self._whole, expr.operands)))
+        return self.choice(self.computed(expr))  # it is assigned
+
+    def _comparison(self, expr: Binary) -> Expr:
+        if is_constant(expr.right):
+            return replace(expr, left=self.term(expr.left))
+        if is_constant(expr.left):
+            return replace(expr, right=self.term(expr.right))
+        if isinstance(expr.left.type, StringType):
+            same = self._seen(self.computed(replace(expr, operator="=")))
+            return same if expr.operator == "=" else Unary("!", same, _BOOLEAN, expr.span)
+        test, swapped = self.pair(expr.left, expr.right)
+        operator = MIRRORED[expr.operator] if swapped else expr.operator
+        return Binary(operator, self._seen(test), Literal(0, IntegerType()), _BOOLEAN, expr.span)
+
+    def term(self, expr: Expr) -> Term:
+        """Return the term of a number or a string that is compared with constants."""
+        if isinstance(expr, VariableRef | ValueRef):
+            return expr
+        return self._seen(self.computed(expr))
+
+    def computed(self, expr: Expr) -> TestRef:
+        return TestRef(expr, None, expr.type, self._text(expr))
+
+    def pair(self, left: Expr, right: Expr) -> tuple[TestRef, bool]:
+        """Return the test of the order of two numbers, and whether its operands are exchanged."""
+        if (right, left) in self._pairs:
+            return self._pairs[right, left], True
+        if (left, right) not in self._pairs:
+            both = [left.type, right.type]
+            integers = all(is_number(t) and isinstance(t, IntegerType) for t in both)
+            type_: Type = IntegerType() if integers else DoubleType()
+            name = f"compare({self._text(left)}, {self._text(right)})"
+            self._pairs[left, right] = TestRef(left, right, type_, name)
+        return self._pairs[left, right], False
+
+    def _seen(self, test: TestRef) -> TestRef | ChoiceRef:
+        """Return the test, or a choice if it reads ``value``, which is known only at the event.
+
+        A test that may be undefined, which occurs only in assignments, is a choice, too.
+        """
+        at_event = any(reads_value(side) or may_be_undefined(side) for side in test.sides)
+        return self.choice(test) if at_event else test
+
+    def choice(self, test: TestRef) -> ChoiceRef:
+        return ChoiceRef((test.name,), test.type, test=test)

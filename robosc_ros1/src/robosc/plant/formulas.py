@@ -1,0 +1,367 @@
+"""Transformations of resolved expressions: to other expressions, to model text, to Python."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Collection, Iterable
+from typing import Any, NamedTuple
+
+from robosc.expr.presence import asked_for, with_presence_written
+from robosc.expr.quantified import chain
+from robosc.expr.traversal import fold, may_be_undefined, walk, with_operands, without_last
+from robosc.expr.tree import (
+    FALSE,
+    TRUE,
+    Aggregate,
+    Binary,
+    Call,
+    ChoiceRef,
+    Convert,
+    Count,
+    ElementRef,
+    Expr,
+    Holds,
+    Leaf,
+    Literal,
+    Made,
+    Operation,
+    ParameterRef,
+    Part,
+    PhaseRef,
+    StateRef,
+    TestRef,
+    ValueRef,
+    VariableRef,
+    opposite,
+)
+from robosc.expr.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    ObjectType,
+    StringType,
+    Type,
+)
+from robosc.language.keywords import escape
+from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY, Spelled
+from robosc.model.entities import Robot
+from robosc.names import copy_name
+from robosc.plant.composites import with_composites
+from robosc.plant.counting import copies_of, with_counts
+from robosc.runtime.values import NOW
+
+_BOOLEAN = BooleanType()
+
+
+def negation(expr: Expr) -> Expr:
+    """Return ``!expr``; for a comparison, the opposite comparison."""
+    if isinstance(expr, Binary) and expr.operation.negation:
+        return Binary(expr.operation.negation, expr.left, expr.right, _BOOLEAN)
+    return opposite(expr)
+
+
+def conjunction(parts: Iterable[Expr]) -> Expr:
+    """Return the conjunction without repeated and constant parts; TRUE if none is left."""
+    return _simplified("and", parts, TRUE, FALSE)
+
+
+def disjunction(parts: Iterable[Expr]) -> Expr:
+    """Return the disjunction without repeated and constant parts; FALSE if none is left."""
+    return _simplified("or", parts, FALSE, TRUE)
+
+
+def _simplified(operator: str, parts: Iterable[Expr], unit: Literal, zero: Literal) -> Expr:
+    distinct = [*parts]
+    if len(distinct) > 1:  # hashing traverses expressions, which may be large
+        distinct = [*dict.fromkeys(distinct)]
+    kept = [p for p in distinct if p != unit]
+    if zero in kept:
+        return zero
+    return chain(operator, kept) if kept else unit
+
+
+class Junction(NamedTuple):
+    """A conjunction or disjunction of two expressions with their polarity (False: negated)."""
+
+    conjunctive: bool
+    parts: tuple[tuple[Expr, bool], tuple[Expr, bool]]
+
+
+def junction(expr: Expr, polarity: bool) -> Junction | None:
+    """Return the operands of an ``and``, ``or`` or ``=>``, or (``polarity`` False) of its negation.
+
+    None for any other expression.
+    """
+    if not isinstance(expr, Binary) or expr.operation.decider is None:
+        return None
+    operation = expr.operation
+    conjunctive = polarity != operation.decided
+    left = operation.decider != conjunctive
+    return Junction(conjunctive, ((expr.left, left), (expr.right, polarity)))
+
+
+def exact(expr: Expr) -> Expr:
+    """Return the expression with the terms of the plant replaced by the data that they test."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        test = _test(node)
+        return node if test is None else test.subject
+
+    def operation(node: Operation, operands: tuple[Expr, ...]) -> Expr:
+        test = _test(node.left) if isinstance(node, Binary) else None
+        if test is None or test.other is None:
+            return with_operands(node, operands)
+        return Binary(node.operator, test.subject, test.other, node.type, node.span)
+
+    return fold(expr, leaf, operation)
+
+
+def _test(expr: Expr) -> TestRef | None:
+    match expr:
+        case TestRef():
+            return expr
+        case ChoiceRef(test=test):
+            return test
+    return None
+
+
+# --- DSL text ------------------------------------------------------------------------------------
+
+_ATOM = 9
+_UNARY_LEVEL = UNARY["!"].level
+
+
+def to_dsl(
+    expr: Expr,
+    robot: Robot,
+    spelled: Callable[[Leaf], str | None] = lambda leaf: None,
+    *,
+    is_part: bool = False,
+) -> str:
+    """Return the expression as model text, as in a requirement.
+
+    Tests of the plant are written as the model has them. ``spelled`` may give a leaf another text.
+    ``is_part``: the text is to be used within a requirement, not as the whole condition.
+    """
+    component_names = {component.name for component in robot.components}
+
+    def leaf(node: Leaf) -> str:
+        match node:
+            case _ if (text := spelled(node)) is not None:
+                return text
+            case TestRef(name=name) | ChoiceRef(path=(str(name),)):
+                return name
+            case (
+                VariableRef(component=component, variable=name)
+                | StateRef(component=component, state=name)
+            ):
+                path = ".".join(map(escape, name.split(".")))
+                return f"{escape(component)}.{path}"
+            case ParameterRef(parameter=parameter):
+                return ".".join(escape(part) for part in parameter.key.split("."))
+            case PhaseRef(communication=key, phase=phase):
+                name = robot.display_names[key]
+                name = key if name in component_names else name
+                return ".".join(escape(part) for part in name.split(".")) + f".{phase}"
+            case ValueRef(path=path):
+                return "value" + _parts(path)
+            case ElementRef(variable=name, path=path):
+                return escape(name) + _parts(path)
+
+    def of_leaf(node: Literal | Leaf) -> Spelled:
+        if isinstance(node, Count):
+            return _count_text(
+                node, lambda one: to_dsl(one, robot, spelled, is_part=True), component_names
+            )
+        if not isinstance(node, Literal):
+            return Spelled(leaf(node), _ATOM)
+        negative = not isinstance(node.value, bool | str) and str(node.value)[0] == "-"
+        return Spelled(_constant_text(node.value, node.type), _UNARY_LEVEL if negative else _ATOM)
+
+    def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
+        match node:
+            case Convert(argument=argument, type=enum):
+                if _is_element(argument, enum):
+                    return operands[0]
+                own = enum.origin == robot.name
+                name = enum.name if own else f"{escape(enum.origin)}.{enum.name}"
+                return Spelled(f"{name}({operands[0].text})", _ATOM)
+            case Part(path=path):
+                return Spelled(f"{operands[0]:{_ATOM}}{_parts(path)}", _ATOM)
+            case Made(names=names):
+                parts = [text.text for text in operands]
+                named = [f"{escape(n)}: {p}" for n, p in zip(names, parts, strict=False)]
+                listed = f"{{ {', '.join(named)} }}" if names else f"[{', '.join(parts)}]"
+                return Spelled(listed, _ATOM)
+            case Holds():
+                return Spelled(f"defined({text_of(asked_for(node))})", _ATOM)
+            case Call(operator="sector", operands=(ranges, *_)) if scan := without_last(ranges):
+                operands = (Spelled(text_of(scan), _ATOM), *operands[-2:])
+        return node.operation.text.of(operands)
+
+    def of_aggregate(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
+        names = ", ".join(filter(None, (node.position, node.variable)))
+        through = f"{visit(node.element).text} for {names} in {array.text}"
+        condition = "" if node.condition is None else f" if {visit(node.condition).text}"
+        return node.operation.text.of([Spelled(f"{through}{condition}", _ATOM)])
+
+    def text_of(written: Expr) -> str:
+        return fold(written, of_leaf, of_operation, bound=of_aggregate).text
+
+    named = with_composites(exact(with_counts(expr)), robot)
+    return text_of(with_presence_written(named, not is_part))
+
+
+def _is_element(argument: Expr, enum: EnumType) -> bool:
+    """Whether it is an element of an array of an enum: the model does not write its conversion."""
+    return (
+        isinstance(argument, Call)
+        and argument.operator == "element"
+        and argument.operands[0].type == ArrayType(enum)
+    )
+
+
+def _count_text(count: Count, text: Callable[[Expr], str], components: Collection[str]) -> Spelled:
+    """``count(s.served for s in Station[1..3]) < 2``, or ``count(x for x in [A.busy, …]) < 2``."""
+    copies = copies_of(count)
+    texts = [text(one) for one in count.conditions[: 1 if copies else None]]
+    words = {word for text in texts for word in re.findall(r"\w+", text)} | {*components}
+    letter = "x" if copies is None else copies[0][0].lower()
+    name = next(n for n in (letter * length for length in range(1, 99)) if n not in words)
+    if copies is None:
+        inner = f"({name} for {name} in [{', '.join(texts)}])"
+    else:
+        kind, low = copies
+        high = low + len(count.conditions) - 1
+        is_whole = {copy_name(kind, low - 1), copy_name(kind, high + 1)}.isdisjoint(components)
+        array = escape(kind) if is_whole else f"{escape(kind)}[{low}..{high}]"
+        # The text of a name with its index occurs nowhere else.
+        element = texts[0].replace(f"{copy_name(kind, low)}.", f"{name}.")
+        inner = f"({element} for {name} in {array})"
+    if count.least in (1, len(count.conditions)):
+        function = "any" if count.least == 1 else "all"
+        return Spelled("!" * count.negated + function + inner, _UNARY_LEVEL)
+    sign = "<" if count.negated else ">="
+    return Spelled(f"count{inner} {sign} {count.least}", BINARY[sign].level)
+
+
+def _parts(path: tuple[str | int, ...]) -> str:
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{escape(part)}" for part in path)
+
+
+def _constant_text(value: Any, type_: Type) -> str:
+    if isinstance(value, dict):
+        fields = dict(type_.properties) if isinstance(type_, ObjectType) else {}
+        parts = (f"{escape(n)}: {_constant_text(v, fields[n])}" for n, v in value.items())
+        return "{ " + ", ".join(parts) + " }"
+    if isinstance(value, tuple):
+        element = type_.element if isinstance(type_, ArrayType) else type_
+        return f"[{', '.join(_constant_text(v, element) for v in value)}]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if value is NOW:
+        return str(value)
+    if isinstance(value, str):
+        if isinstance(type_, StringType):
+            escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+            return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
+        return escape(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return f"({0 if value != value else math.copysign(1.0, value):g} / 0)"
+    text = repr(value)
+    # Exponents as people write them: 1E16, not 1e+16.
+    return text.replace("e+", "E").replace("e-", "E-") if isinstance(value, float) else text
+
+
+# --- Python text ---------------------------------------------------------------------------------
+
+
+def may_be_huge(expr: Expr) -> bool:
+    """Whether this is an integer that may be too large for a double.
+
+    Received integers have at most 64 bits, so that takes a variable without a range, or a product
+    of more than twelve factors.
+    """
+    if not isinstance(expr.type, IntegerType):
+        return False
+    parts = list(walk(expr))
+    factors = sum(isinstance(part, Binary) and part.operator == "*" for part in parts)
+    return factors > 12 or any(
+        isinstance(part, VariableRef) and part.type == IntegerType() for part in parts
+    )
+
+
+def to_python(
+    expr: Expr,
+    leaf: Callable[[Leaf], str],
+    literal: Callable[[Literal], str] = lambda node: repr(node.value),
+    convert: Callable[[EnumType, str], str] | None = None,
+    part: Callable[[Part, str], str] | None = None,
+) -> str:
+    """Return the expression as Python source.
+
+    ``leaf``, ``literal``, ``convert`` and ``part`` give the texts of these nodes.
+
+    Division is written ``divide(a, b)``, and an integer that may be too large for the other
+    operand, a double, ``widen(a)``: the namespace of the text must have the functions of
+    ``HELPERS``. Texts of nodes that are not atomic (``a == b``) must include their parentheses.
+    """
+
+    def of_leaf(node: Literal | Leaf) -> Spelled:
+        if not isinstance(node, Literal):
+            return Spelled(leaf(node), PYTHON_ATOM)
+        spelled = literal(node)
+        return Spelled(spelled, PYTHON_ATOM - spelled.startswith("-"))
+
+    def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
+        operation = node.operation
+        if isinstance(node, Convert):
+            assert convert is not None
+            return Spelled(convert(node.type, operands[0].text), PYTHON_ATOM)
+        if isinstance(node, Part):
+            assert part is not None
+            return Spelled(part(node, operands[0].text), PYTHON_ATOM)
+        if isinstance(node, Made):
+            parts = [text.text for text in operands]
+            names = [literal(Literal(name, StringType())) for name in node.names]
+            named = [f"{n}: {p}" for n, p in zip(names, parts, strict=False)]
+            listed = f"{{{', '.join(named)}}}" if named else f"[{', '.join(parts)}]"
+            return Spelled(listed, PYTHON_ATOM)
+        if isinstance(node.type, DoubleType) and operation.python.level < PYTHON_ATOM:
+            operands = tuple(
+                Spelled(f"widen({text.text})", PYTHON_ATOM) if may_be_huge(part) else text
+                for part, text in zip(node.operands, operands, strict=True)
+            )
+        return operation.python.of(operands)
+
+    return fold(expr, of_leaf, of_operation, bound=_through_array).text
+
+
+def _through_array(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
+    """Return an aggregate as a function of a list comprehension without undefined elements."""
+    name, items, of_pair = element_name(node.variable), array.text, "{}"
+    if node.position:
+        name = f"{element_name(node.position)}, {name}"
+        items, of_pair = f"enumerate({items})", "spread({})"
+    element = visit(node.element)
+    condition = None if node.condition is None else visit(node.condition).text
+    if condition is not None and node.condition is not None and may_be_undefined(node.condition):
+        test = of_pair.format(f"lambda {name}: {condition}")
+        items, condition = f"where({test}, {items})", None
+    kept = "" if condition is None else f" if {condition}"
+    if may_be_undefined(node.element) and not node.makes_array:
+        chosen = f"[({name}) for {name} in {items}{kept}]" if kept else items
+        results = f"defined({of_pair.format(f'lambda {name}: {element.text}')}, {chosen})"
+    elif element.text == name and not kept and not node.makes_array:
+        results = items
+    else:
+        results = f"[{element.text} for {name} in {items}{kept}]"
+    return node.operation.python.of([Spelled(results, PYTHON_ATOM)])
+
+
+def element_name(variable: str) -> str:
+    """Return the Python name of an aggregate's variable: no keyword, no name of the runtime."""
+    return f"{variable}_"

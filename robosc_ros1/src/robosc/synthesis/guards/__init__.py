@@ -1,0 +1,1 @@
+"""Guards as short expressions of the language."""

@@ -1,0 +1,252 @@
+"""Guards as short expressions of the language.
+
+Synthesis gives each controllable event a set of states; users want a condition. Where the
+requirements alone give the same set, their expression is the guard. Otherwise the guard is found by
+two-level minimisation: it is exact in every state of the controlled system in which the plant can
+do the event (the care set), and unspecified elsewhere. State variables that are not needed are
+dropped one after another, and what is left is written as a sum of products
+(:mod:`robosc.synthesis.guards.minimise`). If the result is long, alternatives are tried, and the
+shortest one is taken: a comparison of two values, a count of components (also together with a
+condition on the event's own state variables), and the weakest precondition of the state
+requirements, where that is exact.
+
+Engines pass their sets as a :class:`CareSet`; nothing here depends on their representation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Any, Protocol
+
+from robosc.expr.traversal import operands, walk
+from robosc.expr.tree import FALSE, TRUE, Binary, Count, Expr, Unary
+from robosc.plant.automaton import Event, Plant, VariableKind
+from robosc.plant.counting import copies_of, with_counts
+from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.supervisor import Guard, Status
+from robosc.synthesis.guards.dropping import drop
+from robosc.synthesis.guards.lasting_counts import lasting_counts
+from robosc.synthesis.guards.precondition import next_precondition, precondition
+from robosc.synthesis.guards.sum_of_products import TooLarge
+from robosc.synthesis.vectorised import event_support, step_support, support
+
+_SMALL = 2**6
+"""Combinations up to which a cover is computed without trying anything else before."""
+_LARGE = 2**9
+"""Combinations above which a cover takes longer than to try preconditions."""
+_LONG = 40
+"""Length (:func:`_length`) above which a shorter guard is looked for."""
+
+
+class CareSet(Protocol):
+    """States in which an event is allowed, and states in which it is refused.
+
+    ``parts`` are the groups of state variables that are not projected away yet; a group is kept or
+    projected away as a whole.
+    """
+
+    @property
+    def parts(self) -> tuple[tuple[int, ...], ...]: ...
+
+    def without(self, parts: Sequence[tuple[int, ...]]) -> CareSet | None:
+        """Return the projection without some parts; None if the two sets would then overlap."""
+
+    def within(self, allowed: Expr, refused: Expr) -> CareSet | None:
+        """Return the sets, each restricted to a condition; None if that is too costly."""
+
+    def separates(self, condition: Expr) -> bool:
+        """Whether a condition holds where the event is allowed and fails where it is refused."""
+
+    @property
+    def size(self) -> int:
+        """The number of combinations of values of all parts."""
+
+    def condition(self, order: Callable[[int], Any]) -> Expr:
+        """Return a condition that separates the sets.
+
+        State variables that it can do without are dropped, the first by ``order`` first.
+
+        Raises:
+            TooLarge: it would be too long.
+        """
+
+
+@dataclass(frozen=True)
+class GuardInputs:
+    """What an engine computed for a controllable event, over states of the controlled system.
+
+    ``required`` is the number of states in which the plant can do it and the requirements allow it;
+    ``enabled`` the number of those in which it is allowed under control. The functions return the
+    care set whose refused states are among those that the requirements allow
+    (``within_requirement``), or among all in which the plant can do it (``within_plant``).
+    """
+
+    required: int
+    enabled: int
+    within_requirement: Callable[[], CareSet]
+    within_plant: Callable[[], CareSet]
+
+
+def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
+    """Return the guard of a controllable event."""
+    required = event.requirement or TRUE
+    if inputs.enabled == 0:
+        return Guard(event, FALSE, required, "never")
+    if inputs.enabled == inputs.required:
+        return Guard(event, required, required, "as required")
+    status: Status = "restricted"
+    extra = _condition(plant, event, inputs.within_requirement())
+    together = conjunction(operands(conjunction([required, extra]), "and"))
+    if event.requirement is None:
+        return Guard(event, together, required, status)
+    fresh = _condition(plant, event, inputs.within_plant())
+    shorter = fresh if _length(fresh) < _length(together) else together
+    return Guard(event, shorter, required, status)
+
+
+def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
+    rank = _variable_order(plant, event)
+    candidates = chain(_counts(plant, event), _comparisons(plant, event))
+    found = [one for one in candidates if care_set.separates(one)][:1]
+    if found and care_set.size > _SMALL:
+        return found[0]
+    left = _pruned(care_set, rank)
+    if left.size <= _SMALL or (len(left.parts) < 3 and left.size <= _LARGE):
+        found += _attempt(left, rank)
+        if (short := _short(found)) is not None:
+            return short
+    counts = _counts(plant, event, lasting=True)
+    beside = [_beside(plant, event, care_set, count, rank) for count in counts]
+    found += [one for one in beside if one is not None]
+    if (short := _short(found)) is not None:
+        return short
+    demanded = _demanded(plant, event, care_set)
+    if demanded is not None:
+        found.append(demanded)
+        if _length(demanded) <= _LONG:
+            return min(found, key=_length)
+    if not found:
+        found = _attempt(left, rank)
+    if not found:
+        raise TooLarge(f"the guard of {event.name} would be too long")
+    return min(found, key=_length)
+
+
+def _counts(plant: Plant, event: Event, lasting: bool = False) -> Iterator[Expr]:
+    """Yield candidate guards for an event that changes how many components are in a state.
+
+    With ``lasting``, also for one after which uncontrollable events may change that number.
+    """
+    for condition in plant.tighter_counts:
+        if not event.writes.isdisjoint(support(plant, condition)):
+            yield condition
+    for invariant, _ in plant.invariants if lasting else ():
+        for condition in lasting_counts(plant, invariant):
+            if not event.writes.isdisjoint(support(plant, condition)):
+                yield condition
+
+
+def _comparisons(plant: Plant, event: Event) -> Iterator[Expr]:
+    """Yield how two values may compare that a state requirement on the event compares."""
+    concerned = [
+        condition
+        for condition, _ in plant.invariants
+        if not event.writes.isdisjoint(support(plant, condition))
+    ]
+    compared = dict.fromkeys(
+        node
+        for condition in concerned
+        for node in walk(condition)
+        if isinstance(node, Binary) and node.operation.is_comparison
+        if support(plant, node.left) and support(plant, node.right)
+    )
+    for node in compared:
+        if node.operator not in ("=", "!="):
+            yield from (replace(node, operator=operator) for operator in ("<", "<=", ">", ">="))
+    yield from (replace(node, operator="!=") for node in compared)
+
+
+def _beside(
+    plant: Plant, event: Event, care_set: CareSet, count: Expr, rank: Callable[[int], Any]
+) -> Expr | None:
+    """Return a guard ``needed and (free or count)``, both over the event's own variables."""
+    near = step_support(plant, event)
+    others = [part for part in care_set.parts if near.isdisjoint(part)]
+
+    def own(allowed: Expr, refused: Expr) -> Expr | None:
+        within = care_set.within(allowed, refused)
+        left = None if within is None else within.without(others)
+        if left is None or left.size > _LARGE:
+            return None
+        return next(iter(_attempt(_pruned(left, rank), rank)), None)
+
+    needed = own(TRUE, count)
+    if needed is None:
+        return None
+    full = negation(count)
+    free = own(full, conjunction([needed, full]))
+    return None if free is None else conjunction([needed, disjunction([free, count])])
+
+
+def _demanded(plant: Plant, event: Event, care_set: CareSet) -> Expr | None:
+    """Return the precondition of the state requirements, without superfluous parts, if exact."""
+    direct = precondition(plant, event)
+    if care_set.separates(direct):
+        return direct
+    parts = next_precondition(plant, event)
+    if not care_set.separates(conjunction(parts)):
+        return None
+
+    def without(left: Iterable[Expr], some: Sequence[Expr]) -> Iterable[Expr] | None:
+        fewer = [part for part in left if part not in some]
+        return fewer if care_set.separates(conjunction(fewer)) else None
+
+    return conjunction(drop(parts, parts, without))
+
+
+def _attempt(care_set: CareSet, rank: Callable[[int], Any]) -> list[Expr]:
+    try:
+        return [care_set.condition(rank)]
+    except TooLarge:
+        return []
+
+
+def _pruned(care_set: CareSet, rank: Callable[[int], Any]) -> CareSet:
+    """Return the projection without superfluous parts, the least useful dropped first."""
+    parts = sorted(care_set.parts, key=lambda part: max(rank(variable) for variable in part))
+    return drop(parts, care_set, lambda left, some: left.without(some))
+
+
+def _variable_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, bool, int]]:
+    near = event_support(plant, event)
+
+    def rank(variable: int) -> tuple[bool, bool, int]:
+        # A phase cannot be written in a model, so among equals it is dropped first.
+        return variable in near, plant.variables[variable].kind is not VariableKind.PHASE, -variable
+
+    return rank
+
+
+def _short(found: Sequence[Expr]) -> Expr | None:
+    """Return the shortest if it is not long; each length is computed once, since it takes time."""
+    lengths = [*map(_length, found)]
+    shortest = min(lengths, default=_LONG + 1)
+    return None if shortest > _LONG else found[lengths.index(shortest)]
+
+
+def _length(expr: Expr) -> int:
+    """Return how long a condition reads: two per leaf, one per negation."""
+    nodes = list(walk(with_counts(expr)))
+    leaves = sum(
+        _of_count(node) if isinstance(node, Count) else 2
+        for node in nodes
+        if not hasattr(node, "operator")
+    )
+    return leaves + sum(1 for node in nodes if isinstance(node, Unary))
+
+
+def _of_count(count: Count) -> int:
+    """Return the length of a count: three leaves, and one per condition of a written list."""
+    return 6 + (0 if copies_of(count) else len(count.conditions))

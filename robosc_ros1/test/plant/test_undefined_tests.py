@@ -1,0 +1,69 @@
+"""A test of data that may be undefined is one more thing that can come in: no guard holds then."""
+
+from __future__ import annotations
+
+import pytest
+from model.model_text import resolve
+
+from robosc.model.entities import EventKind
+from robosc.plant.build import lower
+from robosc.plant.step import outcome, valuations
+
+MODEL = """
+datatype object Data {{ ranges: array({}) n: integer }}
+interface data use Data from example_msgs
+component A {{
+    incoming message go with type: none
+    outgoing message data with type: Data links data
+    behaviour {{
+        initial state s {{ on response from data if {} goto t }}
+        marked state t {{}}
+    }}
+}}
+requirement go needs A.t
+"""
+
+
+@pytest.mark.parametrize(
+    ("element", "guard", "undefined"),
+    [
+        ("integer", "min(r for r in value.ranges) < 5", True),
+        ("double", "isnan(max(r for r in value.ranges))", True),
+        ("integer", "value.ranges[value.n] = 3", True),
+        ("integer", "value.ranges[2] = 3", True),
+        ("integer", "any(r > 5 for r in value.ranges)", False),
+        ("integer", "length(value.ranges) > 5", False),
+    ],
+)
+def test_what_may_be_undefined_may_be_missing(element: str, guard: str, undefined: bool) -> None:
+    plant = lower(resolve(MODEL.format(element, guard)))
+    (event,) = (e for e in plant.events if e.kind is EventKind.RESPONSE)
+    assert (None in event.parameters[0].values) == undefined
+
+
+def test_what_a_delayed_transition_computes_is_left_open() -> None:
+    plant = lower(
+        resolve(
+            """
+            component S {
+                outgoing message m with type: double
+                incoming message go with type: none
+                behaviour {
+                    variable x: double
+                    initial marked state a {
+                        on response from m do x := value
+                        after 1 s do x := x * 2 goto b
+                    }
+                    marked state b {}
+                }
+            }
+            requirement go needs S.x > 3
+            """
+        )
+    )
+    (event,) = (e for e in plant.events if e.kind is EventKind.AFTER)
+    targets = {outcome(plant, event, values, plant.initial) for values in valuations(event)}
+    assert {plant.variables[1].shown(target[1]) for target in targets} == {
+        "S.x > 3",
+        "!(S.x > 3)",
+    }
