@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from robosc import limits
 from robosc.source import Span
 
 
@@ -170,9 +171,6 @@ def _place(span: Span) -> str:
     return f"{span.source.path}:{span.line}:{span.column}"
 
 
-_WIDEST = 160
-
-
 def _excerpt(span: Span) -> tuple[str, str, str]:
     """The source line with its number, the white space that leads up to the carets, and these.
 
@@ -182,10 +180,10 @@ def _excerpt(span: Span) -> tuple[str, str, str]:
     text = span.source.line(span.line)
     start = span.column - 1
     end = span.end_column - 1 if span.end_line == span.line else len(text)
-    if len(text) > _WIDEST:
-        cut = max(0, min(start - _WIDEST // 4, len(text) - _WIDEST))
-        text = text[cut : cut + _WIDEST]
-        start, end = start - cut, min(end - cut, _WIDEST)
+    if len(text) > limits.SHOWN_COLUMNS:
+        cut = max(0, min(start - limits.SHOWN_COLUMNS // 4, len(text) - limits.SHOWN_COLUMNS))
+        text = text[cut : cut + limits.SHOWN_COLUMNS]
+        start, end = start - cut, min(end - cut, limits.SHOWN_COLUMNS)
     text = "".join(c if c == "\t" or c.isprintable() else "�" for c in text)
     lead = "".join(c if c == "\t" else " " for c in text[:start])
     number = f"{span.line:5} | "

@@ -11,6 +11,8 @@ import keyword
 import re
 import sys
 
+from robosc import limits
+
 IDENTIFIER = r"[A-Za-z_][A-Za-z0-9_]*"
 """An identifier as a regular expression, without the escape ``^``."""
 
@@ -62,12 +64,9 @@ def package_name_fault(name: str) -> str | None:
         return "Python has something of that name"
     if name == "robosc":
         return "that is robosc itself"
-    if len(name) > _LONGEST_PACKAGE:
-        return f"it is longer than {_LONGEST_PACKAGE} characters, which CMake cannot build"
+    if len(name) > limits.PACKAGE_NAME:
+        return f"it is longer than {limits.PACKAGE_NAME} characters, which CMake cannot build"
     return None
-
-
-_LONGEST_PACKAGE = 120
 
 
 def rostest_name(package: str) -> str:

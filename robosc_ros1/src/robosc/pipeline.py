@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from robosc import limits
 from robosc.errors import (
     OUT_OF_MEMORY,
     Diagnostic,
@@ -132,7 +133,7 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
     from robosc.synthesis.time_limit import processor_time
 
     try:
-        with processor_time(CHECK_SECONDS, options.progress) as progress:
+        with processor_time(limits.CHECK_SECONDS, options.progress) as progress:
             supervisor = synthesize(robot, progress=progress)
     except StateSpaceError as error:
         return Checked((*diagnostics, unchecked(robot, error)))
@@ -149,10 +150,6 @@ def unchecked(robot: Robot, error: StateSpaceError) -> Diagnostic:
     return Diagnostic(Severity.WARNING, "synthesis-unchecked", message, robot.span)
 
 
-CHECK_SECONDS = 20.0
-"""Processor time of synthesis in a check, which is asked for often."""
-
-
 def synthesize(
     robot: Robot,
     engine: str = "auto",
@@ -165,11 +162,10 @@ def synthesize(
         StateSpaceError: too large for the engine and the limit, or for the memory.
     """
     from robosc.plant.build import lower
-    from robosc.synthesis import DEFAULT_MAX_STATES
     from robosc.synthesis import synthesize as compute
 
     try:
-        return compute(lower(robot), engine, max_states or DEFAULT_MAX_STATES, progress)
+        return compute(lower(robot), engine, max_states or limits.DENSE_STATES, progress)
     except MemoryError:
         raise StateSpaceError(OUT_OF_MEMORY) from None
 

@@ -19,7 +19,7 @@ import pytest
 from families import switches
 from ros_support import SOURCES, Completed, await_condition, state_of
 
-from robosc import pipeline
+from robosc import limits, pipeline
 from robosc.synthesis.bdd.manager import available
 
 Robosc = Callable[..., Completed]
@@ -143,7 +143,7 @@ def test_ranges_that_nobody_can_enumerate(
     model: Callable[[str], str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(pipeline, "CHECK_SECONDS", math.inf)
+    monkeypatch.setattr(limits, "CHECK_SECONDS", math.inf)
     name = model(models.WIDE.replace("RANGE", values))
     done = robosc("check", "--json", name)
     assert code(done) == 0
@@ -163,7 +163,7 @@ def test_ranges_that_nobody_can_enumerate(
 def test_a_check_that_takes_too_long_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline, "CHECK_SECONDS", 0.0)
+    monkeypatch.setattr(limits, "CHECK_SECONDS", 0.0)
     (tmp_path / "good.rscd").write_text(models.GOOD, encoding="utf-8")
     checked = pipeline.check(tmp_path / "good.rscd")
     assert [d.code for d in checked.diagnostics] == ["synthesis-unchecked"]

@@ -11,7 +11,7 @@ import pytest
 from lsp_support import open_text
 from ros_support import EXAMPLES
 
-from robosc import pipeline
+from robosc import limits, pipeline
 from robosc.errors import Diagnostic
 from robosc.lsp.analysis import Desk
 from robosc.lsp.derived import Derived, answer, command, derived_from, moved, request_for
@@ -82,7 +82,7 @@ def test_broken_models_have_no_answer() -> None:
 
 def test_synthesis_that_is_left_out_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """In the words of ``check``."""
-    monkeypatch.setattr(pipeline, "CHECK_SECONDS", 0.0)
+    monkeypatch.setattr(limits, "CHECK_SECONDS", 0.0)
     source = Source(str(MODEL), TEXT)
     found = derived_from(source, json.dumps(answer(json.loads(request_for(source, [], {})))))
     assert found is not None

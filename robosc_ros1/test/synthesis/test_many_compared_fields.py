@@ -14,7 +14,7 @@ from synthesis.oracle import Oracle
 from synthesis.plants import plant_of
 from synthesis.subject import robot_of
 
-from robosc import pipeline
+from robosc import limits, pipeline
 from robosc.emit.export.cif import cif_plant
 from robosc.errors import StateSpaceError
 from robosc.expr.traversal import walk
@@ -22,7 +22,6 @@ from robosc.expr.tree import Expr, Operation
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.partial_evaluation import holds
 from robosc.plant.step import valuations
-from robosc.simulate import single
 from robosc.simulate.faults import Refused
 from robosc.synthesis import synthesize
 from robosc.synthesis.bdd.manager import available
@@ -110,7 +109,7 @@ def test_the_simulator_finds_a_path_by_some_of_the_values(monkeypatch: pytest.Mo
     player = session(pipeline.synthesize(robot_of(many(25, guards=True))))
     play(player, "goto Arm.busy")
     assert player.machine.state.components == {"Sensor": "full", "Arm": "busy"}
-    monkeypatch.setattr(single, "MOST_TRIED", 1000)
+    monkeypatch.setattr(limits, "PATH_EVENTS", 1000)
     with pytest.raises(Refused, match="no path was found by trying 1,000 events"):
         play(player, "goto Sensor.empty and Arm.busy")
 

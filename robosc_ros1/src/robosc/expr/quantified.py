@@ -6,14 +6,13 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Generic, TypeAlias, TypeVar
 
+from robosc import limits
 from robosc.expr.tree import FALSE, TRUE, Binary, Expr, opposite
 from robosc.expr.types import BooleanType
 from robosc.source import Span
 
 _Node = TypeVar("_Node")
 
-_MOST_NODES = 20_000
-"""The greatest number of nodes to which a count is expanded."""
 
 _CHAIN = 64
 """Chains up to this length are left-associative; longer trees of that form would be too high."""
@@ -79,7 +78,7 @@ def compared(conditions: Sequence[Expr], operator: str, number: int) -> Expr | N
         case _:
             exactly = cases.both(least(number), opposite(least(number + 1)))
             found = exactly if operator == "=" else opposite(exactly)
-    return None if cases.nodes > _MOST_NODES else found
+    return None if cases.nodes > limits.COUNT_NODES else found
 
 
 class Cases(Generic[_Node]):
@@ -100,7 +99,7 @@ class Cases(Generic[_Node]):
         """The condition that at least ``number`` of the conditions hold."""
         if number <= 0:
             return self._true
-        if number > len(parts) or self.nodes > _MOST_NODES:
+        if number > len(parts) or self.nodes > limits.COUNT_NODES:
             return self._false
         if number in (1, len(parts)):
             self.nodes += len(parts)

@@ -14,13 +14,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
+from robosc import limits
 from robosc.errors import Diagnostic, Severity
 from robosc.language.keywords import KEYWORDS, UNITS, Role, words_of
 from robosc.language.operators import infix_signs, symbols
 from robosc.source import Source, Span
-
-MAX_FAULTS = 100
-"""The lexical errors that are reported for one file before one that says that there are more."""
 
 _PLAIN, INTEGER, NUMBER, BAD_NUMBER, STRING = "n", "0", "1", "9", "s"
 _FIRST, _MARKED = 0x100, 0x100
@@ -244,7 +242,7 @@ def tokenize(source: Source, start: int = 0, end: int | None = None) -> Tokens:
         starts,
         ends,
         tuple(comments),
-        tuple(_fault(source, *fault) for fault in faults[: MAX_FAULTS + 1]),
+        tuple(_fault(source, *fault) for fault in faults[: limits.LEXICAL_ERRORS + 1]),
         tuple(place for _, place, _ in faults),
         open_end=bool(faults) and faults[-1][0] == "block",
     )

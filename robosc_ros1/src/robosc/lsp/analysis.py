@@ -10,6 +10,7 @@ from functools import cached_property
 from itertools import islice
 from pathlib import Path
 
+from robosc import limits
 from robosc.errors import Diagnostic, UsageError
 from robosc.lsp.carriers import carriers
 from robosc.lsp.context import Context, Landmarks, context_at
@@ -24,11 +25,6 @@ from robosc.syntax.parser import read_source
 
 _LONG = 30_000
 """Characters from which on reading a text takes longer than the pause between two keys."""
-
-_MOST_FILES = 500
-_MOST_FOLDERS = 3000
-"""A search for references looks at no more model files, in no more folders, than these: an editor
-may be open on a whole home."""
 
 
 READING = threading.Lock()
@@ -206,7 +202,7 @@ class Desk:
             seen.setdefault(os.path.realpath(file), file)
         for root in (os.path.dirname(path), *self.folders):  # noqa: PTH120
             for file in _model_files(root):
-                if len(seen) >= _MOST_FILES:
+                if len(seen) >= limits.SEARCHED_FILES:
                     break
                 seen.setdefault(os.path.realpath(file), file)
         yield from seen.values()
@@ -234,7 +230,7 @@ def _wants_library(analysis: Analysis) -> bool:
 
 def _model_files(root: str) -> Iterator[str]:
     """Below a folder, hidden ones and those of builds left out."""
-    for folder, inner, files in islice(os.walk(root), _MOST_FOLDERS):
+    for folder, inner, files in islice(os.walk(root), limits.SEARCHED_FOLDERS):
         inner[:] = sorted(
             f for f in inner if not f.startswith(".") and f not in ("build", "devel", "install")
         )

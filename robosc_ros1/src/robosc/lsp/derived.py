@@ -17,15 +17,13 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robosc import limits
 from robosc.errors import Diagnostic, Note, Severity, StateSpaceError
 from robosc.language.events import EventKind
 from robosc.source import Source, Span, common_ends
 
 if TYPE_CHECKING:
     from robosc.supervisor import Supervisor
-
-_MOST_STATES = 2**24
-"""Beyond this product, the editor leaves synthesis to ``check``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,8 +153,10 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
     if robot is None:
         return nothing
     try:
-        with processor_time(pipeline.CHECK_SECONDS, None) as limited:
-            supervisor = pipeline.synthesize(robot, max_states=_MOST_STATES, progress=limited)
+        with processor_time(limits.CHECK_SECONDS, None) as limited:
+            supervisor = pipeline.synthesize(
+                robot, max_states=limits.EDITOR_STATES, progress=limited
+            )
     except StateSpaceError as error:
         return {**nothing, "diagnostics": [_document(pipeline.unchecked(robot, error), source)]}
     return {

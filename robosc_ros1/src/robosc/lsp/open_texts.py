@@ -17,6 +17,7 @@ from typing import Any
 from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 
+from robosc import limits
 from robosc.errors import Diagnostic, sort_diagnostics
 from robosc.lsp import wire
 from robosc.lsp.analysis import Analysis, Desk
@@ -38,8 +39,6 @@ _QUIET = 0.03
 _REST = 0.5
 """Seconds without a keystroke until synthesis begins."""
 
-_PATIENCE = 300.0
-"""Seconds after which a process is given up that has not given up by itself."""
 
 _WATCHED = ("**/*.{rscd,rsc,msg,srv,action}", "**/package.xml")
 
@@ -321,7 +320,7 @@ async def _run(request: bytes) -> bytes | None:
         stderr=asyncio.subprocess.DEVNULL,
     )
     try:
-        answer, _ = await asyncio.wait_for(process.communicate(request), _PATIENCE)
+        answer, _ = await asyncio.wait_for(process.communicate(request), limits.EDITOR_SECONDS)
     except (TimeoutError, OSError):
         return None
     finally:

@@ -17,6 +17,7 @@ from typing import Any
 
 from lsprotocol import types
 
+from robosc import limits
 from robosc.errors import ModelError
 from robosc.lsp import semantic_tokens, wire
 from robosc.lsp.actions import Edit, actions_for
@@ -32,9 +33,6 @@ from robosc.model.names.occurrences import Occurrence
 from robosc.pipeline import collector_at_rest
 from robosc.source import Source, Span
 from robosc.syntax.format import format_text, format_tree
-
-_MOST_ITEMS = 200
-"""Of more completions, the editor gets the first, and asks again when more of the word is typed."""
 
 
 def serve(version: str, library_path: Sequence[str] = (), strict: bool = False) -> None:
@@ -260,12 +258,12 @@ class _Session(OpenTexts):
         typed = source.text[start:offset].lstrip("^").casefold()
         snippets = self._has_snippets()
         found = [c for c in complete(self._desk, path, offset) if snippets or c.kind != "snippet"]
-        if len(found) > _MOST_ITEMS:
+        if len(found) > limits.COMPLETIONS:
             found = [c for c in found if c.label.casefold().startswith(typed)]
         place = wire.range_(Span(source, start, offset), self._encoding)
         return types.CompletionList(
-            len(found) > _MOST_ITEMS,
-            [wire.completion_item(c, place, snippets) for c in found[:_MOST_ITEMS]],
+            len(found) > limits.COMPLETIONS,
+            [wire.completion_item(c, place, snippets) for c in found[: limits.COMPLETIONS]],
         )
 
     def _has_snippets(self) -> bool:

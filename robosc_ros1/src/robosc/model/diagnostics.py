@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
+from robosc import limits
 from robosc.codes import CODES
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.source import Span
 
 # Each search compares the name with all candidates; a model with more unknown names than this
-# gains nothing from further suggestions.
-_MOST_SEARCHES = 100
 
 
 class Report:
@@ -75,7 +74,7 @@ class Report:
     def nearest(self, name: str, candidates: Sequence[str]) -> str | None:
         """The candidate that a name was probably meant to be; None if there is none."""
         found = _same_but_for_case(name, candidates)
-        if found is None and self._searches < _MOST_SEARCHES:
+        if found is None and self._searches < limits.SUGGESTIONS:
             self._searches += 1
             found = next(iter(get_close_matches(name, candidates, 1, 0.6)), None)
             found = found or _extension(name, candidates)

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from robosc import limits
 from robosc.errors import Diagnostic, Note, Severity, at_most, has_errors, sort_diagnostics
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of
@@ -124,7 +125,7 @@ class _Loader:
         for library in self._libraries.values():
             # Warnings about a library are for its author, who gets them by checking the library.
             diagnostics += [d for d in library.diagnostics if d.severity is Severity.ERROR]
-        ordered = tuple(at_most(sort_diagnostics(diagnostics), _MOST_ERRORS))
+        ordered = tuple(at_most(sort_diagnostics(diagnostics), limits.ERRORS))
         robot = None if file.contents is None or has_errors(ordered) else file.contents.robot
         if file.contents is not None and file.contents.scope.node.kind == "library":
             robot = None
@@ -207,11 +208,11 @@ class _Loader:
                 f"library {name} imports itself: {cycle}",
                 "move what they share to a library of its own",
             )
-        elif len(self._open) > _DEEPEST_IMPORT:
+        elif len(self._open) > limits.IMPORTS:
             report.add(
                 "too-deep",
                 node.library.span,
-                f"libraries import libraries more than {_DEEPEST_IMPORT} levels deep",
+                f"libraries import libraries more than {limits.IMPORTS} levels deep",
             )
         else:
             return True
@@ -228,7 +229,3 @@ class _Loader:
             first = replace(errors[0], notes=(*errors[0].notes, note))
             file = replace(file, diagnostics=(first, *errors[1:]))
         return file
-
-
-_MOST_ERRORS = 1000
-_DEEPEST_IMPORT = 20

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 
+from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.presence import known_condition
 from robosc.expr.traversal import operands
@@ -47,9 +48,6 @@ from robosc.plant.data.terms import Term
 from robosc.plant.data.view import FiniteView, Scope, may_be_missing, reference_to
 from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
 from robosc.plant.precedence import Taken, result_transitions, taken_in
-
-_MOST_VALUES = 2**20
-"""The largest number of values of a variable or of a part of an event's value."""
 
 
 def lower(robot: Robot) -> Plant:
@@ -334,9 +332,9 @@ def _values(
         return classes, _labels(classes, term, view.robot, whole)
     values = domain(term.type)
     assert values is not None, f"{what} takes part in synthesis and is not finite"
-    if isinstance(values, range) and values.stop - values.start > _MOST_VALUES:
+    if isinstance(values, range) and values.stop - values.start > limits.VALUES:
         raise StateSpaceError(
-            f"{what}, {term.type}, takes more than {_MOST_VALUES} values:"
+            f"{what}, {term.type}, takes more than {limits.VALUES} values:"
             " narrow its range, or convert it by an enum"
         )
     return values, None

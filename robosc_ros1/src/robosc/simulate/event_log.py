@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from robosc import limits
 from robosc.errors import UsageError
 from robosc.language.events import EventKind
 from robosc.source import opened
@@ -69,15 +70,11 @@ def read_log(log: str) -> Iterator[LogEntry]:
             raise UsageError(f"cannot read {path}: {_reason(error)}") from error
 
 
-_LONGEST_LINE = 2**24
-"""Bytes; a device such as /dev/zero has no lines at all."""
-
-
 def _lines(file: BinaryIO) -> Iterator[bytes]:
     """Raises ValueError at a line that is longer than any event."""
-    while line := file.readline(_LONGEST_LINE + 1):
-        if len(line) > _LONGEST_LINE:
-            raise ValueError(f"no event has more than {_LONGEST_LINE >> 20} MB")
+    while line := file.readline(limits.LOG_LINE_BYTES + 1):
+        if len(line) > limits.LOG_LINE_BYTES:
+            raise ValueError(f"no event has more than {limits.LOG_LINE_BYTES >> 20} MB")
         yield line
 
 

@@ -13,6 +13,7 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
+from robosc import limits
 from robosc.emit.package.config import declared_communications, declared_parameters
 from robosc.expr.traversal import path_text
 from robosc.expr.tree import Expr
@@ -46,9 +47,6 @@ from robosc.simulate.machine import (
 )
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
-
-LONGEST_WAIT = 3600.0
-"""Seconds that the clock may be turned on in one go."""
 
 _ROUNDING = 1e-9
 """Seconds by which the sum of many periods may miss the end of a wait and still be in it."""
@@ -207,8 +205,8 @@ class Execution:
         return self._happened()
 
     def wait(self, seconds: float) -> list[Happening]:
-        if not 0.0 < seconds <= LONGEST_WAIT:
-            raise InvalidLine(f"wait for more than 0 and at most {LONGEST_WAIT:g} seconds")
+        if not 0.0 < seconds <= limits.WAIT_SECONDS:
+            raise InvalidLine(f"wait for more than 0 and at most {limits.WAIT_SECONDS:g} seconds")
         happenings = []
         end = self._clock.time + seconds
         while True:

@@ -12,6 +12,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from robosc import limits
 from robosc.errors import UsageError, counted, listing
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.plant.automaton import Event
@@ -67,8 +68,6 @@ _HELP = "\n".join(
         *(f"  {usage:{_USAGE}}  {meaning}" for usage, meaning in WORDS.values()),
     ]
 )
-_MOST_STEPS = 100_000
-_DEEPEST_PLAY = 10
 
 
 @dataclass(frozen=True)
@@ -213,8 +212,8 @@ class Session:
         if match is None:
             raise InvalidLine("write how many steps, and the seed if you like: random 20 7")
         count, seed = int(match[1]), int(match[2] or 0)
-        if count > _MOST_STEPS:
-            raise InvalidLine(f"at most {_MOST_STEPS} steps in one go")
+        if count > limits.STEPS_IN_ONE_GO:
+            raise InvalidLine(f"at most {limits.STEPS_IN_ONE_GO} steps in one go")
         rng = random.Random(seed)
         happenings: list[Happening] = []
         for taken in range(count):
@@ -324,8 +323,10 @@ class Session:
     def _play(self, rest: str) -> Done:
         if not rest:
             raise InvalidLine("write the file's name: play my_run.sim")
-        if self._playing >= _DEEPEST_PLAY:
-            raise InvalidLine(f"scripts play scripts more than {_DEEPEST_PLAY} levels deep")
+        if self._playing >= limits.SCRIPTS_IN_SCRIPTS:
+            raise InvalidLine(
+                f"scripts play scripts more than {limits.SCRIPTS_IN_SCRIPTS} levels deep"
+            )
         happenings: list[Happening] = []
         self._playing += 1
         try:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from robosc import limits
 from robosc.expr.evaluation import evaluate
 from robosc.expr.presence import condition_on_data
 from robosc.expr.traversal import walk
@@ -59,11 +60,6 @@ from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
 from robosc.synthesis.formatting import step_text
 from robosc.synthesis.system import tau_values
-
-MOST_STATES = 1_000_000
-"""How many states ``goto`` looks at before it gives up."""
-MOST_TRIED = 4_000_000
-"""How many events it tries."""
 
 _Moment = tuple[PlantState, Mapping[str, Value | None]]
 
@@ -295,16 +291,16 @@ class SingleEvents:
             for way in ways:
                 for values, target in way.some_targets(state):
                     tried += 1
-                    if tried > MOST_TRIED:
-                        raise Refused(f"no path was found by trying {MOST_TRIED:,} events")
+                    if tried > limits.PATH_EVENTS:
+                        raise Refused(f"no path was found by trying {limits.PATH_EVENTS:,} events")
                     if target in came:
                         continue
                     came[target] = state, way.number, values
                     if test(target):
                         return self._trace(came, target)
                     queue.append(target)
-                    if len(came) > MOST_STATES:
-                        raise Refused(f"no path was found within {MOST_STATES:,} states")
+                    if len(came) > limits.PATH_STATES:
+                        raise Refused(f"no path was found within {limits.PATH_STATES:,} states")
         if sampled := [self.plant.events[way.number] for way in ways if way.is_sampled]:
             names = ", ".join(map(label, sampled))
             raise Refused(f"no path was found; not all values of {names} were tried")

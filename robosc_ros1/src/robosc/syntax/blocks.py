@@ -17,6 +17,7 @@ from typing import Any
 
 from pyparsing import ParserElement
 
+from robosc import limits
 from robosc.errors import Note, listing
 from robosc.language.keywords import starts_of
 from robosc.syntax.elements import ended
@@ -26,8 +27,6 @@ from robosc.syntax.reading import Build, Fault, Reading
 from robosc.syntax.synchronise import Synchroniser, late_brace, nearest_keyword
 
 _NEVER = re.compile(r"(?!)")
-_MAX_DEPTH = 20
-"""Levels of nested blocks that are parsed; a deeper text could exhaust the stack."""
 
 
 class Rule:
@@ -200,8 +199,8 @@ class Block:
         """
         nodes: list[Any] = []
         inside = self._open(reading, at, header, opening)
-        if reading.depth >= _MAX_DEPTH:
-            message = f"blocks are nested more than {_MAX_DEPTH} deep"
+        if reading.depth >= limits.BLOCKS_IN_BLOCKS:
+            message = f"blocks are nested more than {limits.BLOCKS_IN_BLOCKS} deep"
             raise Fault(header.start, message, code="too-deep")
         reading.depth += 1
         end = self.read(reading, inside, header, nodes)

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 from pyparsing import ParserElement, ZeroOrMore
 
+from robosc import limits
 from robosc.errors import listing
 from robosc.language.attributes import Attribute, Value, attributes_of
 from robosc.language.events import FOLDERS
@@ -230,7 +231,7 @@ def value_rules() -> dict[str, Rule]:
 
 def data_part() -> ParserElement:
     """An expression, an object or an array, nested to a limit."""
-    return nested(_datum, t.MAX_NESTING, "objects are")
+    return nested(_datum, limits.NESTED_DATA, "objects are")
 
 
 def _datum(inner: ParserElement) -> ParserElement:

@@ -12,10 +12,11 @@ from typing import Any
 
 from pyparsing import Empty, ParseException, ParseSyntaxException
 
+from robosc import limits
 from robosc.language.keywords import UNITS
 from robosc.language.operators import BINARY, UNARY
 from robosc.language.tokens import FOREIGN, is_word, kind_of, kinds_of, pattern
-from robosc.syntax.operands import MAX_DEPTH, Step, build_expression, nested_too_deep
+from robosc.syntax.operands import Step, build_expression, nested_too_deep
 from robosc.syntax.pyparsing_names import leave_whitespace, set_name
 from robosc.syntax.reading import Form, Stop
 
@@ -111,7 +112,7 @@ class _Scanner:
         return None
 
     def _open(self, what: str, at: int, end: int) -> tuple[int, str]:
-        if len(self.brackets) >= MAX_DEPTH:
+        if len(self.brackets) >= limits.EXPRESSION_DEPTH:
             raise Stop(self.kinds, at, nested_too_deep(), code="too-deep", hint="split it")
         self.brackets.append((what, end - 1))
         self.steps.append(("open", at, end, what))

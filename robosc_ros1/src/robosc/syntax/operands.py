@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, cast
 
+from robosc import limits
 from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY
 from robosc.language.tokens import BAD_NUMBER, INTEGER, NUMBER, STRING, kinds_of
 from robosc.source import Span
@@ -25,19 +26,6 @@ from robosc.syntax.nodes import (
     UnaryNode,
 )
 from robosc.syntax.reading import Fault, Reading
-
-MAX_DEPTH = 200
-"""The greatest height of an expression's tree, so that later stages may recurse.
-
-Chains of ``and`` or ``or`` do not count: long ones become balanced trees, which mean the same.
-Arithmetic is not associative on doubles, so its chains stay as they are written.
-"""
-
-MAX_NESTING = 60
-"""The greatest number of nested brackets that an expression may need in Python.
-
-The parser of Python 3.8 gives up at 90, and in generated code expressions are parts of longer ones.
-"""
 
 BALANCE_FROM = 64
 """Chains of ``and`` or ``or`` up to this length are left-associative, longer ones balanced."""
@@ -183,7 +171,7 @@ class _Builder:
 
     def _wait(self, pending: _Pending) -> None:
         # Each pending operator will be an ancestor of all that follows in the tree.
-        if len(self.pending) - len(self.brackets) >= MAX_DEPTH:
+        if len(self.pending) - len(self.brackets) >= limits.EXPRESSION_DEPTH:
             raise self._too_deep(pending.at)
         self.pending.append(pending)
 
@@ -249,13 +237,13 @@ class _Builder:
         return self._binary(symbol, joints[half - 1], left, right)
 
     def _limited(self, operand: _Operand, at: int) -> _Operand:
-        if operand.depth > MAX_DEPTH:
+        if operand.depth > limits.EXPRESSION_DEPTH:
             raise self._too_deep(at)
-        if operand.nesting > MAX_NESTING:
-            raise self._too_deep(at, MAX_NESTING)
+        if operand.nesting > limits.EXPRESSION_NESTING:
+            raise self._too_deep(at, limits.EXPRESSION_NESTING)
         return operand
 
-    def _too_deep(self, at: int, limit: int = MAX_DEPTH) -> Fault:
+    def _too_deep(self, at: int, limit: int = limits.EXPRESSION_DEPTH) -> Fault:
         return Fault(at, nested_too_deep(limit), code="too-deep", hint="split it")
 
 
@@ -345,6 +333,6 @@ def make_leaf(reading: Reading, start: int, end: int, parts: list[Any]) -> ExprN
     return make_access(reading, start, end, [])
 
 
-def nested_too_deep(limit: int = MAX_DEPTH) -> str:
+def nested_too_deep(limit: int = limits.EXPRESSION_DEPTH) -> str:
     """The message about an expression beyond a limit."""
     return f"this expression is nested more than {limit} levels deep"

@@ -5,8 +5,9 @@ from __future__ import annotations
 from difflib import get_close_matches
 from typing import Any, Literal, cast
 
+from robosc import limits
 from robosc.errors import Diagnostic, Severity, UsageError, at_most, sort_diagnostics
-from robosc.language.tokens import MAX_FAULTS, is_word, tokenize
+from robosc.language.tokens import is_word, tokenize
 from robosc.source import Source, Span, opened
 from robosc.syntax.blocks import Block, Header
 from robosc.syntax.grammar import library_block, robot_block
@@ -16,8 +17,6 @@ from robosc.syntax.reading import Reading
 from robosc.syntax.synchronise import late_brace
 
 _FILES = ("robot", "library")
-_LARGEST = 2**26
-"""The greatest size of a model file in bytes; a device such as /dev/zero has no end."""
 
 
 def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
@@ -37,12 +36,14 @@ def read_bytes(path: str, what: str = "model") -> bytes:
     """
     try:
         with opened(path) as file:
-            data = file.read(_LARGEST + 1)
+            data = file.read(limits.FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise UsageError(f"cannot read {path}: {reason or error}") from error
-    if len(data) > _LARGEST:
-        raise UsageError(f"cannot read {path}: no {what} has more than {_LARGEST >> 20} MB")
+    if len(data) > limits.FILE_BYTES:
+        raise UsageError(
+            f"cannot read {path}: no {what} has more than {limits.FILE_BYTES >> 20} MB"
+        )
     return data
 
 
@@ -68,8 +69,8 @@ def parse(source: Source) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
     tokens = tokenize(source)
     reading = Reading(tokens)
     tree = None if tokens.binary else _file(reading)
-    found = at_most(sort_diagnostics(reading.diagnostics), MAX_FAULTS)
-    return tree if len(found) <= MAX_FAULTS else None, tuple(found)
+    found = at_most(sort_diagnostics(reading.diagnostics), limits.LEXICAL_ERRORS)
+    return tree if len(found) <= limits.LEXICAL_ERRORS else None, tuple(found)
 
 
 def _invalid_utf8(path: str, data: bytes, error: UnicodeDecodeError) -> Diagnostic:

@@ -14,11 +14,12 @@ from typing import Any, TypeAlias
 
 from pyparsing import ParseBaseException, ParserElement, ParseSyntaxException
 
+from robosc import limits
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.language.attributes import ATTRIBUTES, Value, attributes_of
 from robosc.language.functions import FUNCTIONS
 from robosc.language.keywords import UNITS, Role, words_of
-from robosc.language.tokens import BAD_NUMBER, MAX_FAULTS, Tokens, is_word
+from robosc.language.tokens import BAD_NUMBER, Tokens, is_word
 from robosc.source import Span
 from robosc.syntax.pyparsing_names import parse_string
 
@@ -334,7 +335,7 @@ class Reading:
     @property
     def exhausted(self) -> bool:
         """Whether there are so many errors that parsing stops."""
-        return len(self.diagnostics) > MAX_FAULTS
+        return len(self.diagnostics) > limits.LEXICAL_ERRORS
 
 
 Build: TypeAlias = Callable[[Reading, int, int, list[Any]], Any]

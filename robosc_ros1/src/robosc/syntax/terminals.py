@@ -9,6 +9,7 @@ from typing import Any, cast
 
 from pyparsing import Forward, ParserElement, ParseResults
 
+from robosc import limits
 from robosc.language.keywords import UNITS
 from robosc.syntax.elements import (
     built,
@@ -48,9 +49,6 @@ from robosc.syntax.nodes import (
 from robosc.syntax.operands import make_leaf
 from robosc.syntax.pyparsing_names import set_parse_action
 from robosc.syntax.reading import Reading, Stop
-
-MAX_NESTING = 20
-"""Levels to which arrays of arrays, and provided objects in objects, may be nested."""
 
 # A name before a colon is that of the next property: the type before it is missing.
 _NO_COLON = "(?! ':' )"
@@ -196,8 +194,8 @@ def type_(expected: str) -> ParserElement:
         make_node(ArrayTypeNode),
     )
     named = terminal(f"NAME (?: '.' WORD )? {_NO_COLON}", "a type", _build_named)
-    deep = terminal(f"(?: array '(' ){{{MAX_NESTING}}}", "a type")
-    too_deep = refused(deep, MAX_NESTING, "arrays are")
+    deep = terminal(f"(?: array '(' ){{{limits.NESTED_DATA}}}", "a type")
+    too_deep = refused(deep, limits.NESTED_DATA, "arrays are")
     kind <<= either(
         [too_deep, ros_type("a type"), unbounded, basic, integer, array, named], expected
     )

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from functools import partial
 from math import prod
 
+from robosc import limits
 from robosc.errors import StateSpaceError, listing
 from robosc.expr.tree import Binary, Call, Expr, Unary
 from robosc.plant.automaton import Plant, values_read
@@ -28,9 +29,6 @@ from robosc.synthesis.guards.shorten import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
 from robosc.synthesis.vectorised import support
 
-DEFAULT_MAX_STATES = 2**28
-_MOST_PAIRS = 2**24
-"""Pairs of incoming and stored values that the dense engine holds; each takes some 40 bytes."""
 _DENSE = 2**16
 """Product sizes above which the symbolic engine is usually faster, as measured."""
 _DENSE_GUARDS = 2**12
@@ -52,7 +50,7 @@ _TOGETHER = {"dense": 2**6, "bdd": 2**60}
 def synthesize(
     plant: Plant,
     engine: str = "auto",
-    max_states: int = DEFAULT_MAX_STATES,
+    max_states: int = limits.DENSE_STATES,
     progress: Progress | None = None,
 ) -> Supervisor:
     """Return the maximally permissive, safe, controllable and nonblocking supervisor of a plant.
@@ -90,7 +88,7 @@ def _synthesize(
     either = engine == "auto" and usable()
     if either and favours_symbolic(plant):
         return _symbolic(plant, progress)
-    if crowded := _crowded(plant, _MOST_PAIRS):
+    if crowded := _crowded(plant, limits.DENSE_PAIRS):
         if either:
             return _symbolic(plant, progress)
         raise StateSpaceError(f"{crowded}: narrow the ranges, or convert the values by an enum")

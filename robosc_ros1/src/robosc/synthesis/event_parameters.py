@@ -8,6 +8,7 @@ from itertools import product
 from math import prod
 from typing import TypeAlias
 
+from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import Expr
 from robosc.plant.automaton import Edge, Event, values_read
@@ -16,8 +17,6 @@ from robosc.plant.formulas import conjunction, disjunction, junction, negation
 from robosc.plant.partial_evaluation import PartValues, holds
 from robosc.plant.step import is_consistent, missing_together
 
-MOST_COMBINATIONS = 2**20
-"""Combinations of parameter values above which they are not enumerated."""
 _FEW = 2**8
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -28,15 +27,15 @@ def choices(event: Event, read: Iterable[Expr]) -> Iterator[PartValues]:
     """Yield the combinations of values of the parameters that are read; one, empty, if none is.
 
     Raises:
-        StateSpaceError: there are more than ``MOST_COMBINATIONS``.
+        StateSpaceError: there are more than ``limits.COMBINATIONS``.
     """
     paths = values_read(read)
     used = [i for i, p in enumerate(event.parameters) if p.path in paths]
     taken = [event.parameters[i] for i in used]
-    if (number := prod(len(p.values) for p in taken)) > MOST_COMBINATIONS:
+    if (number := prod(len(p.values) for p in taken)) > limits.COMBINATIONS:
         raise StateSpaceError(
             f"the parts of the value of {event.name} that are compared have {number} combinations"
-            f" of outcomes, more than the limit of {MOST_COMBINATIONS}: compare fewer of them in"
+            f" of outcomes, more than the limit of {limits.COMBINATIONS}: compare fewer of them in"
             " one message, or convert them by an enum"
         )
     implied = _implied(event)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.step import Values
@@ -39,10 +40,6 @@ class Graph:
     starts: int = 1
 
 
-_TRANSITIONS_PER_STATE = 30
-"""Transitions allowed per state of the limit; each takes some 80 bytes."""
-
-
 def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
     """Return what is reachable: under control, or in the plant without its requirements.
 
@@ -54,7 +51,7 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
     plant = system.plant if isinstance(system, Supervisor) else system
     if isinstance(system, Supervisor) and system.empty:
         return Graph(plant, (), (), 0)
-    most = None if limit is None else limit * _TRANSITIONS_PER_STATE
+    most = None if limit is None else limit * limits.TRANSITIONS_PER_STATE
     if isinstance(system, Supervisor):
         _refuse(system.controlled_states, system.controlled_transitions, limit)
     stepper = Stepper(plant)
@@ -85,7 +82,7 @@ def _refuse(states: int, transitions: int, limit: int | None) -> None:
         return
     for found, what, most in (
         (states, "states", limit),
-        (transitions, "transitions", limit * _TRANSITIONS_PER_STATE),
+        (transitions, "transitions", limit * limits.TRANSITIONS_PER_STATE),
     ):
         if found > most:
             raise StateSpaceError(

@@ -12,9 +12,8 @@ import threading
 from collections import deque
 from collections.abc import Iterable
 
-_KEPT = 5000
-_LONGEST = 1_000_000
-"""Characters of all events that are kept: an event can carry a whole map."""
+from robosc import limits
+
 _AT_FIRST = 200
 """Events that a new follower gets."""
 
@@ -47,7 +46,9 @@ class Hub:
                 self._events.append(event)
                 self._length += len(event)
                 self._added += 1
-                while len(self._events) > _KEPT or self._length > _LONGEST:
+                while (
+                    len(self._events) > limits.KEPT_EVENTS or self._length > limits.KEPT_CHARACTERS
+                ):
                     self._length -= len(self._events.popleft())
             if self._added > before:
                 self._changed.notify_all()

@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterable
 from typing import Any
 
+from robosc import limits
 from robosc.emit.controller.naming import file_of
 from robosc.emit.package.model_document import model_document
 from robosc.plant.automaton import Event
@@ -26,7 +27,6 @@ from robosc.view.server import Answers, Unable
 from robosc.view.tally import Tally
 
 _TICK = 0.05
-_LONGEST_WALK = 1000
 
 Json = dict[str, Any]
 
@@ -69,7 +69,7 @@ class Played:
                         text = more.get("text")
                         raw = parse_raw(text) if isinstance(text, str) else event.get("value")
                         self._fire(event_of_document(self._machine, event), raw)
-                    case {"random": int(count)} if 0 < count <= _LONGEST_WALK:
+                    case {"random": int(count)} if 0 < count <= limits.RANDOM_WALK:
                         self._walk(count)
                     case {"undo": int(count)} if 0 < count <= self._undoable:
                         self._machine.undo(count)

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 from urllib.parse import urlsplit
 
+from robosc import limits
 from robosc.errors import UsageError
 from robosc.view.hub import Hub, compact, utf8
 
@@ -32,7 +33,6 @@ _PERIOD = 1 / 30
 """Seconds between two pieces of a stream: more than a screen shows would be lost on it."""
 _SILENCE = 2.0
 """Seconds after which a stream without news says so: the page takes silence for a broken link."""
-_LONGEST = 100_000
 _POLICY = (
     "default-src 'self'; img-src 'self' data:; object-src 'none'; base-uri 'none';"
     " form-action 'none'; frame-ancestors 'none'"
@@ -159,7 +159,7 @@ class _Handler(BaseHTTPRequestHandler):
             return
         try:
             length = int(self.headers.get("Content-Length") or 0)
-            if not 0 <= length <= _LONGEST:
+            if not 0 <= length <= limits.REQUEST_BYTES:
                 raise ValueError("too long")
             document = json.loads(self.rfile.read(length))
         except (ValueError, RecursionError) as error:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import ast
 from math import prod
 
+from robosc import limits
 from robosc.emit.controller.python_literals import literal
 from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
 from robosc.runtime.model import Parameter
 from robosc.supervisor import Supervisor
-
-STEP_LIMIT = 10_000
-"""No run to completion takes more steps, whatever the product of the components' states is."""
 
 
 def _helpers(module: str) -> set[str]:
@@ -51,7 +49,7 @@ def bound_of_steps(supervisor: Supervisor) -> int:
     plant = supervisor.plant
     written = {v for e in plant.events if e.kind is EventKind.TAU for v in e.writes}
     combinations = prod(plant.sizes(written))
-    return max(1, min(combinations, supervisor.controlled_states or combinations, STEP_LIMIT))
+    return max(1, min(combinations, supervisor.controlled_states or combinations, limits.STEPS))
 
 
 def parameter_row(parameter: Parameter) -> str:

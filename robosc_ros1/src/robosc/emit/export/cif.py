@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from robosc import limits
 from robosc.emit.export.cif_expr import condition, in_range, update
 from robosc.emit.export.cif_names import CifScope, CifVariable
 from robosc.errors import StateSpaceError
@@ -32,9 +33,6 @@ from robosc.plant.partial_evaluation import PartValues, assigned, holds
 from robosc.plant.step import valuations
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.event_parameters import weight
-
-_MOST_VALUES = 2**14
-"""Of one event; they make a text of 40 MB and take some 15 s."""
 
 
 def cif_plant(plant: Plant) -> str:
@@ -115,11 +113,12 @@ class _Writer:
             StateSpaceError: they are too many to be written down.
         """
         for event in self.plant.events:
-            if weight(event) > _MOST_VALUES:
+            if weight(event) > limits.CIF_VALUES:
                 name = f"{event.name}.{event.kind.value}"
                 raise StateSpaceError(
                     f"CIF needs an event for each value, and {name} has more than"
-                    f" {_MOST_VALUES:,}: convert the received value by an enum, or export as JSON"
+                    f" {limits.CIF_VALUES:,}: convert the received value by an enum,"
+                    " or export as JSON"
                 )
             event_name = _event_name(event)
             parameters = (event.whole or event).parameters

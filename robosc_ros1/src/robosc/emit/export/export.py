@@ -6,6 +6,7 @@ import json
 from math import prod
 from typing import Literal, TypeAlias
 
+from robosc import limits
 from robosc.emit.export.cif import cif_plant, cif_supervised
 from robosc.emit.export.dot import dot_text, svg_text
 from robosc.emit.export.json_export import export_document
@@ -14,9 +15,6 @@ from robosc.plant.automaton import Plant
 from robosc.synthesis import Graph, explore, synthesize
 
 Format: TypeAlias = Literal["cif", "dot", "svg", "json"]
-
-_DRAWN_STATES = 40  # more are no picture any more
-_DRAWN_PRODUCT = 1 << 22  # what synthesis does in no time
 
 
 def exported(plant: Plant, format_: Format, with_supervisor: bool = False) -> str:
@@ -44,12 +42,12 @@ def exported(plant: Plant, format_: Format, with_supervisor: bool = False) -> st
 
 def _drawn(plant: Plant) -> Graph | None:
     """The controlled system, if it is small enough for a picture."""
-    if prod(variable.size for variable in plant.variables) > _DRAWN_PRODUCT:
+    if prod(variable.size for variable in plant.variables) > limits.DRAWN_PRODUCT:
         return None
     supervisor = synthesize(plant)
     if supervisor.empty:
         return None
     try:
-        return explore(supervisor, _DRAWN_STATES)
+        return explore(supervisor, limits.DRAWN_STATES)
     except StateSpaceError:
         return None

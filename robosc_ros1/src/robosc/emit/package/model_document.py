@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from robosc import limits
 from robosc.emit.controller.naming import place
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.export.all_transitions import as_written, transitions
@@ -105,17 +106,13 @@ def _component(component: Component, plant: Plant) -> dict[str, Json]:
     }
 
 
-_MOST_CLASSES = 500
-"""Each class is told by the outcomes of all comparisons, so the table grows with the square."""
-
-
 def _comparisons(variable: Variable, plant: Plant) -> dict[str, Json]:
     """The numbers that decisions compare a variable with, and the classes that they make of it:
     how the comparisons come out (``1`` holds, ``0`` does not), to what users see of the class."""
     classes = plant.view.variables.get(variable.key)
     if classes is None or not isinstance(variable.type, DoubleType | IntegerType):
         return {}
-    if len(classes) > _MOST_CLASSES:
+    if len(classes) > limits.SHOWN_CLASSES:
         return {}  # the page shows the number alone
     labels = next(v.labels for v in plant.variables if v.name == variable.key)
     assert labels is not None

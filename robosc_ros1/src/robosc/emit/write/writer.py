@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 from difflib import unified_diff
 from pathlib import Path
 
+from robosc import limits
 from robosc.emit.package.package import File, Package
 from robosc.emit.write.atomic_replacement import exchange, link_tree, rescue
 from robosc.emit.write.own_lines import own_lines, text_of, with_own_lines
@@ -345,7 +346,7 @@ def _alone(folder: Path) -> Iterator[None]:
 
 
 def _lock(place: int, folder: Path) -> None:
-    deadline = time.monotonic() + _PATIENCE
+    deadline = time.monotonic() + limits.WRITING_SECONDS
     while True:
         try:
             fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -359,9 +360,6 @@ def _lock(place: int, folder: Path) -> None:
         else:
             return
 
-
-_PATIENCE = 10.0
-"""Seconds; a package is written in milliseconds."""
 
 _STAGE = ".robosc-{}-"
 

@@ -13,6 +13,7 @@ from itertools import combinations, product
 from math import prod
 from typing import TypeAlias
 
+from robosc import limits
 from robosc.errors import Note
 from robosc.expr.evaluation import evaluate
 from robosc.expr.traversal import walk
@@ -21,8 +22,6 @@ from robosc.expr.types import Value, domain
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Behaviour, Component, ResultTransition
 from robosc.model.typing.command_values import fold_text
-
-_MOST_CASES = 2000
 
 _Case: TypeAlias = Mapping[Leaf, Value]
 
@@ -69,7 +68,7 @@ def _can_hold_together(guards: Sequence[Expr], states: Mapping[str, Sequence[str
         if isinstance(part, VariableRef | ValueRef | StateRef | PhaseRef | ParameterRef)
     }
     choices = _choices(leaves, states)
-    if choices is None or prod(map(len, choices)) > _MOST_CASES:
+    if choices is None or prod(map(len, choices)) > limits.OVERLAP_CASES:
         return False
     for parts in product(*choices):
         case = {leaf: value for part in parts for leaf, value in part.items()}
@@ -97,7 +96,7 @@ def _choices(
             in_phases.setdefault(leaf.communication, []).append(leaf)
             continue
         values = domain(leaf.type)
-        if values is None or values[:_MOST_CASES] != values:
+        if values is None or values[: limits.OVERLAP_CASES] != values:
             return None
         choices.append([{leaf: value} for value in values])
     for component, refs in in_states.items():

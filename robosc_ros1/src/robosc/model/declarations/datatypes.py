@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 
+from robosc import limits
 from robosc.expr.tree import Expr
 from robosc.expr.types import (
     TYPES_BY_WORD,
@@ -45,9 +46,6 @@ from robosc.syntax.nodes import (
     RosTypeNode,
     TypeNode,
 )
-
-# Far beyond any ROS message; bounds the recursion over types.
-_DEEPEST = 50
 
 # Names of the built-in types in ROS and other languages, without the number of bits.
 _FOREIGN = {
@@ -208,10 +206,12 @@ class TypeTable(KnownTypes):
         depth = self._depths.get(node.name.text, 0) + 1
         if self._open:
             self._depths[self._open[-1]] = max(depth, self._depths.get(self._open[-1], 0))
-        if depth <= _DEEPEST:
+        if depth <= limits.NESTED_TYPES:
             return found
         self._report.add(
-            "too-deep", node.span, f"datatypes are nested more than {_DEEPEST} levels deep"
+            "too-deep",
+            node.span,
+            f"datatypes are nested more than {limits.NESTED_TYPES} levels deep",
         )
         return None
 
@@ -270,7 +270,7 @@ class TypeTable(KnownTypes):
                 "no ROS message can contain itself",
             )
             return None
-        if len(self._open) > _DEEPEST:
+        if len(self._open) > limits.NESTED_TYPES:
             return self._shallow(use, NoneType()) if use is not None else None
         self._open.append(name)
         node = self.scope.datatypes[name]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, cast
 
+from robosc import limits
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.evaluation import constant
 from robosc.expr.tree import Aggregate, Expr, Literal, ParameterRef, RosParameter
@@ -25,11 +26,6 @@ from robosc.runtime.values import NOW
 from robosc.source import Span
 from robosc.syntax.leaves import MAX_INTEGER
 from robosc.syntax.nodes import ConditionNode, ConstantNode, DataNode, ParameterNode, ValueNode
-
-_MOST_TERMS = 50_000
-"""More terms in one condition are an error: each condition that names another one contains it."""
-_LONGEST_TEXT = 2**16
-"""A longer string constant is an error."""
 
 
 @dataclass
@@ -70,13 +66,13 @@ class NamedValueTyper:
 
     def _bounded(self, condition: Expr, node: ConditionNode) -> Expr | None:
         """The condition; None after reporting that it is too large with those that it names."""
-        if self._sizes.of(condition, self._size) <= _MOST_TERMS:
+        if self._sizes.of(condition, self._size) <= limits.CONDITION_TERMS:
             return condition
         self.report.add(
             "too-deep",
             node.name.span,
             f"with the conditions that it names, '{node.name.text}' has more than"
-            f" {_MOST_TERMS:,} terms",
+            f" {limits.CONDITION_TERMS:,} terms",
             "name each condition once, or keep the result in a variable",
         )
         return None
@@ -184,8 +180,8 @@ def _value(data: Data, type_: Type, what: str, span: Span, report: Report) -> Va
         message = f"the value of {what} is too large: whole numbers go up to {MAX_INTEGER}"
         report.add("number-too-large", data.span or span, message)
         return None
-    if isinstance(value, str) and len(value) > _LONGEST_TEXT:
-        message = f"the value of {what} has more than {_LONGEST_TEXT:,} characters"
+    if isinstance(value, str) and len(value) > limits.TEXT_CONSTANT:
+        message = f"the value of {what} has more than {limits.TEXT_CONSTANT:,} characters"
         report.add("out-of-range", data.span or span, message)
         return None
     literal = coerce(Literal(value, type_), type_)

@@ -7,16 +7,12 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from robosc import limits
 from robosc.model.diagnostics import Report
 from robosc.names import family_and_index
 from robosc.syntax.nodes import ExprNode, ForNode, RangeNode
 
 _PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
-
-MOST_COPIES = 10_000
-"""More copies of one component, or of the statements of one ``for``, are an error."""
-MOST_STATEMENTS = 100_000
-"""More statements from one ``for`` with others in it are an error."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +68,8 @@ def indexes_of(node: RangeNode, report: Report) -> range:
     if node.first > node.last:
         message = f"{node.first} is greater than {node.last}"
         report.add("empty-range", node.span, message, "write the smaller one first")
-    elif node.last - node.first >= MOST_COPIES:
-        message = f"this range has more than {MOST_COPIES:,} indexes"
+    elif node.last - node.first >= limits.COPIES:
+        message = f"this range has more than {limits.COPIES:,} indexes"
         report.add("bad-index", node.span, message)
     else:
         return range(node.first, node.last + 1)
@@ -83,16 +79,16 @@ def indexes_of(node: RangeNode, report: Report) -> range:
 def indexes_of_for(node: ForNode, scope: Scope, report: Report) -> range:
     """The indexes of a ``for``, with the statements of all that are in it taken into account."""
     indexes = indexes_of(node.indexes, report)
-    if len(indexes) == 1 or _statements_from(node) <= MOST_STATEMENTS:
+    if len(indexes) == 1 or _statements_from(node) <= limits.STATEMENTS:
         return indexes
     if not scope.numbers:  # reported once, for the outermost
-        message = f"this makes more than {MOST_STATEMENTS:,} statements"
+        message = f"this makes more than {limits.STATEMENTS:,} statements"
         report.add("bad-index", node.indexes.span, message)
     return indexes[:1]
 
 
 def _statements_from(node: ForNode) -> int:
     """How many statements a ``for`` stands for, if all its ranges have a permitted length."""
-    length = min(max(0, node.indexes.last - node.indexes.first + 1), MOST_COPIES)
+    length = min(max(0, node.indexes.last - node.indexes.first + 1), limits.COPIES)
     each = (_statements_from(s) if isinstance(s, ForNode) else 1 for s in node.statements)
     return length * max(1, sum(each))  # an empty one is visited, too

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any
 
+from robosc import limits
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.traversal import walk
 from robosc.expr.tree import ElementRef, Expr, PhaseRef, StateRef, VariableRef
@@ -23,10 +24,6 @@ from robosc.model.typing.expressions import Typer
 from robosc.model.typing.incoming import no_value
 from robosc.syntax.nodes import Access, AggregateNode, ExprNode, FunctionNode, Name
 
-_MOST_TERMS = 5_000
-"""More terms in one call, with those of the functions that it calls, are an error."""
-_DEEPEST = 50
-"""Functions that call functions more levels deep are an error."""
 _ONLY = "a function reads its arguments, constants and parameters only"
 
 
@@ -93,8 +90,8 @@ class FunctionTyper:
         result = self.types.of_value(node.type)
         if result is None:
             return None
-        if self._level >= _DEEPEST:
-            message = f"functions call functions more than {_DEEPEST} levels deep"
+        if self._level >= limits.CALLS_IN_CALLS:
+            message = f"functions call functions more than {limits.CALLS_IN_CALLS} levels deep"
             self.report.add("too-deep", node.name.span, message)
             return None
         given = dict(zip((p.name.text for p in node.parameters), arguments, strict=True))
@@ -103,9 +100,9 @@ class FunctionTyper:
         self._level += 1
         found = typer.check(node.value, expected_type(result), f"function '{node.name.text}'")
         self._level -= 1
-        if found is None or self._sizes.of(found, self._size) <= _MOST_TERMS:
+        if found is None or self._sizes.of(found, self._size) <= limits.CALL_TERMS:
             return None if found is None else coerce(found, result)
-        message = f"'{node.name.text}' has more than {_MOST_TERMS:,} terms with what it calls"
+        message = f"'{node.name.text}' has more than {limits.CALL_TERMS:,} terms with what it calls"
         self.report.add("too-deep", node.name.span, message, "keep a part in a variable")
         return None
 

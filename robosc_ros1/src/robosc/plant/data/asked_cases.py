@@ -8,6 +8,7 @@ from itertools import product
 from math import prod
 from typing import Any, overload
 
+from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.traversal import reads_value
 from robosc.expr.tree import FALSE, TRUE
@@ -45,10 +46,6 @@ class OneClass(Sequence[Any]):
         return 0
 
 
-MOST_CASES = 2**10
-"""Cases of the data of one command; each is an event of its own."""
-
-
 def by_data(event: Event) -> Iterator[Event]:
     """Yield the events that a request with data represents; any other event as it is.
 
@@ -57,17 +54,17 @@ def by_data(event: Event) -> Iterator[Event]:
     state.
 
     Raises:
-        StateSpaceError: there are more than ``MOST_CASES``.
+        StateSpaceError: there are more than ``limits.CASES_OF_A_COMMAND``.
     """
     known = tuple(i for i, p in enumerate(event.parameters) if _is_of_data(p))
     if event.kind is not EventKind.REQUEST or not known:
         yield event
         return
     sizes = [len(event.parameters[i].values) for i in known]
-    if prod(sizes) > MOST_CASES:
+    if prod(sizes) > limits.CASES_OF_A_COMMAND:
         raise StateSpaceError(
             f"what is asked of the data of {event.name} has {prod(sizes)} cases, more than the"
-            f" limit of {MOST_CASES}: ask for fewer things of one command"
+            f" limit of {limits.CASES_OF_A_COMMAND}: ask for fewer things of one command"
         )
     places = {number: place for place, number in enumerate(known)}
     pairs = [

@@ -13,6 +13,7 @@ from dataclasses import replace
 from math import prod
 from typing import Any
 
+from robosc import limits
 from robosc.expr.evaluation import evaluate
 from robosc.expr.traversal import fold, may_be_undefined, parameters_of, walk, with_operands
 from robosc.expr.tree import (
@@ -58,9 +59,6 @@ def reads_arrays(expr: Expr) -> bool:
     return any(isinstance(part.type, ArrayType) for part in walk(expr))
 
 
-_MOST_CASES = 10_000
-
-
 def by_value(expr: Expr) -> Expr | None:
     """Return a condition as comparisons of the finite leaves that it reads with their values.
 
@@ -68,7 +66,7 @@ def by_value(expr: Expr) -> Expr | None:
     """
     parts = (part for part in walk(expr) if not isinstance(part, Literal | Operation | ElementRef))
     read = tuple(dict.fromkeys(parts))
-    if prod(len(domain(leaf.type) or ()) for leaf in read) > _MOST_CASES:
+    if prod(len(domain(leaf.type) or ()) for leaf in read) > limits.CASES_OF_A_CONDITION:
         return None
     return _by_values(expr, read, {})
 

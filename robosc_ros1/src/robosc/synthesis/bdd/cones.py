@@ -19,6 +19,7 @@ from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import chain
 
+from robosc import limits
 from robosc.plant.automaton import PlantState
 from robosc.synthesis.bdd.chaining import chained, related_events
 from robosc.synthesis.bdd.manager import Bdd
@@ -26,8 +27,6 @@ from robosc.synthesis.bdd.relations import Disjunct
 from robosc.synthesis.bdd.relaxed import Relaxation
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 
-MOST_WORK = 10_000_000
-"""Nodes of the sets that images are taken of, all together, in one system; some seconds."""
 _SHARE = 4
 """One cone may take this part of the work that is left, so that something is left for others."""
 
@@ -35,7 +34,7 @@ _SHARE = 4
 class Cones:
     """The cones of a solution, each with the sets found so far."""
 
-    def __init__(self, solution: SymbolicSolution, most_work: int = MOST_WORK) -> None:
+    def __init__(self, solution: SymbolicSolution, most_work: int = limits.TRACE_NODES) -> None:
         self._solution = solution
         self._engine = solution.engine
         self._work_left = most_work

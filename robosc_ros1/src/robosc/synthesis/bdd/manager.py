@@ -17,8 +17,9 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias, TypeVar
 
+from robosc import limits
 from robosc.errors import StateSpaceError
-from robosc.synthesis.bdd.memory import DEFAULT_MEMORY, budget, has_room
+from robosc.synthesis.bdd.memory import budget, has_room
 
 _BYTES_PER_NODE = 36  # measured at the peak, with the unique table
 _BYTES_PER_CACHE_ENTRY = 24
@@ -87,7 +88,7 @@ class Manager:
     Operations raise MemoryError when they are used up.
     """
 
-    def __init__(self, variables: int, memory: int = DEFAULT_MEMORY) -> None:
+    def __init__(self, variables: int, memory: int = limits.MEMORY) -> None:
         if not available():
             raise StateSpaceError(
                 f"the symbolic engine needs the Python package oxidd; type: {install_hint()}"

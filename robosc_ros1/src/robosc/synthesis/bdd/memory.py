@@ -6,10 +6,8 @@ import re
 import sys
 from pathlib import Path
 
+from robosc import limits
 from robosc.errors import StateSpaceError
-
-DEFAULT_MEMORY = 2 * 2**30
-"""Bytes for the diagrams of one synthesis if that much is free."""
 
 _BESIDE = 128 * 2**20
 """Bytes for the rest of a synthesis."""
@@ -24,7 +22,7 @@ def has_room() -> bool:
     return _free() >= _LEAST
 
 
-def budget(wanted: int = DEFAULT_MEMORY) -> int:
+def budget(wanted: int = limits.MEMORY) -> int:
     """Return how many bytes the diagrams may take, ``wanted`` at the most.
 
     The library aborts the whole process when an allocation fails, so it must not be allowed more

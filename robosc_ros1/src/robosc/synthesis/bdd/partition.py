@@ -6,14 +6,13 @@ from collections.abc import Callable, Sequence
 from itertools import groupby
 from typing import TypeAlias
 
+from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.evaluation import scalar_of
 from robosc.expr.tree import Operation
 from robosc.expr.types import Value
 from robosc.language.operators import Operator
 from robosc.synthesis.bdd.manager import Bdd, Manager
-
-_MOST_PAIRS = 2**22
 
 Partition: TypeAlias = list[tuple[Value | None, Bdd]]
 """The values that an expression can have, each once, with the states in which it has it.
@@ -66,9 +65,9 @@ def _strictly(
     """Return the partition of an operator that is undefined where an operand is.
 
     Raises:
-        StateSpaceError: there are more than ``_MOST_PAIRS`` pairs of values.
+        StateSpaceError: there are more than ``limits.OPERAND_PAIRS`` pairs of values.
     """
-    if len(left) * len(right) > _MOST_PAIRS:
+    if len(left) * len(right) > limits.OPERAND_PAIRS:
         raise StateSpaceError(
             f"an expression combines {len(left)} values with {len(right)}: "
             "reduce the ranges of the variables that it reads"

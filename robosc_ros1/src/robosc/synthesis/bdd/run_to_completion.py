@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from robosc import limits
 from robosc.language.events import EventKind
 from robosc.plant.automaton import PlantState
 from robosc.synthesis.bdd.manager import Bdd
@@ -24,9 +25,6 @@ from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.system import Runs, inputs
 
 _Steps: TypeAlias = tuple[tuple[Disjunct, ...], ...]
-
-_MOST_NODES = 2**23
-"""New diagram nodes, some seconds of work, after which the search gives up."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,7 +61,7 @@ class SymbolicController:
         self.manager = solution.engine.manager
         self.plant = solution.engine.plant
         self._false = self.manager.false
-        self._most = self.manager.nodes + _MOST_NODES
+        self._most = self.manager.nodes + limits.COMPLETION_NODES
         enabled = {
             event.number: solution.enabled(event)
             for event in self.engine.events

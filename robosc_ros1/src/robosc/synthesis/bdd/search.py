@@ -8,17 +8,15 @@ and where that is too much as well, no path is looked for.
 
 from __future__ import annotations
 
+from robosc import limits
 from robosc.expr.tree import Expr
 from robosc.plant.automaton import Plant, PlantState
-from robosc.synthesis.bdd.cones import MOST_WORK, Cones
+from robosc.synthesis.bdd.cones import Cones
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.run_to_completion import SymbolicController
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.system import Runs
 from robosc.synthesis.vectorised import support
-
-_MOST_NODES = 50_000
-"""Nodes of all layers together above which the search is no longer breadth first."""
 
 
 class SymbolicSystem:
@@ -27,8 +25,8 @@ class SymbolicSystem:
     def __init__(
         self,
         solution: SymbolicSolution,
-        most_nodes: int = _MOST_NODES,
-        most_work: int = MOST_WORK,
+        most_nodes: int = limits.BREADTH_FIRST_NODES,
+        most_work: int = limits.TRACE_NODES,
     ) -> None:
         self.solution = solution
         self.engine = solution.engine

@@ -10,12 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from robosc import limits
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Plant
 from robosc.progress import Progress
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
-from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
 from robosc.synthesis.bdd.relations import MOST_DISJUNCTS, Disjunct, EventRelation, Relations
 from robosc.synthesis.bdd.saturation import saturated
 from robosc.synthesis.event_parameters import weight
@@ -92,7 +92,7 @@ class SymbolicEngine:
         self,
         plant: Plant,
         progress: Progress | None = None,
-        memory: int = DEFAULT_MEMORY,
+        memory: int = limits.MEMORY,
         most_disjuncts: int = MOST_DISJUNCTS,
     ) -> None:
         self.plant = plant

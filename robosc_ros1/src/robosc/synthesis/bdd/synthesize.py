@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from functools import partial
 
+from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import TRUE
 from robosc.plant.automaton import Plant
@@ -12,7 +13,6 @@ from robosc.plant.formulas import conjunction
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
-from robosc.synthesis.bdd.memory import DEFAULT_MEMORY
 from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution
@@ -23,7 +23,7 @@ from robosc.synthesis.result import Sizes, make_supervisor
 
 
 def synthesize_bdd(
-    plant: Plant, progress: Progress | None = None, memory: int = DEFAULT_MEMORY
+    plant: Plant, progress: Progress | None = None, memory: int = limits.MEMORY
 ) -> Supervisor:
     """Return the supervisor of a plant; an empty one is a result, not an error.
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from robosc import limits
 from robosc.errors import listing
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Edge, Event, Plant, PlantState, VariableKind
 from robosc.source import Span
 from robosc.supervisor import Step
 from robosc.synthesis.compiled_steps import Stepper
-from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
-
-_MOST_STATES = 20_000
-"""States above which the search for a marked one is given up."""
+from robosc.synthesis.event_parameters import weight
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +57,7 @@ def why_blocked(
 def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
     """Return the reachable states, up to the first marked one; None if they are too many."""
     plant = stepper.plant
-    if any(weight(event) > MOST_COMBINATIONS for event in plant.events):
+    if any(weight(event) > limits.COMBINATIONS for event in plant.events):
         return None
     events = stepper.required()
     seen = {start}
@@ -72,7 +70,7 @@ def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
                 if target not in seen:
                     seen.add(target)
                     states.append(target)
-        if len(states) > _MOST_STATES:
+        if len(states) > limits.BLOCKED_STATES:
             return None
     return states
 

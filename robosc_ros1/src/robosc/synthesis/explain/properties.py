@@ -25,13 +25,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from robosc import limits
 from robosc.errors import Diagnostic, Severity, listing
 from robosc.language.events import EventKind
 from robosc.model.diagnostics import first_of
 from robosc.plant.automaton import PlantState
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.compiled_steps import CompiledEvent
-from robosc.synthesis.event_parameters import MOST_COMBINATIONS, weight
+from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explain.local_bound import longest_locally
 from robosc.synthesis.explain.run_to_completion import ExplicitController, tau_targets
 from robosc.synthesis.formatting import amount, step_text, trace_text
@@ -39,10 +40,6 @@ from robosc.synthesis.system import Runs, System, make_step
 
 _FEW_STATES = 10_000
 """States up to which explicit search is as fast as the symbolic one."""
-_MOST_STATES = 100_000
-"""States above which there is no full explicit search."""
-_FIRST = 2_000
-"""Run-to-completion steps that are searched for a cycle in a system with more states."""
 
 
 @dataclass(frozen=True)
@@ -67,13 +64,13 @@ def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> 
     yields_to = system.plant.robot.yields_to
     if not stepping and not any(guard.event.key in yields_to for guard in guards):
         return Properties(tuple((name, True) for name in _NAMES), 0)
-    if _branching(system) > MOST_COMBINATIONS:
+    if _branching(system) > limits.COMBINATIONS:
         return _of_large(system, guards, controlled_states)
     controller = ExplicitController(system.plant, guards)
     runs = system.runs() if controlled_states > _FEW_STATES else None
     if runs is not None:
         return _of_runs(controller, runs, _longest(system))
-    if controlled_states > _MOST_STATES:
+    if controlled_states > limits.SEARCHED_STATES:
         return _of_large(system, guards, controlled_states)
     return _of_runs(controller, controller.runs(), None)
 
@@ -105,10 +102,10 @@ def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -
     """Return what can be decided without visiting all states."""
     bound = _longest(system)
     branching, livelock = _branching(system), None
-    outcomes = f", a message {amount(branching)} values" if branching > MOST_COMBINATIONS else ""
-    if bound is None and branching <= MOST_COMBINATIONS:
+    outcomes = f", a message {amount(branching)} values" if branching > limits.COMBINATIONS else ""
+    if bound is None and branching <= limits.COMBINATIONS:
         controller = ExplicitController(system.plant, guards)
-        chain = controller.livelock(_FIRST)
+        chain = controller.livelock(limits.FIRST_STEPS)
         livelock = None if chain is None else _Reporter(controller).livelock(chain)
     holds: tuple[tuple[str, bool], ...] = ()
     if bound is not None or livelock is not None:

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 
+from robosc import limits
 from robosc.errors import Diagnostic, Note, Severity, listing
 from robosc.expr.traversal import walk
 from robosc.expr.tree import FALSE, StateRef, VariableRef
@@ -225,12 +226,12 @@ class _Explainer:
         seen = {start}
         looked = 0
         sampled = any(event.is_sampled for event in self.uncontrollable)
-        most = _MOST_SAMPLES if sampled else _MOST_STEPS
+        most = limits.SAMPLED_STEPS if sampled else limits.EXPLAINING_STEPS
         left = deque[tuple[PlantState, ...]]([(start,)])
-        for number in range(_MOST_PATHS):
+        for number in range(limits.PATHS):
             if not left:
                 return
-            shortest_first = number < _MOST_SHORTEST or len(left[0]) <= 2
+            shortest_first = number < limits.SHORTEST_PATHS or len(left[0]) <= 2
             path = left.popleft() if shortest_first else left.pop()
             yield path
             if looked > most:
@@ -273,14 +274,6 @@ def _may_leave(plant: Plant, number: int) -> bool:
         for edge in automaton.edges
         for variable, _ in edge.updates
     )
-
-
-_MOST_PATHS = 20_000
-_MOST_SHORTEST = 500
-"""The limit on paths, and on those of several events that are looked at shortest first."""
-_MOST_STEPS = 1_000_000
-_MOST_SAMPLES = 200_000
-"""The limit on steps where events are sampled."""
 
 
 def _avoiding(requirement: Requirement, event: Event | None) -> str:

@@ -13,6 +13,7 @@ from itertools import product
 from math import prod
 from typing import TypeAlias
 
+from robosc import limits
 from robosc.errors import Diagnostic, Severity, StateSpaceError
 from robosc.expr.traversal import walk_all
 from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, VariableRef
@@ -28,9 +29,6 @@ from robosc.synthesis.formatting import quoted, trace_text
 from robosc.synthesis.guards.precondition import after
 from robosc.synthesis.system import System, enabled, steps_of, taken_where
 from robosc.synthesis.vectorised import support
-
-_MOST_CHOICES = 64
-"""Combinations of transitions of several components above which an event is not looked at."""
 
 _Taken: TypeAlias = list[tuple[LocalAutomaton, Edge]]
 
@@ -126,7 +124,7 @@ class _Examiner:
             options.append([*taken, ignored])
         if (options or self._changes_phase(event, read)) and prod(
             map(len, options)
-        ) <= _MOST_CHOICES:
+        ) <= limits.TRANSITION_CHOICES:
             for choice in product(*options):
                 yield (
                     [pair for taken, _ in choice for pair in taken],

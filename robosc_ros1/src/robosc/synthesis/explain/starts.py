@@ -7,6 +7,7 @@ begins in some state, of which it tells what concerns its condition.
 
 from __future__ import annotations
 
+from robosc import limits
 from robosc.errors import listing
 from robosc.expr.tree import TRUE, Expr
 from robosc.plant.automaton import Plant, PlantState
@@ -17,8 +18,6 @@ from robosc.synthesis.vectorised import support
 
 UNTRACED = "(no trace to such a state was looked for: that would take too long)"
 """What an explanation ends in that begins in some state."""
-_MOST_PARTS = 8
-"""State variables whose values are told of one state."""
 
 
 def assumed(plant: Plant, start: PlantState) -> str:
@@ -44,8 +43,10 @@ def whereabouts(plant: Plant, state: PlantState, condition: Expr) -> str:
         if number in read or (index != plant.variables[number].initial and _is_fixed(plant, number))
     ]
     texts = [to_dsl(condition, plant.robot) for condition in told if condition != TRUE]
-    if len(texts) > _MOST_PARTS:
-        texts[_MOST_PARTS - 1 :] = [f"{len(texts) - _MOST_PARTS + 1} other conditions hold"]
+    if len(texts) > limits.TOLD_VARIABLES:
+        texts[limits.TOLD_VARIABLES - 1 :] = [
+            f"{len(texts) - limits.TOLD_VARIABLES + 1} other conditions hold"
+        ]
     return f"where {listing(texts)}" if texts else "in some state"
 
 

@@ -7,8 +7,9 @@ decides whether the guards forbid more than necessary.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
+from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.plant.automaton import PlantState, VariableKind
 from robosc.supervisor import Step, Supervisor
@@ -17,8 +18,6 @@ from robosc.synthesis.vectorised import support
 from robosc.synthesis.verify.findings import Check, Findings, event_phrase
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
 from robosc.synthesis.verify.steps import Coding, EventSteps, Successors, condition, grouped
-
-_MOST_STEPS: Final = 1 << 24  # each takes 16 bytes
 
 _Work: TypeAlias = tuple[int, Successors, bool, bool]
 """One event in one state: its first label, its successors, whether its guard allows it, and whether
@@ -158,7 +157,7 @@ class ExplicitVerifier:
         supervisor = self._supervisor
         for found, what, most in (
             (supervisor.controlled_states, "states", self._limit),
-            (supervisor.controlled_transitions, "transitions", _MOST_STEPS),
+            (supervisor.controlled_transitions, "transitions", limits.VERIFIED_TRANSITIONS),
         ):
             if found > most:
                 raise StateSpaceError(
@@ -169,8 +168,10 @@ class ExplicitVerifier:
     def _stop_at_limit(self, found: int, steps: int = 0) -> None:
         if found > self._limit:
             raise StateSpaceError(f"verification stops at {self._limit} states; there are more")
-        if steps > _MOST_STEPS:
-            raise StateSpaceError(f"verification stops at {_MOST_STEPS} transitions")
+        if steps > limits.VERIFIED_TRANSITIONS:
+            raise StateSpaceError(
+                f"verification stops at {limits.VERIFIED_TRANSITIONS} transitions"
+            )
 
     def _keepable(self, graph: CodedGraph, backward: Backward) -> bytearray:
         """Return the supremal safe, controllable and nonblocking set: 1 per state in it, else 0.

@@ -14,6 +14,7 @@ from itertools import product
 from math import prod
 from typing import Final, TypeAlias
 
+from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.evaluation import evaluate
 from robosc.expr.tree import Binary, Expr, Unary
@@ -25,7 +26,6 @@ from robosc.synthesis.vectorised import support
 from robosc.synthesis.verify.findings import event_phrase
 from robosc.synthesis.verify.steps import read_by
 
-_MOST_ROWS: Final = 1 << 18  # some seconds each
 _FEW_ROWS: Final = 1 << 10  # above, operands are combined by value: sums have few values
 
 _Row: TypeAlias = tuple[int, ...]
@@ -148,7 +148,7 @@ class StateSets:
                 rows.setdefault(evaluate(expr, look), []).append(row)
             return {value: self._rows(variables, having) for value, having in rows.items()}
         left, right = self._valued(expr.left), self._valued(expr.right)
-        if len(left) * len(right) > _MOST_ROWS:
+        if len(left) * len(right) > limits.VERIFIED_ROWS:
             raise self._too_many(variables)
         found: dict[Value, list[Bdd]] = {}
         for (first, some), (second, others) in product(left.items(), right.items()):
@@ -156,9 +156,10 @@ class StateSets:
         return {value: self.manager.union(sets) for value, sets in found.items()}
 
     def _relation(self, event: Event) -> Relation:
-        if prod(len(parameter.values) for parameter in event.parameters) > _MOST_ROWS:
+        if prod(len(parameter.values) for parameter in event.parameters) > limits.VERIFIED_ROWS:
             raise StateSpaceError(
-                f"verification stops at {_MOST_ROWS} values; the {event_phrase(event)} has more"
+                f"verification stops at {limits.VERIFIED_ROWS} values;"
+                f" the {event_phrase(event)} has more"
             )
         parts = [self._local(part) for part in _parts(event)]
         alike = Counter(tuple(part.read(values) for part in parts) for values in valuations(event))
@@ -196,7 +197,7 @@ class StateSets:
         found = _Local(sorted(event.writes), reads, {})
         for values in valuations(event):
             if (read := found.read(values)) not in found.tables:
-                if self._size(variables) * (len(found.tables) + 1) > _MOST_ROWS:
+                if self._size(variables) * (len(found.tables) + 1) > limits.VERIFIED_ROWS:
                     raise self._too_many(variables)
                 found.tables[read] = self._table(event, variables, found.written, values)
         return found
@@ -239,14 +240,14 @@ class StateSets:
         return prod(self.plant.variables[variable].size for variable in variables)
 
     def _combinations(self, variables: Sequence[int]) -> Iterator[_Row]:
-        if self._size(variables) > _MOST_ROWS:
+        if self._size(variables) > limits.VERIFIED_ROWS:
             raise self._too_many(variables)
         return product(*(range(self.plant.variables[variable].size) for variable in variables))
 
     def _too_many(self, variables: Sequence[int]) -> StateSpaceError:
         names = ", ".join(self.plant.variables[variable].name for variable in variables[:5])
         return StateSpaceError(
-            f"verification stops at {_MOST_ROWS} combinations of values of {names}"
+            f"verification stops at {limits.VERIFIED_ROWS} combinations of values of {names}"
         )
 
     def _at(self, variables: Sequence[int], row: _Row, rest: int = 0) -> PlantState:

@@ -13,6 +13,7 @@ from math import prod
 from operator import itemgetter
 from typing import Any, TypeAlias, TypeVar
 
+from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import Binary, Expr, Unary
 from robosc.plant.automaton import Event, Plant, PlantState
@@ -28,7 +29,6 @@ Successors: TypeAlias = tuple[tuple[int, int | None], ...]
 if an assignment would leave its range.
 """
 
-_MOST_VALUES = 1 << 22
 _CHUNK = 4096  # combinations of state variables in one cache
 
 
@@ -157,10 +157,10 @@ class EventSteps:
 
     def __init__(self, plant: Plant, coding: Coding, event: Event) -> None:
         self.event = event
-        if prod(len(p.values) for p in event.parameters) > _MOST_VALUES:
+        if prod(len(p.values) for p in event.parameters) > limits.VERIFIED_VALUES:
             raise StateSpaceError(
-                f"verification stops at {_MOST_VALUES} combinations of the parts of a value;"
-                f" {event.name} has more"
+                f"verification stops at {limits.VERIFIED_VALUES} combinations of the parts"
+                f" of a value; {event.name} has more"
             )
         self.valuations = tuple(valuations(event))
         self.variables = read_by(plant, event) | event.writes

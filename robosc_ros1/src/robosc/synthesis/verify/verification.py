@@ -33,16 +33,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
+from robosc import limits
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import usable
 from robosc.synthesis.verify.explicit import ExplicitVerifier
 from robosc.synthesis.verify.findings import Check, VerifyReport, event_phrase
 
-DEFAULT_LIMIT: Final = 1 << 20  # states; about a minute and 700 MB
 _MANY_STEPS: Final = 1 << 22  # above, symbolic search is faster, as measured
 
 
-def verify(supervisor: Supervisor, limit: int = DEFAULT_LIMIT) -> VerifyReport:
+def verify(supervisor: Supervisor, limit: int = limits.VERIFIED_STATES) -> VerifyReport:
     """Return the results of checking a supervisor's properties by exhaustive search.
 
     With more than ``limit`` states or many transitions the search is symbolic if possible; failures
