@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from robosc import limits
+from robosc.remedies import Hint, Remedy
 from robosc.source import Span
 
 
@@ -33,7 +34,7 @@ class Note:
 class Diagnostic:
     """One fault in a model, in the user's words.
 
-    ``code`` is stable and documented in ``docs/diagnostics.md``; ``hint`` is the remedy, short
+    ``code`` is stable and documented in ``docs/diagnostics.md``; ``advice`` is the remedy, short
     enough to stand behind the caret.
     """
 
@@ -41,8 +42,18 @@ class Diagnostic:
     code: str
     message: str
     span: Span
-    hint: str | None = None
+    advice: Hint | None = None
     notes: tuple[Note, ...] = ()
+
+    @property
+    def hint(self) -> str | None:
+        """The words of the remedy."""
+        return self.advice.text if isinstance(self.advice, Remedy) else self.advice
+
+    @property
+    def remedy(self) -> Remedy | None:
+        """The remedy, if an editor can carry it out."""
+        return self.advice if isinstance(self.advice, Remedy) else None
 
 
 class RoboscError(Exception):

@@ -52,7 +52,7 @@ EXPECTED = {
     "missing-links": "Link 'speed'",
     "no-initial-state": "Add an initial state",
     "reserved-name": "Write '^value'",
-    "several-defaults": "Remove this default",
+    "several-defaults": "Remove 'default -> obstructed'",
     "stale-data": "Add a timeout and 'requirement drive needs free.fresh'",
     "several-initial-states": "Remove 'initial' from 'cold'",
     "unknown-communication": "Write 'move'",

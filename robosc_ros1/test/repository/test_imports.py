@@ -18,7 +18,7 @@ import pytest
 from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
-    "limits", "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "expr",
+    "limits", "remedies", "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "expr",
     "model", "plant", "supervisor", "synthesis", "emit", "simulate", "view", "new", "pipeline", "report", "lsp",
     "model_files", "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip

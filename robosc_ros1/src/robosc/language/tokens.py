@@ -18,6 +18,7 @@ from robosc import limits
 from robosc.errors import Diagnostic, Severity
 from robosc.language.keywords import KEYWORDS, UNITS, Role, words_of
 from robosc.language.operators import infix_signs, symbols
+from robosc.remedies import Change, Hint, Remedy, write
 from robosc.source import Source, Span
 
 _PLAIN, INTEGER, NUMBER, BAD_NUMBER, STRING = "n", "0", "1", "9", "s"
@@ -61,15 +62,15 @@ _TOKEN = re.compile(
 
 _DOUBLE = re.compile(r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 
-_ADVICE = {
-    ";": "no separator stands between declarations",
+_ADVICE: dict[str, Hint] = {
+    ";": Remedy("no separator stands between declarations", Change.REMOVE),
     "&": "write 'and'; has(number, mask) tells whether bits are set",
     "|": "write 'or'; has(number, mask) tells whether bits are set",
-    "&&": "write 'and'",
-    "||": "write 'or'",
+    "&&": write("and"),
+    "||": write("or"),
     "?": "there is no conditional expression: use 'provide … if', or 'if' in transitions",
     "#": "a comment begins with '//'",
-    "~": "write '!' for 'not'",
+    "~": write("!", " for 'not'"),
     "\u00a0": "a plain space is meant",
     "\u201c": "a straight quote is meant",
     "\u201d": "a straight quote is meant",
@@ -77,9 +78,9 @@ _ADVICE = {
     "\u2019": "a straight quote is meant",
     "\u2013": "a plain '-' is meant",
     "\u2212": "a plain '-' is meant",
-    "\u2264": "write '<='",
-    "\u2265": "write '>='",
-    "\u2260": "write '!='",
+    "\u2264": write("<="),
+    "\u2265": write(">="),
+    "\u2260": write("!="),
 }
 
 
@@ -333,10 +334,16 @@ def _fault(source: Source, what: str, start: int, end: int) -> Diagnostic:
     if what == "bad":
         return _bad_character(source, start, end)
     if what == "string":
-        hint = f"close it with {source.text[start]}"
-        return _error(source, "unterminated-string", start, end, "this string has no end", hint)
+        message = "this string has no end"
+        return _error(
+            source, "unterminated-string", start, end, message, _close(source.text[start])
+        )
     message = "this comment has no end"
-    return _error(source, "unterminated-comment", start, start + 2, message, "close it with */")
+    return _error(source, "unterminated-comment", start, start + 2, message, _close("*/"))
+
+
+def _close(sign: str) -> Remedy:
+    return Remedy(f"close it with {sign}", Change.CLOSE, (sign,))
 
 
 def _bad_character(source: Source, start: int, end: int) -> Diagnostic:
@@ -345,13 +352,13 @@ def _bad_character(source: Source, start: int, end: int) -> Diagnostic:
     if len(shown) > 20:
         shown = shown[:20] + "…"
     if found.isalpha():
-        hint: str | None = "names have the letters a-z and A-Z, digits and '_'"
+        hint: Hint | None = "names have the letters a-z and A-Z, digits and '_'"
     else:
         hint = _ADVICE.get(found) or _ADVICE.get(found[0])
     return _error(source, "bad-character", start, end, f"'{shown}' has no meaning here", hint)
 
 
 def _error(
-    source: Source, code: str, start: int, end: int, message: str, hint: str | None = None
+    source: Source, code: str, start: int, end: int, message: str, hint: Hint | None = None
 ) -> Diagnostic:
     return Diagnostic(Severity.ERROR, code, message, Span(source, start, end), hint)

@@ -1,19 +1,18 @@
 """Code actions: what the hint of a diagnostic says, done.
 
-Hints are sentences for people. Those that can be carried out without knowing more are listed in
-``_RULES``; all others stay words.
+Hints are sentences for people; those that are remedies can be carried out without knowing more.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from robosc.errors import Diagnostic
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.carriers import fits
-from robosc.names import IDENTIFIER
+from robosc.remedies import Change
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
     BehaviourNode,
@@ -46,12 +45,10 @@ _INDENT = "    "
 
 def actions_for(analysis: Analysis, diagnostic: Diagnostic) -> list[Action]:
     """What can be done about a diagnostic of this text, if anything."""
-    hint = diagnostic.hint
-    if hint is None or diagnostic.span.source is not analysis.source:
+    remedy = diagnostic.remedy
+    if remedy is None or diagnostic.span.source is not analysis.source:
         return []
-    place = _Place(analysis, diagnostic)
-    matches = ((rule, re.fullmatch(pattern, hint)) for pattern, rule in _RULES)
-    return [action for rule, found in matches if found for action in rule(place, found)]
+    return [*_RULES[remedy.change](_Place(analysis, diagnostic), *remedy.parts)]
 
 
 @dataclass(frozen=True)
@@ -137,59 +134,52 @@ def _state(component: object, name: str) -> StateNode | None:
 # --- the rules -----------------------------------------------------------------------------------
 
 
-def _replace(place: _Place, found: re.Match[str]) -> Iterator[Action]:
-    yield place.replace(found[1])
+def _replace(place: _Place, *texts: str) -> Iterator[Action]:
+    yield from map(place.replace, texts)
 
 
-def _choose(place: _Place, found: re.Match[str]) -> Iterator[Action]:
-    yield from map(place.replace, found[1].split(" or "))
+def _remove(place: _Place) -> Iterator[Action]:
+    yield Action(f"Remove '{place.span.text}'", (Edit(_line_of(place.span), ""),))
 
 
-def _remove(place: _Place, found: re.Match[str]) -> Iterator[Action]:
-    if place.diagnostic.code == "several-defaults":
-        yield Action("Remove this default", (Edit(_line_of(place.span), ""),))
-    elif place.diagnostic.code == "bad-character":
-        yield Action("Remove it", (Edit(place.span, ""),))
-
-
-def _remove_initial(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+def _remove_initial(place: _Place) -> Iterator[Action]:
     start = place.source.text.rfind("initial", 0, place.span.start)
     match = re.compile(r"initial\s+").match(place.source.text, start) if start >= 0 else None
     if match:
         edit = Edit(Span(place.source, match.start(), match.end()), "")
-        yield Action(f"Remove 'initial' from '{found[1]}'", (edit,))
+        yield Action(f"Remove 'initial' from '{place.span.text}'", (edit,))
 
 
-def _close(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+def _close(place: _Place, sign: str) -> Iterator[Action]:
     # A forgotten quote swallows the line; what was meant to be quoted has no blanks or commas.
     meant = re.match(r"[\"'][^\s,]*", place.span.text)
     end = place.span.start + meant.end() if meant else place.span.end
     if place.diagnostic.code == "unterminated-comment":
         line = place.span.line
         end = place.source.line_start(line) + len(place.source.line(line))
-    yield Action(f"Close it with {found[1]}", (place.insert(end, found[1]),))
+    yield Action(f"Close it with {sign}", (place.insert(end, sign),))
 
 
-def _add_default(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+def _add_default(place: _Place, rule: str) -> Iterator[Action]:
     if isinstance(place.declaration, EnumNode):
-        yield Action(f"Add '{found[1]}'", (place.inside(place.declaration.span, found[1]),))
+        yield Action(f"Add '{rule}'", (place.inside(place.declaration.span, rule),))
 
 
-def _make_initial(place: _Place, found: re.Match[str]) -> Iterator[Action]:
-    if state := _state(place.declaration, found[1]):
+def _make_initial(place: _Place, name: str) -> Iterator[Action]:
+    if state := _state(place.declaration, name):
         edit = place.insert(state.span.start, "initial ")
-        yield Action(f"Make '{found[1]}' the initial state", (edit,))
+        yield Action(f"Make '{name}' the initial state", (edit,))
 
 
-def _add_initial(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+def _add_initial(place: _Place, state: str) -> Iterator[Action]:
     if behaviour := _behaviour(place.declaration):
-        yield Action("Add an initial state", (place.inside(behaviour.span, found[1]),))
+        yield Action("Add an initial state", (place.inside(behaviour.span, state),))
 
 
-def _link(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+def _link(place: _Place, name: str, declaration: str | None = None) -> Iterator[Action]:
     """To an interface that the model declares and that fits, else to what the hint names."""
     contents = place.analysis.contents
-    if place.diagnostic.code != "missing-links" or contents is None or place.file is None:
+    if contents is None or place.file is None:
         return
     infos = (info for i in contents.instances.values() for info in i.communications.values())
     marked = (i for i in infos if place.span in (i.node.name.span, _type(i.node)))
@@ -199,10 +189,9 @@ def _link(place: _Place, found: re.Match[str]) -> Iterator[Action]:
     interfaces = contents.scope.interfaces
     definitions = place.analysis.definitions
     fitting = [name for name, node in interfaces.items() if fits(info, node, definitions)]
-    for name in fitting:
-        yield Action(f"Link '{name}'", (place.insert(end, f" links {name}"),))
-    name, declaration = found[1], found[2]
-    if not fitting and declaration and name not in interfaces and "PACKAGE" not in declaration:
+    for found in fitting:
+        yield Action(f"Link '{found}'", (place.insert(end, f" links {found}"),))
+    if not fitting and declaration is not None and name not in interfaces:
         edits = (place.insert(end, f" links {name}"), place.inside(place.file.span, declaration))
         yield Action(f"Link '{name}'", edits)
 
@@ -211,15 +200,14 @@ def _type(node: object) -> Span | None:
     return node.type.span if isinstance(node, MessageNode) else None
 
 
-def _add_import(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+def _add_import(place: _Place, text: str) -> Iterator[Action]:
     if isinstance(node := place.declaration, ImportNode):
-        text = f"\n{place.indent(node.span.start)}{found[1]}"
-        yield Action(f"Add '{found[1]}'", (place.insert(node.span.end, text),))
+        below = f"\n{place.indent(node.span.start)}{text}"
+        yield Action(f"Add '{text}'", (place.insert(node.span.end, below),))
 
 
-def _add_transition(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+def _add_transition(place: _Place, transition: str, name: str, component: str) -> Iterator[Action]:
     """What synthesis says is missing."""
-    transition, name, component = found.groups()
     owner = next((node for node in place.components if node.name.text == component), None)
     if state := _state(owner, name):
         yield Action(f"Add '{transition}'", (place.inside(state.span, transition),))
@@ -234,20 +222,19 @@ def _timeout(place: _Place, name: str, text: str) -> Edit | None:
     return place.insert(before.start(), f"{text} ") if before else None
 
 
-def _add_timeout(place: _Place, found: re.Match[str]) -> Iterator[Action]:
-    if edit := _timeout(place, found[1], found[2]):
-        yield Action(f"Add '{found[2]}' to {found[1]}", (edit,))
+def _add_timeout(place: _Place, message: str, text: str) -> Iterator[Action]:
+    if edit := _timeout(place, message, text):
+        yield Action(f"Add '{text}' to {message}", (edit,))
 
 
-def _add_freshness(place: _Place, found: re.Match[str]) -> Iterator[Action]:
+def _add_freshness(place: _Place, message: str, text: str, *commands: str) -> Iterator[Action]:
     """A timeout of the message, and a requirement of one of the commands that rest on it."""
-    message, text, command, condition, others = found.groups()
     timeout = _timeout(place, message, text)
     if timeout is None or place.declaration is None:
         return
     start = place.declaration.span.start
-    for one in (command, *(others.split(", ") if others else ())):
-        requirement = f"requirement {one} needs {condition}"
+    for command in commands:
+        requirement = f"requirement {command} needs {message}.fresh"
         edit = place.insert(start, f"{requirement}\n{place.indent(start)}")
         yield Action(f"Add a timeout and '{requirement}'", (timeout, edit))
 
@@ -262,38 +249,18 @@ def _line_of(span: Span) -> Span:
     return span
 
 
-_NAME = rf"\^?{IDENTIFIER}"
-_MEMBER = rf"{_NAME}\.{_NAME}"
-_MESSAGE = rf"(?:{_NAME}\.)?{_NAME}"
-
-_RULES: tuple[tuple[str, Callable[[_Place, re.Match[str]], Iterator[Action]]], ...] = (
-    (r"did you mean '([^']+)'\?(?:\n[\s\S]*)?", _replace),
-    (
-        r"write '([^']+)'(?: with its colon| if this is a name| for 'not'.*)?(?:\n[\s\S]*)?",
-        _replace,
-    ),
-    (r"write (integer\(-?\d+\.\.-?\d+\))(?:\n[\s\S]*)?", _replace),
-    (r"write: (value = .+)(?:\n[\s\S]*)?", _replace),
-    (rf"write ({_MEMBER}(?: or {_MEMBER})+)", _choose),
-    (r"no separator stands between declarations|remove one of them", _remove),
-    (rf"remove 'initial' from '({_NAME})' or from '{_NAME}'", _remove_initial),
-    (r"close it with (\S+)", _close),
-    (rf"add: (default -> {_NAME})", _add_default),
-    (rf"write: initial (?:marked )?state ({_NAME})", _make_initial),
-    (r"add: (initial marked state idle \{\})", _add_initial),
-    (
-        rf"add: links ({_NAME})"
-        rf"(?:, and .*|\nand declare: (interface {_NAME} use {_NAME} from {_NAME}))",
-        _link,
-    ),
-    (rf"add: (component {_NAME} from {_NAME} import {_NAME}.*)", _add_import),
-    (rf"add '(on [^']+)' in state ({_NAME}) of ({_NAME})[\s\S]*", _add_transition),
-    (rf"give ({_MESSAGE}) a '(timeout: [^']+,)'", _add_timeout),
-    (
-        rf"give ({_MESSAGE}) a '(timeout: .+,)' and add"
-        rf" 'requirement ({_MESSAGE}) needs ({_MESSAGE}\.fresh)'"
-        rf"(?:, or for ((?:{_MESSAGE}(?:, )?)+))?",
-        _add_freshness,
-    ),
-)
-"""Patterns of hints, each with what does what the hint says."""
+_RULES: Mapping[Change, Callable[..., Iterator[Action]]] = {
+    Change.REPLACE: _replace,
+    Change.REMOVE: _remove,
+    Change.REMOVE_INITIAL: _remove_initial,
+    Change.CLOSE: _close,
+    Change.ADD_DEFAULT: _add_default,
+    Change.MAKE_INITIAL: _make_initial,
+    Change.ADD_INITIAL: _add_initial,
+    Change.LINK: _link,
+    Change.ADD_IMPORT: _add_import,
+    Change.ADD_TRANSITION: _add_transition,
+    Change.ADD_TIMEOUT: _add_timeout,
+    Change.ADD_FRESHNESS: _add_freshness,
+}
+"""What carries out each change: it takes the place and the parts of the remedy."""

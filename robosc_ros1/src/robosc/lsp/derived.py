@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from robosc import limits
 from robosc.errors import Diagnostic, Note, Severity, StateSpaceError
 from robosc.language.events import EventKind
+from robosc.remedies import Change, Hint, Remedy
 from robosc.source import Source, Span, common_ends
 
 if TYPE_CHECKING:
@@ -96,9 +97,17 @@ def _diagnostic(source: Source, item: Mapping[str, Any]) -> Diagnostic:
         item["code"],
         item["message"],
         Span(source, *item["place"]),
-        item["hint"],
+        _advice(item),
         tuple(notes),
     )
+
+
+def _advice(item: Mapping[str, Any]) -> Hint | None:
+    if item["remedy"] is None:
+        hint: str | None = item["hint"]
+        return hint
+    change, parts = item["remedy"]
+    return Remedy(item["hint"], Change(change), tuple(parts))
 
 
 def moved(derived: Derived, source: Source) -> tuple[Diagnostic, ...]:
@@ -171,12 +180,14 @@ def _document(diagnostic: Diagnostic, source: Source) -> dict[str, Any]:
     def place(span: Span | None) -> list[int] | None:
         return None if span is None or span.source is not source else [span.start, span.end]
 
+    remedy = diagnostic.remedy
     return {
         "severity": diagnostic.severity.value,
         "code": diagnostic.code,
         "message": diagnostic.message,
         "place": place(diagnostic.span),
         "hint": diagnostic.hint,
+        "remedy": (remedy.change.value, remedy.parts) if remedy is not None else None,
         "notes": [[note.message, place(note.span)] for note in diagnostic.notes],
     }
 

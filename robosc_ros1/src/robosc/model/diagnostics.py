@@ -8,9 +8,8 @@ from difflib import get_close_matches
 from robosc import limits
 from robosc.codes import CODES
 from robosc.errors import Diagnostic, Note, Severity
+from robosc.remedies import Hint, meant
 from robosc.source import Span
-
-# Each search compares the name with all candidates; a model with more unknown names than this
 
 
 class Report:
@@ -30,7 +29,7 @@ class Report:
         code: str,
         span: Span,
         message: str,
-        hint: str | None = None,
+        hint: Hint | None = None,
         notes: Sequence[Note] = (),
     ) -> Diagnostic:
         """Add and return a diagnostic with the severity that its code has in ``CODES``."""
@@ -61,12 +60,12 @@ class Report:
     def has_errors(self) -> bool:
         return any(d.severity is Severity.ERROR for d in self._items)
 
-    def suggest(self, name: str, candidates: Iterable[str], what: str = "there are") -> str | None:
+    def suggest(self, name: str, candidates: Iterable[str], what: str = "there are") -> Hint | None:
         """``did you mean 'x'?`` for the nearest candidate, else a list of up to eight, or None."""
         names = list(dict.fromkeys(candidates))
         found = self.nearest(name, names)
         if found is not None:
-            return f"did you mean '{found}'?"
+            return meant(found)
         if names and len(names) <= 8:
             return f"{what}: {first_of(names)}"
         return None
@@ -87,7 +86,7 @@ class Muted(Report):
     def _keep(self, found: Diagnostic) -> None:
         return None
 
-    def suggest(self, name: str, candidates: Iterable[str], what: str = "") -> str | None:
+    def suggest(self, name: str, candidates: Iterable[str], what: str = "") -> Hint | None:
         return None
 
 

@@ -24,6 +24,7 @@ from robosc.model.names.copies import write_out
 from robosc.model.names.scope import FileScope
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.object_types import RosTypes
+from robosc.remedies import followed
 from robosc.source import Source
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.parser import parse, read_source
@@ -171,7 +172,7 @@ class _Loader:
                 "library-not-found",
                 node.library.span,
                 f"there is no library '{name}'",
-                f"{meant}\n{looked}" if meant else looked,
+                followed(meant, looked),
             )
             return None
         # Importers in different folders may find different files for one name.

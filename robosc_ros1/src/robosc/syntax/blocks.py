@@ -20,6 +20,7 @@ from pyparsing import ParserElement
 from robosc import limits
 from robosc.errors import Note, listing
 from robosc.language.keywords import starts_of
+from robosc.remedies import meant
 from robosc.syntax.elements import ended
 from robosc.syntax.indentation import is_nested, is_outdented, outdented
 from robosc.syntax.nodes import ImportNode
@@ -320,7 +321,7 @@ class Block:
         keyword = nearest_keyword(word, tuple(self.items.rules))
         if keyword:
             message = f"expected {listing(self.items.words, 'or')}"
-            reading.report("syntax", message, at, hint=f"did you mean '{keyword}'?")
+            reading.report("syntax", message, at, hint=meant(keyword))
             rule = self.items.rules[keyword]
             return self._declaration(reading, at, at + 1, rule, nodes, reported=True)
         message = f"expected {listing((*tail, *self.items.words, _CLOSE), 'or')}"

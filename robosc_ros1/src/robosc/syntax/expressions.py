@@ -16,6 +16,7 @@ from robosc import limits
 from robosc.language.keywords import UNITS
 from robosc.language.operators import BINARY, UNARY
 from robosc.language.tokens import FOREIGN, is_word, kind_of, kinds_of, pattern
+from robosc.remedies import write
 from robosc.syntax.operands import Step, build_expression, nested_too_deep
 from robosc.syntax.pyparsing_names import leave_whitespace, set_name
 from robosc.syntax.reading import Form, Stop
@@ -194,7 +195,7 @@ class _Scanner:
         """Raise Stop if the expression cannot end at a token."""
         if kind in _FOREIGN:
             found = _FOREIGN[kind]
-            hint = f"write '{FOREIGN[found]}'"
+            hint = write(FOREIGN[found])
             raise Stop(self.kinds, at, f"'{found}' is not an operator", hint=hint)
         if kind == ".":
             raise Stop(self.kinds, at + 1, "expected a name after '.'")

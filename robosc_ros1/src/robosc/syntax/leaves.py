@@ -8,6 +8,7 @@ from typing import Any
 
 from robosc.language.keywords import RESERVED
 from robosc.language.tokens import BAD_NUMBER, ESCAPES, INTEGER
+from robosc.remedies import write
 from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
 from robosc.syntax.reading import Build, Fault, Reading
@@ -21,7 +22,7 @@ def make_name(reading: Reading, start: int, end: int, parts: list[Any]) -> Name:
     found = reading.text(start)
     if found in RESERVED:
         reading.report(
-            "reserved-name", f"'{found}' is a keyword everywhere", start, f"write '^{found}'"
+            "reserved-name", f"'{found}' is a keyword everywhere", start, write(f"^{found}")
         )
     return Name(found.removeprefix("^"), span=reading.span(start, start + 1))
 

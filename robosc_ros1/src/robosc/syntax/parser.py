@@ -8,6 +8,7 @@ from typing import Any, Literal, cast
 from robosc import limits
 from robosc.errors import Diagnostic, Severity, UsageError, at_most, sort_diagnostics
 from robosc.language.tokens import is_word, tokenize
+from robosc.remedies import meant
 from robosc.source import Source, Span, opened
 from robosc.syntax.blocks import Block, Header
 from robosc.syntax.grammar import library_block, robot_block
@@ -109,7 +110,7 @@ def _kind(reading: Reading) -> tuple[Literal["robot", "library"] | None, int]:
         return cast(Literal["robot", "library"], word), 1
     near = get_close_matches(word[:40], _FILES, 1, 0.7)
     if not reading.tokens.has_fault(0, reading.tokens.offset(0) + 1):
-        hint = f"did you mean '{near[0]}'?" if near else None
+        hint = meant(near[0]) if near else None
         reading.report("syntax", "expected 'robot' or 'library'", 0, hint)
     if near:
         reading.reported_at = 1

@@ -20,6 +20,7 @@ from robosc.language.attributes import ATTRIBUTES, Value, attributes_of
 from robosc.language.functions import FUNCTIONS
 from robosc.language.keywords import UNITS, Role, words_of
 from robosc.language.tokens import BAD_NUMBER, Tokens, is_word
+from robosc.remedies import Hint, meant, write
 from robosc.source import Span
 from robosc.syntax.pyparsing_names import parse_string
 
@@ -29,10 +30,10 @@ _DECLARING = frozenset(
 )
 _INSIDE = ("expected a value after", "expected an operator")
 _QUOTED = re.compile(r"'(\w+)")
-_ADVICE = {
-    "not": "write '!' for 'not'",
+_ADVICE: dict[str, Hint] = {
+    "not": write("!", " for 'not'"),
     **{
-        word: f"write '^{word}' if this is a name"
+        word: write(f"^{word}", " if this is a name")
         for word in (*words_of(Role.OPERATOR), *words_of(Role.CONSTANT))
     },
     ".": "a number begins with a digit, as in 0.5",
@@ -66,7 +67,7 @@ class Fault(Exception):
         *,
         span: Span | None = None,
         code: str = "syntax",
-        hint: str | None = None,
+        hint: Hint | None = None,
     ) -> None:
         super().__init__(message)
         self.at = at
@@ -89,7 +90,7 @@ class Stop(ParseSyntaxException):
         message: str,
         *,
         code: str = "syntax",
-        hint: str | None = None,
+        hint: Hint | None = None,
         opened: int | None = None,
     ) -> None:
         super().__init__(kinds, at, message)
@@ -225,7 +226,7 @@ class Reading:
         code: str,
         message: str,
         at: int,
-        hint: str | None = None,
+        hint: Hint | None = None,
         notes: tuple[Note, ...] = (),
         span: Span | None = None,
     ) -> None:
@@ -262,13 +263,13 @@ class Reading:
         text = self.source.text[self.tokens.ends[index] : self.tokens.offset(index + 1)]
         return "\n" in text
 
-    def _hint(self, at: int, message: str) -> str | None:
+    def _hint(self, at: int, message: str) -> Hint | None:
         """The hint for the token that was found instead of what was expected; None if unknown."""
         found = self.text(at)
         if not found:
             return None
         if found == "=" and message.startswith("expected ':='"):
-            return "write ':=' to assign"
+            return write(":=", " to assign")
         if found == "," and message.startswith("expected 'needs'"):
             return "write several in braces: { …, … }"
         if message.startswith("expected a duration") and found[0].isdigit():
@@ -288,7 +289,7 @@ class Reading:
         unnamed = message.startswith("expected 'with' and '")
         if f"'{found}:'" in message or (unnamed and found in _LABELS):
             if self.kind(at + 1) != ":":
-                return f"write '{found}:' with its colon"
+                return write(f"{found}:", " with its colon")
             missing = "'with'" if unnamed else "a ','"
             return f"{missing} is missing before it"
         if order := self._order_of_attributes(at + (found == ",")):
@@ -296,7 +297,7 @@ class Reading:
         cutoff = 0.6 if len(found) > 3 else 0.7
         words = _QUOTED.findall(message) if len(found) < 30 else []
         near = get_close_matches(found, words, 1, cutoff)
-        return f"did you mean '{near[0]}'?" if near and near[0] != found else None
+        return meant(near[0]) if near and near[0] != found else None
 
     def _order_of_attributes(self, at: int) -> str | None:
         """The hint for an attribute that its communication cannot have here; None for another

@@ -16,6 +16,7 @@ from robosc.model.entities import Behaviour, CompositeState, ResultTransition, S
 from robosc.model.names.communications import SENT
 from robosc.model.names.tables import CommunicationInfo, Instance
 from robosc.model.typing.compatibility import describe
+from robosc.remedies import Change, Remedy
 from robosc.source import Span
 from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode, TauNode
 
@@ -204,18 +205,29 @@ def check_initial(
             "several-initial-states",
             state.name.span,
             f"{name} already has an initial state",
-            f"remove 'initial' from '{state.name.text}' or from '{initial[0].name.text}'",
+            Remedy(
+                f"remove 'initial' from '{state.name.text}' or from '{initial[0].name.text}'",
+                Change.REMOVE_INITIAL,
+            ),
             [Note("the first one is here", initial[0].name.span)],
         )
     if not initial:
-        heads = [f"initial {'marked ' if s.marked else ''}state {s.name.text}" for s in states]
         report.add(
             "no-initial-state",
             instance.node.name.span if around is None else around.name.span,
             f"{name} has {'behaviour' if around is None else 'states'} but no initial state",
-            f"write: {heads[0]}" if heads else "add: initial marked state idle {}",
+            _initial_state(states),
         )
     return bool(initial)
+
+
+def _initial_state(states: Sequence[StateNode]) -> Remedy:
+    if not states:
+        state = "initial marked state idle {}"
+        return Remedy(f"add: {state}", Change.ADD_INITIAL, (state,))
+    first = states[0]
+    head = f"initial {'marked ' if first.marked else ''}state {first.name.text}"
+    return Remedy(f"write: {head}", Change.MAKE_INITIAL, (first.name.text,))
 
 
 def check_hiding(

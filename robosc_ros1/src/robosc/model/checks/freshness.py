@@ -23,6 +23,7 @@ from robosc.model.entities import (
     Robot,
     data_expressions,
 )
+from robosc.remedies import Change, Remedy
 from robosc.source import Span
 
 _FRESH = "fresh"
@@ -75,7 +76,7 @@ def _read(expr: Expr) -> tuple[bool, tuple[VariableRef, ...]]:
     return names_freshness, tuple(part for part in parts if isinstance(part, VariableRef))
 
 
-def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, str]:
+def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, Remedy]:
     """The message, and the hint with the two edits that mend it for one of the commands."""
     (first, ref), *_ = commands.items()
     others = ", ".join(list(commands)[1:])
@@ -83,8 +84,13 @@ def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, str]
     return (
         f"{first} keeps using the last value of {ref.component}.{ref.variable}"
         f" if {message} falls silent" + (f", and so {do} {others}" if others else ""),
-        f"give {message} a 'timeout: 500 ms,' and add"
-        f" 'requirement {first} needs {message}.fresh'" + (f", or for {others}" if others else ""),
+        Remedy(
+            f"give {message} a 'timeout: 500 ms,' and add"
+            f" 'requirement {first} needs {message}.fresh'"
+            + (f", or for {others}" if others else ""),
+            Change.ADD_FRESHNESS,
+            (message, "timeout: 500 ms,", *commands),
+        ),
     )
 
 

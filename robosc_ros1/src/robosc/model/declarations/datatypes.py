@@ -31,6 +31,7 @@ from robosc.model.names.scope import FileScope, report_duplicate
 from robosc.model.names.value_scope import ValueScope
 from robosc.model.ros.interfaces import KINDS, Missing
 from robosc.model.ros.missing import MissingDefinitions
+from robosc.remedies import Change, Remedy, write
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -232,7 +233,7 @@ class TypeTable(KnownTypes):
             "unknown-type",
             node.name.span,
             f"there is no datatype '{node.name.text}'",
-            f"write '{meant}'" if meant else self._report.suggest(node.name.text, known),
+            write(meant) if meant else self._report.suggest(node.name.text, known),
         )
 
     def _basic(self, node: BasicTypeNode) -> Type | None:
@@ -240,11 +241,12 @@ class TypeTable(KnownTypes):
             return TYPES_BY_WORD[node.name]
         if node.bounds[0] > node.bounds[1]:
             low, high = node.bounds
+            meant = f"integer({high}..{low})"
             self._report.add(
                 "empty-range",
                 node.span,
                 f"no integer is at least {low} and at most {high}",
-                f"write integer({high}..{low})",
+                Remedy(f"write {meant}", Change.REPLACE, (meant,)),
             )
             return None
         return IntegerType(node.bounds)
@@ -355,14 +357,14 @@ class TypeTable(KnownTypes):
                         "several-defaults",
                         rule.span,
                         f"{node.name.text} already has a default",
-                        "remove one of them",
+                        Remedy("remove one of them", Change.REMOVE),
                     )
                 default = rule.span
         if default is None and not self.scope.is_damaged(node.span):
-            value = node.rules[-1].value.text if node.rules else "other"
+            rule_ = f"default -> {node.rules[-1].value.text if node.rules else 'other'}"
             self._report.add(
                 "missing-default",
                 node.name.span,
                 f"{node.name.text} has no value for data that no rule matches",
-                f"add: default -> {value}",
+                Remedy(f"add: {rule_}", Change.ADD_DEFAULT, (rule_,)),
             )

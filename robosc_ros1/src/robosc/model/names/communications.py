@@ -6,6 +6,7 @@ from robosc.errors import Note
 from robosc.model.diagnostics import Report
 from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
+from robosc.remedies import write_one
 from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
 
@@ -65,7 +66,7 @@ def _bare(
             "ambiguous-name",
             access.span,
             f"there are {len(found)} communications '{name}'",
-            "write " + " or ".join(i.key for i in found),
+            write_one([i.key for i in found]),
         )
         return None
     # It may be one of a component that could not be imported.

@@ -23,6 +23,7 @@ from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication
 from robosc.model.names.data_directions import types_of
+from robosc.remedies import Change, Remedy
 from robosc.syntax.nodes import (
     BehaviourNode,
     CommunicationNode,
@@ -270,10 +271,12 @@ class ImportedSymbolTable(SymbolTable):
                 found.append(instance.communications[name])
         return found
 
-    def _with_prefix(self) -> str:
+    def _import_to_add(self, name: str) -> Remedy:
         assert self.own is not None and self.own.imported is not None
-        prefix = self.own.imported.prefix
-        return f" with prefix: {prefix.span.text}" if prefix is not None else ""
+        own = self.own.imported
+        prefix = f" with prefix: {own.prefix.span.text}" if own.prefix is not None else ""
+        text = f"component {name} from {own.library.text} import {name}{prefix}"
+        return Remedy(f"add: {text}", Change.ADD_IMPORT, (text,))
 
     def _import_of(self, wanted: Instance) -> Instance | None:
         assert self.own is not None and self.own.imported is not None
@@ -290,7 +293,7 @@ class ImportedSymbolTable(SymbolTable):
             self.own.imported.component.span,
             f"{self.original.name} of library {library} refers to its component {wanted.name},"
             + (" which is not imported" if not found else " which is imported several times"),
-            f"add: component {wanted.name} from {library} import {wanted.name}{self._with_prefix()}"
+            self._import_to_add(wanted.name)
             if not found
             else "give the imports that belong together one prefix",
             [Note(f"{wanted.name} is declared here", wanted.node.name.span)],

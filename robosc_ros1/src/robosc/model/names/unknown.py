@@ -7,6 +7,7 @@ from robosc.expr.types import EnumType, Type
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
+from robosc.remedies import Change, Hint, Remedy, meant, write_one
 from robosc.syntax.nodes import Access, Name
 
 _MEANINGS = ("component", "enum", "state", "variable")
@@ -89,14 +90,17 @@ class NameFaults:
     def no_condition(self, access: Access, info: CommunicationInfo) -> None:
         """Report ``scan.fresh`` of a message without timeout, or ``scan.ranges``."""
         phases = info.sort.phases
-        message, hint = _NO_VALUE % info.name, _KEEP
+        message = _NO_VALUE % info.name
+        hint: Hint = _KEEP
         if phases is not None and info.phases is None and last_name(access) in phases.names:
             neither = " nor ".join(reversed(phases.names))
             message = f"'{info.name}' is neither {neither}: it has no timeout"
-            hint = f"give {info.name} a 'timeout: 500 ms,'"
+            timeout = "timeout: 500 ms,"
+            text = f"give {info.name} a '{timeout}'"
+            hint = Remedy(text, Change.ADD_TIMEOUT, (info.name, timeout))
         self._report.add("unknown-name", access.span, message, hint)
 
-    def _not_a_value(self, symbols: SymbolTable, name: str) -> tuple[str, str | None] | None:
+    def _not_a_value(self, symbols: SymbolTable, name: str) -> tuple[str, Hint | None] | None:
         component = symbols.component(name)
         if component is not None:
             members = [f"{name}.{m}" for m in component.members]
@@ -108,9 +112,9 @@ class NameFaults:
             return _NO_VALUE % name, _KEEP
         return None
 
-    def _elsewhere(self, symbols: SymbolTable, name: str) -> str | None:
+    def _elsewhere(self, symbols: SymbolTable, name: str) -> Hint | None:
         owners = [c for c in symbols.components.values() if name in c.variables or name in c.states]
-        return f"did you mean '{owners[0].name}.{name}'?" if len(owners) == 1 else None
+        return meant(f"{owners[0].name}.{name}") if len(owners) == 1 else None
 
     def unknown_member(self, access: Access, member: Name) -> None:
         """Report a member that the component or enum before the dot does not have."""
@@ -158,7 +162,7 @@ class NameFaults:
             "ambiguous-name",
             access.span,
             f"'{access.span.text or last_name(access)}' can mean several things here",
-            "write " + " or ".join(names)
+            write_one(names)
             if len(names) > 1
             else "it is a state and a boolean variable: give one of them another name",
         )

@@ -21,6 +21,7 @@ from robosc.model.ros.interfaces import KINDS, Definition, FieldType, Interface,
 from robosc.model.ros.missing import MissingDefinitions
 from robosc.model.ros.object_types import FOLDERS, is_ros_type
 from robosc.model.ros.sent import SentData
+from robosc.remedies import Change, Hint, Remedy, followed, meant
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -112,7 +113,7 @@ class Binder:
                 "missing-links",
                 node.name.span,
                 f"{what} '{node.name.text}' does not say which ROS {what} it is",
-                f"add: {links}",
+                Remedy(f"add: {links}", Change.LINK, ("NAME",)),
             )
             return None
         (part,) = parts
@@ -132,12 +133,15 @@ class Binder:
         field = self._check_part(key, part, interface.parts[0])
         return _binding(interface, parts, [field])
 
-    def _links_hint(self, carried: Type) -> str:
+    def _links_hint(self, carried: Type) -> Remedy:
         name = carried.name if isinstance(carried, ObjectType) else "TYPE"
         packages = self._definitions.packages.with_file(f"msg/{name}.msg")
         package = packages[0] if packages else "PACKAGE"
         alias = name.lower() if name != "TYPE" else "NAME"
-        return f"add: links {alias}\nand declare: interface {alias} use {name} from {package}"
+        declaration = f"interface {alias} use {name} from {package}"
+        known = (declaration,) if packages else ()
+        text = f"add: links {alias}\nand declare: {declaration}"
+        return Remedy(text, Change.LINK, (alias, *known))
 
     def check_unlinked(self, interfaces: Iterable[InterfaceNode]) -> None:
         """Report interfaces that no communication links and that no definition has."""
@@ -247,15 +251,17 @@ class Binder:
         name = property_.text
         fields = first_of(f"{f.name}: {f.type}" for f in definition.fields) or "none at all"
         nearest = self._report.nearest(name, [f.name for f in definition.fields])
-        hint = f"its fields: {fields}"
+        known = f"its fields: {fields}"
+        hint: Hint = known
+        if definition.constant(name) is not None:
+            hint = f"'{name}' is one of its constants\n{known}"
+        elif nearest is not None:
+            hint = followed(meant(nearest), known)
         if nearest is not None:
-            hint = f"did you mean '{nearest}'?\n{hint}"
             # If the model uses the field's name elsewhere, the property is misspelt, not the use.
             key = (unknown.object.origin, unknown.object.name, nearest)
             uses = self._type_declarations.missed.get(key, ())
             is_used |= self._report.withdraw(uses)
-        if definition.constant(name) is not None:
-            hint = f"'{name}' is one of its constants\n{hint}"
         code = "unknown-field" if is_used else "unread-field"
         message = f"{definition.name} has no field '{name}'"
         self._report.add(code, property_.span, message, hint)

@@ -8,6 +8,7 @@ from robosc.language.operators import BINARY
 from robosc.model.typing.compatibility import describe
 from robosc.model.typing.expected import ExpectedType
 from robosc.model.typing.incoming import RULE
+from robosc.remedies import Change, Hint, Remedy
 from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode
 
 
@@ -39,7 +40,7 @@ def _in_words(meaning: Expr) -> str:
     return describe(meaning.type)
 
 
-def hint_for(node: ExprNode, given: Type, expected: ExpectedType, place: str) -> str | None:
+def hint_for(node: ExprNode, given: Type, expected: ExpectedType, place: str) -> Hint | None:
     """The remedy for an expression whose type does not fit its place; None if there is no usual."""
     if isinstance(expected.type, DurationType):
         return "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
@@ -48,4 +49,7 @@ def hint_for(node: ExprNode, given: Type, expected: ExpectedType, place: str) ->
     if (comparison := _of_three(node, place)) is not None:
         return comparison
     literal = place == RULE and isinstance(node, LiteralNode)
-    return f"write: value = {node.span.text}" if literal else None
+    if not literal:
+        return None
+    meant = f"value = {node.span.text}"
+    return Remedy(f"write: {meant}", Change.REPLACE, (meant,))

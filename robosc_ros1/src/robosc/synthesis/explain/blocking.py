@@ -9,6 +9,7 @@ from robosc import limits
 from robosc.errors import listing
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Edge, Event, Plant, PlantState, VariableKind
+from robosc.remedies import Change, Hint, Remedy
 from robosc.source import Span
 from robosc.supervisor import Step
 from robosc.synthesis.compiled_steps import Stepper
@@ -20,7 +21,7 @@ class Cause:
     """Why a state is bad, what to do about it, and the place in the model."""
 
     reason: str
-    remedy: str | None = None
+    remedy: Hint | None = None
     span: Span | None = None
 
 
@@ -93,7 +94,7 @@ def _of_variable(
     return Cause(reason, _remedy(plant, steps, variable, place), behaviour.states[place].span)
 
 
-def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> str | None:
+def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> Hint | None:
     name = plant.variables[variable].name
     here = str(plant.variables[variable].values[place])
     back = plant.variables[variable].initial
@@ -107,10 +108,12 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> s
         if origin is not None and _leaving_by(plant, event.key, variable, place):
             target = plant.variables[variable].values[origin]
             direction = "to" if event.kind is EventKind.REQUEST else "from"
-            added = f"add 'on {event.kind.value} {direction} {event.name} goto {target}'"
+            transition = f"on {event.kind.value} {direction} {event.name} goto {target}"
+            added = f"add '{transition}'"
             if edges:
                 return f"{added} beside the states of {name}, for when none of the guards holds"
-            return f"{added} in state {here} of {name}"
+            text = f"{added} in state {here} of {name}"
+            return Remedy(text, Change.ADD_TRANSITION, (transition, here, name))
     leaving = [
         event
         for event in plant.events

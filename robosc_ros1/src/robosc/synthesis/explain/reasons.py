@@ -117,11 +117,11 @@ class _Explainer:
         start = assumed(self.plant, first)
         start += f"after {trace_text(trace)}, which no controller can prevent, " if trace else ""
         message = f"no controller can satisfy the requirements: {start}{bad.cause.reason}"
-        remedy = bad.cause.remedy
+        cause = bad.cause
         diagnostic = Diagnostic(
-            Severity.ERROR, "empty-supervisor", message, robot.span, remedy, _notes(bad.cause)
+            Severity.ERROR, "empty-supervisor", message, robot.span, cause.remedy, _notes(cause)
         )
-        return Explanation(None, message, trace, remedy, diagnostic)
+        return Explanation(None, message, trace, diagnostic.hint, diagnostic)
 
     def guard(self, guard: Guard) -> Iterator[Explanation]:
         """Yield what there is to say of a guard that is restricted or never holds."""
@@ -159,7 +159,7 @@ class _Explainer:
             _notes(bad.cause),
         )
         shown = trace if traced else ()
-        yield Explanation(event, message, shown, bad.cause.remedy, diagnostic, traced)
+        yield Explanation(event, message, shown, diagnostic.hint, diagnostic, traced)
 
     def _never_asked(self, guard: Guard) -> Iterator[Explanation]:
         """Yield why a command never happens that the plant or the requirements never allow.
