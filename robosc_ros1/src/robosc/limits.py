@@ -127,6 +127,8 @@ FIRST_STEPS = 2_000
 VERIFIED_STATES = 2**20
 """States that ``verify`` searches one by one, about a minute and 700 MB; above, sets of states are
 verified."""
+VERIFIED_SECONDS = 300.0
+"""Processor seconds of ``verify``; beyond, it stops and says so."""
 VERIFIED_TRANSITIONS = 2**24
 """Transitions of such a search, 16 bytes each; beyond, verification stops with the number."""
 VERIFIED_VALUES = 2**22

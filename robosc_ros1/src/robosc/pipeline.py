@@ -199,15 +199,15 @@ def explore(
 
 
 def verify(robot: Robot, progress: Progress | None = None) -> VerifyReport:
-    """Proves the supervisor of a robot by independent means, state by state.
+    """Proves the supervisor of a robot by independent means.
 
     Raises:
         EmptySupervisorError: there is none.
-        StateSpaceError: it has too many states to visit each.
+        StateSpaceError: the proof takes too much memory or time.
     """
     from robosc.synthesis.verify.verification import verify as prove
 
-    return prove(supervise(robot, progress))
+    return prove(supervise(robot, progress), progress=progress)
 
 
 def export(robot: Robot, format_: Format, *, with_supervisor: bool = False) -> str:

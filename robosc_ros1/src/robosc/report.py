@@ -200,6 +200,7 @@ def verify_text(found: VerifyReport) -> str:
     lines = [f"{found.robot}: {size}"]
     if found.method == "symbolic":
         lines.append("too many states to visit one by one: verified with sets of states")
+    lines.append(f"shared with synthesis: {', '.join(found.shared)}")
     for check in found.checks:
         lines.append(_property_text(check.name, check.holds))
         if check.detail:

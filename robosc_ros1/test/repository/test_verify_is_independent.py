@@ -10,6 +10,10 @@ SHARED = {
     "synthesis.vectorised",  # which state variables an expression reads
     "synthesis.bdd.manager",  # the BDD library
     "synthesis.bdd.memory",  # the manager's limit
+    "synthesis.bdd.order",  # the order of the variables, which no result depends on
+    "synthesis.bdd.rounds",  # its direction
+    "synthesis.bdd.sources",  # what it brings together
+    "synthesis.time_limit",  # how long verification may take
     "synthesis.formatting",  # texts of events
 }
 

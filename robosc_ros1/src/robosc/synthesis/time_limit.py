@@ -1,4 +1,4 @@
-"""A limit on the processor time of a synthesis, as for checks that run at every edit."""
+"""A limit on processor time, as of the synthesis in checks that run at every edit."""
 
 from __future__ import annotations
 
@@ -18,11 +18,16 @@ _AGAIN = 0.5
 
 
 @contextmanager
-def processor_time(seconds: float, progress: Progress | None) -> Iterator[Progress]:
+def processor_time(
+    seconds: float,
+    progress: Progress | None,
+    told: str = "it takes more than {:g} s; 'robosc synthesize' has no time limit",
+) -> Iterator[Progress]:
     """Return a progress callback that raises once ``seconds`` of processor time are used up.
 
-    It calls ``progress``, too. In the main thread a timer (SIGPROF) also interrupts code that
-    reports no progress, unless the timer is already in use, as by a profiler.
+    ``told`` is the error, with the seconds. ``progress`` is called, too. In the main thread a timer
+    (SIGPROF) also interrupts code that reports no progress, unless the timer is already in use, as
+    by a profiler.
 
     Raises:
         StateSpaceError: the time is up.
@@ -30,9 +35,7 @@ def processor_time(seconds: float, progress: Progress | None) -> Iterator[Progre
     end = time.process_time() + seconds
 
     def stop(signum: int = 0, frame: FrameType | None = None) -> None:
-        raise StateSpaceError(
-            f"it takes more than {seconds:g} s; 'robosc synthesize' has no time limit"
-        )
+        raise StateSpaceError(told.format(seconds))
 
     def limited(what: str, done: int, most: int) -> None:
         if time.process_time() > end:

@@ -22,10 +22,9 @@ from robosc.plant.step import missing_together
 from robosc.runtime.values import Undefined
 from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
 from robosc.synthesis.bdd.manager import Bdd, Manager
-from robosc.synthesis.bdd.order import order_items
+from robosc.synthesis.bdd.order import ordered
 from robosc.synthesis.bdd.partition import Partition, combined, key_of
-from robosc.synthesis.bdd.rounds import early_last
-from robosc.synthesis.bdd.sources import LeafSource, touched_together
+from robosc.synthesis.bdd.sources import LeafSource
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +41,6 @@ class Encoding:
 
     def __init__(self, plant: Plant, memory: int) -> None:
         self.plant = plant
-        parameters = [
-            (e, p) for e, event in enumerate(plant.events) for p in range(len(event.parameters))
-        ]
-        items: list[LeafSource] = [*range(len(plant.variables)), *parameters]
         self._blocks: dict[LeafSource, _Block] = {}
         self._known: dict[tuple[Expr, int | None], Partition] = {}
         # Each for what reads the ``value`` of an event, or of none.
@@ -53,8 +48,7 @@ class Encoding:
         self._partitions: defaultdict[int | None, ByIdentity[Partition]] = defaultdict(ByIdentity)
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
-        order = order_items(len(items), touched_together(plant, items))
-        for item in early_last(plant, [items[number] for number in order]):
+        for item in ordered(plant):
             block = self._blocks[item] = self._block(item, first)
             first += len(block.now) + len(block.after)
         self.manager = Manager(first, memory)

@@ -13,9 +13,23 @@ from itertools import pairwise
 
 import networkx as nx
 
+from robosc.plant.automaton import Plant
+from robosc.synthesis.bdd.rounds import early_last
+from robosc.synthesis.bdd.sources import LeafSource, touched_together
+
 _ROUNDS = 60
 _PATIENCE = 5
 _LARGEST_CLIQUE = 12
+
+
+def ordered(plant: Plant) -> Sequence[LeafSource]:
+    """Return the state variables of a plant and the parameters of its events in a good order."""
+    parameters = [
+        (e, p) for e, event in enumerate(plant.events) for p in range(len(event.parameters))
+    ]
+    items: list[LeafSource] = [*range(len(plant.variables)), *parameters]
+    order = order_items(len(items), touched_together(plant, items))
+    return early_last(plant, [items[number] for number in order])
 
 
 def order_items(count: int, groups: Iterable[Iterable[int]]) -> list[int]:

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 from robosc.plant.automaton import Event
 from robosc.supervisor import Step
 from robosc.synthesis.formatting import event_text
+
+SHARED: Final = (
+    "the plant",
+    "the values of operators",
+    "which values of an event occur together",
+    "which variables an expression reads",
+)
+SHARED_BY_SETS: Final = ("the library for decision diagrams", "the order of the variables")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +44,11 @@ class VerifyReport:
     transitions: int
     properties: tuple[tuple[str, bool], ...] = ()
     method: Literal["explicit", "symbolic"] = "explicit"
+
+    @property
+    def shared(self) -> tuple[str, ...]:
+        """What verification shares with synthesis: a fault in it may be found by neither."""
+        return SHARED if self.method == "explicit" else SHARED + SHARED_BY_SETS
 
     @property
     def verified(self) -> bool:
@@ -69,6 +82,7 @@ def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> di
         "robot": report.robot,
         "verified": report.verified,
         "method": report.method,
+        "shared": [*report.shared],
         "states": report.states,
         "transitions": report.transitions,
         "properties": dict(report.properties),

@@ -1,8 +1,9 @@
 """Sets of states and transition relations of the symbolic verifier, as decision diagrams.
 
-Variables are in model order. The transition relation of an event is the conjunction of one table
-per automaton that takes part, computed state by state. Conditions are
-decomposed at their operators, and the operands evaluated value by value.
+The transition relation of an event is the conjunction of one table per automaton that takes part,
+computed state by state. Conditions are decomposed at their operators, and the operands evaluated
+value by value. The order of the variables is found by the means of the symbolic engine: any order
+gives the same sets.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from robosc.expr.types import Value
 from robosc.plant.automaton import Event, Plant, PlantState, values_read
 from robosc.plant.step import Values, Verdict, lookup, outcome, valuations
 from robosc.synthesis.bdd.manager import Bdd, Manager, Renaming
+from robosc.synthesis.bdd.order import ordered
 from robosc.synthesis.vectorised import support
 from robosc.synthesis.verify.findings import event_phrase
 from robosc.synthesis.verify.steps import read_by
@@ -94,12 +96,14 @@ class StateSets:
 
     def __init__(self, plant: Plant) -> None:
         self.plant = plant
-        self._bits: list[tuple[int, ...]] = []
+        self._order = [item for item in ordered(plant) if isinstance(item, int)]
+        self._bits: list[tuple[int, ...]] = [()] * len(plant.variables)
         first = 0
-        for variable in plant.variables:
-            bits = (variable.size - 1).bit_length()
-            self._bits.append(tuple(range(first, first + 2 * bits, 2)))
+        for index in self._order:
+            bits = (plant.variables[index].size - 1).bit_length()
+            self._bits[index] = tuple(range(first, first + 2 * bits, 2))
             first += 2 * bits
+        self._place = {index: place for place, index in enumerate(self._order)}
         self.manager = Manager(first)
         self.false = self.manager.false
         self.relations = [self._relation(event) for event in plant.events]
@@ -107,16 +111,18 @@ class StateSets:
     @property
     def initial(self) -> Bdd:
         found = self.manager.true
-        for index, variable in enumerate(self.plant.variables):
-            found = found & self._rows([index], [(index,) for index in variable.start_indexes])
+        for index in reversed(self._order):
+            starts = self.plant.variables[index].start_indexes
+            found = self._rows([index], [(start,) for start in starts]) & found
         return found
 
     @property
     def marked(self) -> Bdd:
         found = self.manager.true
-        for index, variable in enumerate(self.plant.variables):
-            if variable.marked is not None:
-                found = found & self._rows([index], [(value,) for value in variable.marked])
+        for index in reversed(self._order):
+            marked = self.plant.variables[index].marked
+            if marked is not None:
+                found = self._rows([index], [(value,) for value in marked]) & found
         return found
 
     def holds(self, expr: Expr) -> Bdd:
@@ -140,7 +146,7 @@ class StateSets:
         It is evaluated for all combinations of what it reads; if these are too many, its operands
         are, and their values combined.
         """
-        variables = support(self.plant, expr)
+        variables = self._sorted(support(self.plant, expr))
         if self._size(variables) <= _FEW_ROWS or not isinstance(expr, Binary):
             rows: dict[Value, list[_Row]] = {}
             for row in self._combinations(variables):
@@ -191,10 +197,10 @@ class StateSets:
 
     def _local(self, event: Event) -> _Local:
         """Return the part of one automaton, given as an event of its own."""
-        variables = sorted(read_by(self.plant, event))
+        variables = self._sorted(read_by(self.plant, event))
         paths = values_read(e for automaton in event.automata for e in automaton.expressions)
         reads = [n for n, parameter in enumerate(event.parameters) if parameter.path in paths]
-        found = _Local(sorted(event.writes), reads, {})
+        found = _Local(self._sorted(event.writes), reads, {})
         for values in valuations(event):
             if (read := found.read(values)) not in found.tables:
                 if self._size(variables) * (len(found.tables) + 1) > limits.VERIFIED_ROWS:
@@ -236,6 +242,9 @@ class StateSets:
             ),
         )
 
+    def _sorted(self, variables: Iterable[int]) -> list[int]:
+        return sorted(variables, key=self._place.__getitem__)
+
     def _size(self, variables: Iterable[int]) -> int:
         return prod(self.plant.variables[variable].size for variable in variables)
 
@@ -258,7 +267,7 @@ class StateSets:
         return tuple(state)
 
     def _rows(self, variables: Sequence[int], rows: Iterable[_Row]) -> Bdd:
-        """Return where state variables, ascending, have the values of one of the rows."""
+        """Return where state variables, in their order, have the values of one of the rows."""
         if not variables:
             return self.manager.true if any(True for _ in rows) else self.false
         by_value: dict[int, list[_Row]] = {}

@@ -1,41 +1,54 @@
 """Symbolic verification of systems with too many states for explicit search.
 
 It proves the same as :mod:`robosc.synthesis.verify.explicit`, by sets of states. With the symbolic
-engine it shares the BDD manager: the transition relations are independent
-(:mod:`robosc.synthesis.verify.state_sets`), and the fixpoints are plain rounds over all events.
+engine it shares the BDD manager and the order of the variables; the transition relations
+(:mod:`robosc.synthesis.verify.state_sets`) and the fixpoints
+(:mod:`robosc.synthesis.verify.closures`) are independent.
+
+What may be kept is computed first, and what is reached inside it. Where the guards allow there what
+stays inside, and nothing else, they are right. Only where they do not, what they lead to is
+computed as well: their conditions read many variables, the plant's events few.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE
 from robosc.plant.automaton import Plant
+from robosc.progress import Progress
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import Bdd
+from robosc.synthesis.verify.closures import Closure, place_of
 from robosc.synthesis.verify.findings import Check, Findings, event_phrase
 from robosc.synthesis.verify.state_sets import Relation, StateSets
 
+_Take: TypeAlias = Callable[[Relation, Bdd, Bdd], Bdd]
+"""From a relation, those of its steps that count, and a set: what they lead to, or come from."""
 
-def search_by_sets(supervisor: Supervisor) -> Findings:
+
+def search_by_sets(supervisor: Supervisor, progress: Progress | None = None) -> Findings:
     """Return what the search finds, without traces.
 
     Raises:
         StateSpaceError: an event or a condition reads too much, or the diagrams grow too large.
     """
     try:
-        return _Proof(supervisor).found()
+        return _Proof(supervisor, progress).found()
     except MemoryError:
         raise StateSpaceError("verification ran out of the memory that it may use") from None
 
 
 class _Proof:
-    def __init__(self, supervisor: Supervisor) -> None:
+    def __init__(self, supervisor: Supervisor, progress: Progress | None) -> None:
         self.plant: Plant = supervisor.plant
         self.sets = StateSets(self.plant)
         self.manager, self.relations = self.sets.manager, self.sets.relations
         self.false = self.manager.false
+        self._progress = progress
         guards = {g.event.identity: g.expr for g in supervisor.guards}
         self.required: dict[int, Bdd] = {}
         self.guards: dict[int, Bdd] = {}
@@ -44,33 +57,54 @@ class _Proof:
             guard = guards.get(event.identity, free)
             self.guards[number] = self.sets.holds(guard)
             self.required[number] = self.sets.holds(event.requirement or TRUE)
+        failing = [~self.sets.holds(expr) for expr, _ in self.plant.invariants]
+        self.unsafe = self.manager.union([*failing, *(r.escapes for r in self.relations)])
+
+    def tick(self) -> None:
+        if self._progress is not None:
+            self._progress("verification", self.manager.nodes, self.manager.capacity)
 
     def found(self) -> Findings:
-        manager = self.manager
-        initial = self.sets.initial
-        failing = [~self.sets.holds(expr) for expr, _ in self.plant.invariants]
-        escaping = [r.escapes for r in self.relations]
-        unsafe = manager.union([*failing, *escaping])
-        everything = [manager.true] * len(self.relations)
-        plant = self._forward(initial, everything, manager.true)
-        permitted = self._forward(initial, list(self.required.values()), ~unsafe)
-        keepable = self._keepable(permitted & ~unsafe)
-        reached = self._forward(initial, list(self.guards.values()), ~unsafe)
+        initial, sets = self.sets.initial, self.sets
+        kept = self._keepable()
+        reached = self._closed(initial, kept, self._keeping(kept), self._image)
+        right = initial & ~kept == self.false and self._right(reached, kept)
+        if not right:
+            reached = self._under_guards()
         return Findings(
             method="symbolic",
-            keeps_initial=initial & ~keepable == self.false,
-            safe=_check("safe", self._unsafe(reached, unsafe)),
-            nonblocking=_check("nonblocking", self._blocking(reached)),
-            permissive=_check("maximally permissive", self._needless(reached, keepable)),
-            states=self.sets.count(reached),
+            keeps_initial=initial & ~kept == self.false,
+            safe=_check("safe", None if right else self._unsafe(reached)),
+            nonblocking=_check("nonblocking", None if right else self._blocking(reached)),
+            permissive=_check(
+                "maximally permissive", None if right else self._needless(reached, kept)
+            ),
+            states=sets.count(reached),
             transitions=self._transitions(reached),
-            plant_states=self.sets.count(plant),
+            plant_states=self._plant_states(),
+        )
+
+    def _plant_states(self) -> int:
+        steps = [relation.steps for relation in self.relations]
+        return self.sets.count(
+            self._closed(self.sets.initial, self.manager.true, steps, self._image)
         )
 
     # --- properties
 
-    def _unsafe(self, reached: Bdd, unsafe: Bdd) -> str | None:
-        if reached & unsafe != self.false:
+    def _right(self, reached: Bdd, kept: Bdd) -> bool:
+        """Whether the guards allow in ``reached`` what stays in ``kept``, and nothing else."""
+        for number, relation in enumerate(self.relations):
+            here, guard = reached & relation.possible, self.guards[number]
+            wanted = self.required[number]
+            if relation.event.controllable:
+                wanted = wanted & self._staying(relation, kept)
+            if here & (guard ^ wanted) != self.false:
+                return False
+        return True
+
+    def _unsafe(self, reached: Bdd) -> str | None:
+        if reached & self.unsafe != self.false:
             for expr, index in self.plant.invariants:
                 if reached & ~self.sets.holds(expr) != self.false:
                     return f"'{self.plant.robot.requirements[index].text}' fails"
@@ -83,7 +117,8 @@ class _Proof:
         return None
 
     def _blocking(self, reached: Bdd) -> str | None:
-        back = self._coreachable(reached, list(self.guards.values()))
+        steps = self._allowed(self.guards)
+        back = self._closed(reached & self.sets.marked, reached, steps, self._preimage)
         return None if back == reached else "no marked state can be reached any more"
 
     def _needless(self, reached: Bdd, keepable: Bdd) -> str | None:
@@ -100,58 +135,74 @@ class _Proof:
             for weight, states in relation.weights
         )
 
-    # --- fixpoints
+    # --- steps
 
-    def _image(self, relation: Relation, states: Bdd) -> Bdd:
-        found = self.manager.and_exists(states, relation.steps, relation.now)
+    def _image(self, relation: Relation, steps: Bdd, states: Bdd) -> Bdd:
+        found = self.manager.and_exists(states, steps, relation.now)
         return self.manager.rename(found, relation.forward)
 
-    def _preimage(self, relation: Relation, states: Bdd) -> Bdd:
+    def _preimage(self, relation: Relation, steps: Bdd, states: Bdd) -> Bdd:
         renamed = self.manager.rename(states, relation.backward)
-        return self.manager.and_exists(renamed, relation.steps, relation.after)
+        return self.manager.and_exists(renamed, steps, relation.after)
 
     def _staying(self, relation: Relation, within: Bdd) -> Bdd:
         """Return where an event is possible and all its outcomes are ``within``."""
-        return relation.possible & ~self._preimage(relation, ~within)
+        return relation.possible & ~self._preimage(relation, relation.steps, ~within)
 
-    def _forward(self, states: Bdd, where: Sequence[Bdd], left: Bdd) -> Bdd:
-        """Return what events reach where they are allowed; states outside ``left`` are not left."""
-        while True:
-            before = states
-            for relation, allowed in zip(self.relations, where, strict=True):
-                self.manager.make_room()
-                states = states | self._image(relation, states & allowed & left)
-            if states == before:
-                return states
+    def _allowed(self, where: Mapping[int, Bdd]) -> list[Bdd]:
+        """Return the steps of each event, where it is allowed."""
+        return [relation.steps & where[n] for n, relation in enumerate(self.relations)]
 
-    def _coreachable(self, within: Bdd, where: Sequence[Bdd]) -> Bdd:
-        """Return the states ``within`` from which a marked one is reached inside ``within``."""
-        found = within & self.sets.marked
-        while True:
-            before = found
-            for relation, allowed in zip(self.relations, where, strict=True):
-                self.manager.make_room()
-                found = found | (self._preimage(relation, found) & allowed & within)
-            if found == before:
-                return found
+    def _keeping(self, kept: Bdd) -> list[Bdd]:
+        """Return the permitted steps of each event; of a command with values only those that stay
+        in ``kept`` whatever its outcome."""
+        where = dict(self.required)
+        for number, relation in enumerate(self.relations):
+            if relation.event.controllable and relation.event.parameters:
+                where[number] = where[number] & self._staying(relation, kept)
+        return self._allowed(where)
 
-    def _keepable(self, safe: Bdd) -> Bdd:
-        """Return the supremal controllable and nonblocking subset of the safe states."""
-        kept = safe
+    # --- fixpoints
+
+    def _closed(self, states: Bdd, inside: Bdd, steps: Sequence[Bdd], take: _Take) -> Bdd:
+        """Return ``states`` and what is reached from them, without leaving ``inside``."""
+        arrows = [
+            (
+                min(map(place_of, (some, relation.now, relation.after))),
+                partial(take, relation, some),
+            )
+            for relation, some in zip(self.relations, steps, strict=True)
+            if some != self.false
+        ]
+        return Closure(self.manager, arrows, self.tick).of(states & inside, inside)
+
+    def _under_guards(self) -> Bdd:
+        """Return what is reached under the guards; unsafe states are not left."""
+        left = {number: guard & ~self.unsafe for number, guard in self.guards.items()}
+        everywhere = self.manager.true
+        return self._closed(self.sets.initial, everywhere, self._allowed(left), self._image)
+
+    def _keepable(self) -> Bdd:
+        """Return the supremal safe, controllable and nonblocking set of those that are permitted.
+
+        In turn those states are removed from which uncontrollable events lead out of the set, and
+        those that reach no marked state inside it.
+        """
+        permitted = self._allowed(self.required)
+        kept = self._closed(self.sets.initial, ~self.unsafe, permitted, self._image)
+        uncontrollable = [
+            self.false if relation.event.controllable else relation.steps
+            for relation in self.relations
+        ]
+        lost = self.manager.union(
+            self._preimage(relation, steps, self.unsafe)
+            for relation, steps in zip(self.relations, uncontrollable, strict=True)
+        )
         while True:
-            before = kept
-            for relation in self.relations:
-                if not relation.event.controllable:
-                    self.manager.make_room()
-                    kept = kept & ~self._preimage(relation, ~kept)
-            if kept != before:
-                continue
-            where = [
-                self.required[number] & self._staying(relation, kept)
-                for number, relation in enumerate(self.relations)
-            ]
-            kept = self._coreachable(kept, where)
-            if kept == before:
+            kept = kept & ~self._closed(lost, kept, uncontrollable, self._preimage)
+            marked = kept & self.sets.marked
+            lost = kept & ~self._closed(marked, kept, self._keeping(kept), self._preimage)
+            if lost == self.false:
                 return kept
 
 

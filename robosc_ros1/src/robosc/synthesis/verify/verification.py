@@ -11,8 +11,9 @@ What verification and the engines share, so that a fault there may be found by n
 of an event occur together (:func:`robosc.plant.step.missing_together`); the values of operators and
 enum conversions (:mod:`robosc.expr.evaluation`); which state variables an expression reads
 (:func:`robosc.synthesis.vectorised.support`); and, of the symbolic engine, the BDD library with its
-manager (:mod:`robosc.synthesis.bdd.manager`). They share no search, no fixpoint, no representation
-of states and no transition relation.
+manager (:mod:`robosc.synthesis.bdd.manager`), and the order of its variables
+(:mod:`robosc.synthesis.bdd.order`), which no result depends on. They share no search, no fixpoint,
+no representation of states and no transition relation.
 
 Verification proves that under the guards of a :class:`~robosc.supervisor.Supervisor` the system is
 
@@ -34,30 +35,33 @@ from collections.abc import Iterator
 from typing import Final
 
 from robosc import limits
+from robosc.progress import Progress
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import usable
+from robosc.synthesis.time_limit import processor_time
 from robosc.synthesis.verify.explicit import ExplicitVerifier
-from robosc.synthesis.verify.findings import Check, VerifyReport, event_phrase
+from robosc.synthesis.verify.findings import Check, Findings, VerifyReport, event_phrase
 
 _MANY_STEPS: Final = 1 << 22  # above, symbolic search is faster, as measured
 
 
-def verify(supervisor: Supervisor, limit: int = limits.VERIFIED_STATES) -> VerifyReport:
+def verify(
+    supervisor: Supervisor,
+    limit: int = limits.VERIFIED_STATES,
+    progress: Progress | None = None,
+    seconds: float = limits.VERIFIED_SECONDS,
+) -> VerifyReport:
     """Return the results of checking a supervisor's properties by exhaustive search.
 
     With more than ``limit`` states or many transitions the search is symbolic if possible; failures
     then have no traces.
 
     Raises:
-        StateSpaceError: the system is too large for that, too.
+        StateSpaceError: the system is too large for that, too, or it takes more than ``seconds``
+            of processor time.
     """
-    large = supervisor.plant_states > limit or supervisor.controlled_transitions > _MANY_STEPS
-    if large and usable():
-        from robosc.synthesis.verify.symbolic import search_by_sets  # imported on demand
-
-        found = search_by_sets(supervisor)
-    else:
-        found = ExplicitVerifier(supervisor, limit).found()
+    with processor_time(seconds, progress, "verification stops after {:g} s") as limited:
+        found = _findings(supervisor, limit, limited)
     name, controllable = supervisor.plant.robot.name, _check_controllable(supervisor)
     if supervisor.empty:
         counts = _check_counts(supervisor, 0, 0, found.plant_states)
@@ -69,6 +73,15 @@ def verify(supervisor: Supervisor, limit: int = limits.VERIFIED_STATES) -> Verif
     counts = _check_counts(supervisor, *figures, found.plant_states)
     checks = (found.safe, controllable, found.nonblocking, found.permissive, *counts)
     return VerifyReport(name, checks, *figures, supervisor.properties, found.method)
+
+
+def _findings(supervisor: Supervisor, limit: int, progress: Progress) -> Findings:
+    large = supervisor.plant_states > limit or supervisor.controlled_transitions > _MANY_STEPS
+    if large and usable():
+        from robosc.synthesis.verify.symbolic import search_by_sets  # imported on demand
+
+        return search_by_sets(supervisor, progress)
+    return ExplicitVerifier(supervisor, limit).found()
 
 
 def _check_controllable(supervisor: Supervisor) -> Check:

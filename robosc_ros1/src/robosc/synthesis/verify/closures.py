@@ -1,0 +1,142 @@
+"""Closures of sets of states under steps, as the symbolic verifier needs them.
+
+A step concerns the variables from the topmost to the lowest one that it reads or writes. A diagram
+is closed from its leaves to its root: both halves of a node are closed under the steps that concern
+only variables below before a step that concerns the node's own variable is taken, and what that
+step adds is closed below in the same way. This is saturation (Ciardo, Luettgen & Siminiceanu,
+TACAS 2001). The engine's (:mod:`robosc.synthesis.bdd.saturation`) is another text over other
+relations; they share no code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable
+from dataclasses import dataclass, field
+from itertools import groupby
+from typing import Any, Final, TypeAlias
+
+from robosc.synthesis.bdd.manager import Bdd, Manager
+
+_BOTTOM: Final = 1 << 62
+"""Stands for the place of the two constants, below all variables."""
+_MOST_REMEMBERED: Final = 1 << 19
+"""Closures of parts that are remembered, some 300 bytes each."""
+
+Arrow: TypeAlias = tuple[int, Callable[[Bdd], Bdd]]
+"""A step: the place of the topmost variable that it concerns, and what it makes of a set."""
+_Task: TypeAlias = tuple[Bdd, Bdd, int]
+"""A set to close, where it must stay, and the first stage of steps under which it is closed."""
+_Work: TypeAlias = Generator[_Task, Bdd, Bdd]
+
+
+@dataclass(frozen=True, slots=True)
+class _Stage:
+    """All steps whose topmost variable is at one place."""
+
+    place: int
+    arrows: tuple[Callable[[Bdd], Bdd], ...]
+
+
+def place_of(states: Any) -> int:
+    """Return the place of the topmost variable of a diagram."""
+    found: int | None = states.node_level()
+    return _BOTTOM if found is None else found
+
+
+@dataclass
+class Closure:
+    """Closes sets under some arrows; ``tick`` is called at short intervals and may raise."""
+
+    manager: Manager
+    arrows: Iterable[Arrow]
+    tick: Callable[[], None] = lambda: None
+    _stages: list[_Stage] = field(init=False)
+    _remembered: dict[_Task, Bdd] = field(init=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        ordered = sorted(self.arrows, key=lambda arrow: arrow[0])
+        self._stages = [
+            _Stage(place, tuple(take for _, take in group))
+            for place, group in groupby(ordered, key=lambda arrow: arrow[0])
+        ]
+
+    def of(self, states: Bdd, inside: Bdd) -> Bdd:
+        """Return the least set that contains ``states`` and what arrows reach from it ``inside``.
+
+        Work that waits for other work is in a list: Python's own stack would be too short.
+        """
+        waiting: list[_Work] = []
+        work = self._close(states, inside, 0)
+        answer: Bdd | None = None
+        while True:
+            try:
+                task = next(work) if answer is None else work.send(answer)
+            except StopIteration as finished:
+                answer = finished.value
+                if not waiting:
+                    assert answer is not None
+                    return answer
+                work = waiting.pop()
+                continue
+            answer = self._remembered.get(task)
+            if answer is None:
+                waiting.append(work)
+                work = self._close(*task)
+
+    def _close(self, states: Bdd, inside: Bdd, stage: int) -> _Work:
+        false = self.manager.false
+        if stage == len(self._stages) or states == false or inside == false:
+            return states
+        task = states, inside, stage
+        place = min(place_of(states), place_of(inside))
+        if place >= self._stages[stage].place:
+            self.tick()
+            closed = yield from self._close_here(states, inside, stage)
+            self._remember((closed, inside, stage), closed)
+        else:
+            high = yield _half(states, place, 0), _half(inside, place, 0), stage
+            low = yield _half(states, place, 1), _half(inside, place, 1), stage
+            variable: Any = self.manager.literal(place, True)
+            closed = self._made(lambda: variable.ite(high, low))
+        self._remember(task, closed)
+        return closed
+
+    def _close_here(self, states: Bdd, inside: Bdd, stage: int) -> _Work:
+        """Close under the steps of one stage, and after each change under those further down."""
+        closed = yield states, inside, stage + 1
+        arrows = self._stages[stage].arrows
+        unchanged, turn = 0, 0
+        while unchanged < len(arrows):
+            take = arrows[turn]
+            more = self._made(lambda s=closed, t=take: s | (t(s) & inside))  # type: ignore[misc]
+            if more == closed:
+                unchanged += 1
+            else:
+                unchanged = 0
+                closed = yield more, inside, stage + 1
+                continue
+            turn = (turn + 1) % len(arrows)
+        return closed
+
+    def _remember(self, task: _Task, closed: Bdd) -> None:
+        if len(self._remembered) >= _MOST_REMEMBERED:
+            self._remembered.clear()
+        self._remembered[task] = closed
+
+    def _made(self, make: Callable[[], Bdd]) -> Bdd:
+        """Return what an operation makes; what is remembered is forgotten if room is short."""
+        if self.manager.nodes > self.manager.capacity // 4 * 3:
+            self._remembered.clear()
+            self.manager.collect_garbage()
+        try:
+            return make()
+        except MemoryError:
+            self._remembered.clear()
+            self.manager.collect_garbage()
+            return make()
+
+
+def _half(states: Any, place: int, number: int) -> Bdd:
+    """Return the part of a set in which the variable at a place is true (0) or false (1)."""
+    half: Bdd = states.cofactors()[number] if place_of(states) == place else states
+    return half
