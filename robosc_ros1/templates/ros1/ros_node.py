@@ -2,11 +2,9 @@
 """The process of the node: it joins the controller, the engine and their connections."""
 
 import os
-import signal
 import sys
 import threading
 import time
-from queue import SimpleQueue
 from xmlrpc.client import MAXINT, MININT, dumps
 
 import rosgraph
@@ -19,6 +17,7 @@ from .ros import RosOutlet, RosPort
 from .ros_backlog import watch_connections
 from .ros_connections import send_promptly
 from .ros_watch import Watch
+from .start import Ending, on_signals
 
 PERIOD = 0.1
 """Seconds between two looks whether the node shuts down."""
@@ -114,11 +113,10 @@ class NodeLifecycle:
     def __init__(self):
         self.code = 0
         self._asked = False
-        # Handlers of signals may put into it; an event or a lock could block them.
-        self._ending = SimpleQueue()
+        self._ending = Ending()
         # Started now, because the system may have no more threads when it is needed.
         threading.Thread(target=self._limit, name="last resort", daemon=True).start()
-        rospy.on_shutdown(lambda: self._ending.put(None))
+        rospy.on_shutdown(self._ending.ask)
 
     def begin(self, name):
         """Initialise the node; False if it was stopped while waiting for the master, or has
@@ -131,16 +129,18 @@ class NodeLifecycle:
             print("%s: %s" % (name, error), file=sys.stderr)
             self.code = 2
             return False
-        # rospy handles SIGINT and SIGTERM. A hang-up of the terminal must stop the robot as well,
-        # unless whoever started the node wants it to survive that (nohup).
-        if signal.getsignal(signal.SIGHUP) == signal.SIG_DFL:
-            signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown("hang-up"))
+        on_signals(self._signalled)
         try:
-            rospy.init_node(name, argv=arguments)
+            rospy.init_node(name, argv=arguments, disable_signals=True)
         except rospy.ROSInitException:
             if not rospy.is_shutdown():
                 raise
         return not rospy.is_shutdown()
+
+    def _signalled(self, number):
+        # At first, since rospy writes to its log before it calls what is to be done at the end.
+        self._ending.ask()
+        rospy.signal_shutdown("signal %d" % number)
 
     def end(self, code):
         """Shut the node down, with an exit code for the process."""
@@ -160,6 +160,6 @@ class NodeLifecycle:
             time.sleep(PERIOD)
 
     def _limit(self):
-        self._ending.get()
+        self._ending.wait()
         time.sleep(LAST_RESORT)
         os._exit(self.code)

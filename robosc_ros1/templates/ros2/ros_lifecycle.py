@@ -21,14 +21,14 @@ _ENTITIES = ("publishers", "subscriptions", "clients", "services", "timers", "gu
 def run(name, *parts):
     """Run the managed node until it is stopped; return the exit code. ``parts`` are those of
     :class:`Work`."""
-    ended = begin()
-    if ended is None:
+    ending = begin()
+    if ending is None:
         return 2
-    node = ManagedNode(name, lambda: Work(node, executor_thread, ended, *parts), ended)
+    node = ManagedNode(name, lambda: Work(node, executor_thread, ending, *parts), ending)
     executor_thread = ExecutorThread(node)
     executor_thread.start()
     try:
-        ended.wait()
+        ending.wait()
         return 0 if node.work is None else node.work.close()
     finally:
         end(node, executor_thread, node.work)
@@ -38,11 +38,11 @@ class ManagedNode(LifecycleNode):
     """A managed node. ``make_work`` creates the engine and its connections when it is
     configured."""
 
-    def __init__(self, name, make_work, ended):
+    def __init__(self, name, make_work, ending):
         super().__init__(name, automatically_declare_parameters_from_overrides=True)
         self.work = None
         self._make_work = make_work
-        self._ended = ended
+        self._ending = ending
         self._own = set()
 
     def on_configure(self, state):
@@ -75,7 +75,7 @@ class ManagedNode(LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state):
-        self._ended.set()
+        self._ending.ask()
         return TransitionCallbackReturn.SUCCESS
 
     def _entities(self):

@@ -170,7 +170,7 @@ def start_controller(*parameters):
             words += ["-p", "qos.%s.depth:=1000" % name]
         elif communication["kind"] == "service":
             words += ["-p", "timeout.%s:=%s" % (name, TIMEOUT)]
-    code = "import sys; from %s.node import main; sys.exit(main())" % PACKAGE
+    code = "from %s.start import main; main()" % PACKAGE
     return subprocess.Popen([sys.executable, "-c", code, *words])
 
 

@@ -68,7 +68,7 @@ def generated(graph: Graph, model: Path, mode: pipeline.Mode, *arguments: str) -
     """The node of a model's package, generated and started."""
     output = pipeline.Output(target="ros2", mode=mode, folder=graph.folder)
     package = pipeline.generate(model, output=output).files.folder
-    code = f"from {package.name}.node import main; main()"
+    code = f"from {package.name}.start import main; main()"
     path = f"{package}:{graph.bed.environment['PYTHONPATH']}"
     return graph.start(graph.bed.python, "-c", code, *arguments, PYTHONPATH=path)
 

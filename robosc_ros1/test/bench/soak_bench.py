@@ -62,12 +62,12 @@ def main(arguments: list[str] | None = None) -> int:
         env = plain_environment(**master.environment, ROS_LOG_DIR=str(folder / "log"))
         for mode in MODES:
             package = generated(folder / "ros1", "ros1", mode)
-            code = f"from {package.name}.node import main; main()"
+            code = f"from {package.name}.start import main; main()"
             own = env | {"PYTHONPATH": str(package / "src"), "ROS_NAMESPACE": f"/{mode}"}
             command = [str(PYTHON), "-c", code]
             nodes[f"{mode} of ROS 1"] = stack.enter_context(running(command, own, folder, mode))
             package = generated(folder / "ros2", "ros2", mode)
-            code = f"from {package.name}.node import main; main()"
+            code = f"from {package.name}.start import main; main()"
             path = f"{package}:{bed.environment['PYTHONPATH']}"
             space = ("--ros-args", "-r", f"__ns:=/{mode}")
             process = graph.start(bed.python, "-c", code, *space, PYTHONPATH=path)

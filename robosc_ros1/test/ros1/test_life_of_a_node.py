@@ -83,16 +83,67 @@ def test_the_end_waits_for_nobody_who_stands_still(
         assert "Traceback" not in node.log
 
 
+def nowhere() -> Master:
+    """Where no master is."""
+    return Master(ros_support.free_port())
+
+
 def test_it_may_end_before_there_is_a_master(generated_workspace: Workspace) -> None:
-    nowhere = ros_support.Master(ros_support.free_port())
     name = "probe_controller"
-    with generated_workspace.start("rosrun", name, name, master=nowhere) as process:
+    with generated_workspace.start("rosrun", name, name, master=nowhere()) as process:
         log: Path = process.log  # type: ignore[attr-defined]
         await_condition(lambda: "master may not be running yet" in log.read_text(), "the wait")
         with ends_in_time():
             process.send_signal(signal.SIGINT)
             assert process.wait(60) == 0
         assert "Traceback" not in log.read_text()
+
+
+SIGNALLED = """
+import os, signal, sys
+class Signalling:
+    def find_spec(name, path=None, target=None):
+        if name == "rospy":
+            os.kill(os.getpid(), signal.{how})
+sys.meta_path.insert(0, Signalling)
+from probe_controller.start import main
+main()
+"""
+
+
+@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_it_may_end_while_modules_are_imported(generated_workspace: Workspace, how: str) -> None:
+    """On a busy machine that takes seconds."""
+    command = ("python3", "-c", SIGNALLED.format(how=how))
+    with generated_workspace.start(*command, master=nowhere()) as process:
+        assert process.wait(60) == 0
+        assert process.log.read_text() == ""  # type: ignore[attr-defined]
+
+
+# What holds up the end of a process: rospy's log, and what Python does after all else.
+HOLDING = {
+    "log": "import logging; logging.getLogger('rospy.core').addFilter(lambda _: sleep(60))",
+    "exit": """
+import sys, types
+class Held:
+    def __del__(self, sleep=sleep):
+        sleep(60)
+sys.modules["held"] = types.ModuleType("held")
+sys.modules["held"].held = Held()
+""",
+}
+
+
+@pytest.mark.parametrize("what", HOLDING)
+def test_nothing_holds_up_its_end(stage: Stage, ear: Puppet, what: str) -> None:
+    begin = "from probe_controller.start import main; main()"
+    code = f"from time import sleep\n{HOLDING[what]}\n{begin}"
+    ear.do("listen", topic="/probe_controller/state", type="std_msgs/String")
+    with stage.workspace.start("python3", "-c", code, master=stage.master) as process:
+        ear.hears("/probe_controller/state")
+        with ends_in_time():
+            process.send_signal(signal.SIGINT)
+            assert process.wait(60) == 0
 
 
 def test_it_may_start_before_there_is_a_master(
@@ -214,7 +265,7 @@ def restarted_master(running: ros_support.Master, folder: Path) -> Iterator[None
 # What rospy does if it handles the answer to a subscription after an update that came later.
 FORGETFUL = """
 from rospy.impl.registration import RegManager
-from probe_controller.node import main
+from probe_controller.start import main
 remember, forgotten = RegManager.publisher_update, []
 def publisher_update(self, name, uris):
     if name != "/level" or forgotten:

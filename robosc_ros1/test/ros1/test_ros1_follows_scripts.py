@@ -86,7 +86,7 @@ def test_the_node_does_what_the_script_says(
     parameters = {"event_log": log, **SLOW}
     parameters |= {f"timeout/{name}": 600.0 for name in drawn(scene).timed}
     code = f"import sys; sys.path.insert(0, {str(tmp_path / package / 'src')!r});"
-    code += f"from {package}.node import main; sys.exit(main())"
+    code += f"from {package}.start import main; main()"
     arguments = [f"_{name}:={value}" for name, value in parameters.items()]
     robot.do("listen", topic=f"/{package}/state", type="std_msgs/String")
     with example_workspace.start(str(PYTHON), "-c", code, *arguments, master=shared_master):

@@ -6,6 +6,7 @@ import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from emit.generated_code import supervisor_of
@@ -35,6 +36,27 @@ def test_shutdown_cancels_goals_and_sends_the_stop_command(
     robot.expect("message", name="beacon")
     assert node.wait() == 0
     assert "Traceback" not in node.output
+
+
+SIGNALLED = """
+import os, signal, sys
+class Signalling:
+    def find_spec(name, path=None, target=None):
+        if name == "rclpy":
+            os.kill(os.getpid(), signal.{how})
+sys.meta_path.insert(0, Signalling)
+from guarded_arm.start import main
+main()
+"""
+
+
+@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_it_may_end_while_modules_are_imported(graph: Graph, built: Any, how: str) -> None:
+    """On a busy machine that takes seconds."""
+    environment = built.environment("guarded_arm")
+    node = graph.start(graph.bed.python, "-c", SIGNALLED.format(how=how), **environment)
+    assert node.wait() == 0
+    assert node.output == ""
 
 
 def test_the_stop_command_may_be_a_service(graph: Graph, controller: Start) -> None:

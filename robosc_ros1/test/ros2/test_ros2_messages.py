@@ -227,7 +227,7 @@ def test_diagnostics_are_told(graph: Graph, controller: Start) -> None:
 
 def test_there_are_no_diagnostics_without_their_messages(graph: Graph, built: Any) -> None:
     code = "import sys; sys.modules['diagnostic_msgs'] = None;"
-    code += "from guarded_arm.node import main; sys.exit(main())"
+    code += "from guarded_arm.start import main; main()"
     node = graph.start(graph.bed.python, "-c", code, **built.environment("guarded_arm"))
     robot = graph.peer()
     robot.watch("guarded_arm")

@@ -2,7 +2,7 @@
 from setuptools import setup
 
 PACKAGE = "gauntlet_controller"
-SCRIPTS = ["gauntlet_controller = gauntlet_controller.node:main"]
+SCRIPTS = ["gauntlet_controller = gauntlet_controller.start:main"]
 DATA = [
     ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
     ("share/" + PACKAGE, ["package.xml"]),

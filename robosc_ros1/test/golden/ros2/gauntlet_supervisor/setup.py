@@ -2,7 +2,7 @@
 from setuptools import setup
 
 PACKAGE = "gauntlet_supervisor"
-SCRIPTS = ["gauntlet_supervisor = gauntlet_supervisor.node:main"]
+SCRIPTS = ["gauntlet_supervisor = gauntlet_supervisor.start:main"]
 DATA = [
     ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
     ("share/" + PACKAGE, ["package.xml"]),

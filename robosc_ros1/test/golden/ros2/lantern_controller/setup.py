@@ -2,7 +2,7 @@
 from setuptools import setup
 
 PACKAGE = "lantern_controller"
-SCRIPTS = ["lantern_controller = lantern_controller.node:main"]
+SCRIPTS = ["lantern_controller = lantern_controller.start:main"]
 DATA = [
     ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
     ("share/" + PACKAGE, ["package.xml"]),

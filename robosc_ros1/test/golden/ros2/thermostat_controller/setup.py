@@ -2,7 +2,7 @@
 from setuptools import setup
 
 PACKAGE = "thermostat_controller"
-SCRIPTS = ["thermostat_controller = thermostat_controller.node:main"]
+SCRIPTS = ["thermostat_controller = thermostat_controller.start:main"]
 DATA = [
     ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
     ("share/" + PACKAGE, ["package.xml"]),
