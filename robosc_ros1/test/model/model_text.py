@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from robosc.errors import render_all
-from robosc.model.entities import Behaviour, Robot
+from robosc.model.automata import Behaviour
+from robosc.model.entities import Robot
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.source import Source

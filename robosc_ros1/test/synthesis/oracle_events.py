@@ -20,15 +20,8 @@ from robosc.expr.tree import (
     ValueRef,
     VariableRef,
 )
-from robosc.model.entities import (
-    Communication,
-    Component,
-    EventKind,
-    Kind,
-    ResultTransition,
-    Robot,
-    Variable,
-)
+from robosc.model.automata import ResultTransition, Variable
+from robosc.model.entities import Communication, Component, EventKind, Kind, Robot
 
 OracleState = tuple[Any, ...]
 

@@ -11,11 +11,8 @@ from synthesis.oracle_events import Event, Occurrence, OracleEvents, OracleState
 from synthesis.oracle_values import Impossible, OutOfRange, UndefinedValue
 
 from robosc.expr.types import IntegerType
-from robosc.model.entities import (
-    Component,
-    EventKind,
-    ResultTransition,
-)
+from robosc.model.automata import ResultTransition
+from robosc.model.entities import Component, EventKind
 
 
 @dataclass(frozen=True)

@@ -15,17 +15,8 @@ from synthesis.test_oracle_differential import engines
 from robosc import pipeline
 from robosc.expr.tree import Literal
 from robosc.expr.types import DoubleType
-from robosc.model.entities import (
-    After,
-    Behaviour,
-    Component,
-    EventKind,
-    Kind,
-    Preference,
-    ResultTransition,
-    Robot,
-    State,
-)
+from robosc.model.automata import After, Behaviour, ResultTransition, State
+from robosc.model.entities import Component, EventKind, Kind, Preference, Robot
 
 subjects = pytest.mark.parametrize("subject", SUBJECTS, ids=lambda s: s.__name__)
 SECOND = Literal(1.0, DoubleType())

@@ -15,15 +15,12 @@ from typing import Literal, TypeAlias
 
 from robosc.expr.traversal import reads_value
 from robosc.expr.tree import Expr, RosParameter
-from robosc.expr.types import NoneType, Type, Value
+from robosc.expr.types import NoneType, Type
 from robosc.language.events import COMMUNICATIONS, CommunicationSort, EventKind, Kind, Phases
+from robosc.model.automata import Behaviour, ResultTransition, State, Variable, span_field
 from robosc.model.diagnostics import Report
 from robosc.source import Span
 from robosc.syntax.nodes import ExprNode
-
-
-def _span() -> Span:
-    return field(compare=False, repr=False, kw_only=True)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +63,7 @@ class Communication:
     feedback: Type
     binding: Binding
     timeout: Expr | None = None
-    span: Span = _span()
+    span: Span = span_field()
 
     @property
     def key(self) -> str:
@@ -97,148 +94,6 @@ def display_names(communications: Mapping[str, Communication]) -> dict[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Variable:
-    """A variable of a component.
-
-    ``in_state`` is False if it is not part of the plant's state (docs/semantics.md, "Data").
-    ``initial`` is None for an object or an array, which holds nothing at the start.
-    """
-
-    name: str
-    component: str
-    type: Type
-    initial: Value | None
-    in_state: bool
-    span: Span = _span()
-
-    @property
-    def key(self) -> str:
-        return f"{self.component}.{self.name}"
-
-
-@dataclass(frozen=True, slots=True)
-class Assignment:
-    """``variable := value``; the variable belongs to the component of the transition."""
-
-    variable: str
-    value: Expr
-    span: Span = _span()
-
-
-@dataclass(frozen=True, slots=True)
-class ResultTransition:
-    """A transition on an event of a communication (its key); a self-loop if ``goto`` is None."""
-
-    event: EventKind
-    communication: str
-    guard: Expr | None
-    assignments: tuple[Assignment, ...]
-    goto: str | None
-    span: Span = _span()
-
-
-@dataclass(frozen=True, slots=True)
-class Tau:
-    """An internal transition (controllable); ``index`` counts those of the component from 1.
-
-    The event of ``transition`` is ``tau``, and its communication the component's name.
-    """
-
-    index: int
-    transition: ResultTransition
-
-
-@dataclass(frozen=True, slots=True)
-class After:
-    """A transition that is taken once its component has been in its state for ``delay`` seconds.
-
-    ``index`` counts those of the component from 1 in source order. The event of ``transition`` is
-    ``after``, and its communication the component's name.
-    """
-
-    index: int
-    delay: Expr
-    transition: ResultTransition
-
-
-@dataclass(frozen=True, slots=True)
-class CompositeState:
-    """A state with states in it, with the transitions that leave any of those.
-
-    ``name`` is its path, ``docking.near`` for the state ``near`` of ``docking``.
-    """
-
-    name: str
-    transitions: tuple[ResultTransition, ...]
-    taus: tuple[Tau, ...]
-    span: Span = _span()
-
-
-@dataclass(frozen=True, slots=True)
-class State:
-    """A location of a component's automaton, with the transitions that leave it.
-
-    ``name`` is its path. ``around`` are the states in which it stands, the innermost first.
-    """
-
-    name: str
-    initial: bool
-    marked: bool
-    transitions: tuple[ResultTransition, ...]
-    taus: tuple[Tau, ...]
-    afters: tuple[After, ...] = ()
-    around: tuple[CompositeState, ...] = ()
-    span: Span = _span()
-
-    def is_in(self, place: str | None) -> bool:
-        """Whether it is the state of a path or stands in it; None stands for every state."""
-        return place is None or self.name == place or self.name.startswith(f"{place}.")
-
-
-@dataclass(frozen=True, slots=True)
-class Behaviour:
-    """The automaton of a component; its own ``transitions`` and ``taus`` exist in every state."""
-
-    variables: tuple[Variable, ...]
-    states: tuple[State, ...]
-    transitions: tuple[ResultTransition, ...]
-    taus: tuple[Tau, ...]
-    composites: tuple[CompositeState, ...] = ()
-    span: Span = _span()
-
-    def levels(self, state: State) -> tuple[tuple[ResultTransition, ...], ...]:
-        """The transitions that apply in a state, level by level: its own first."""
-        around = (outer.transitions for outer in state.around)
-        return state.transitions, *around, self.transitions
-
-    @property
-    def places(self) -> tuple[CompositeState | State, ...]:
-        """The states with states in them, and the others."""
-        return *self.composites, *self.states
-
-    @property
-    def all_transitions(self) -> Iterator[ResultTransition]:
-        """Those of every state, of states with states in them, then state by state."""
-        yield from self.transitions
-        yield from (tau.transition for tau in self.taus)
-        for place in self.places:
-            yield from place.transitions
-            yield from (tau.transition for tau in place.taus)
-            if isinstance(place, State):
-                yield from (after.transition for after in place.afters)
-
-    @property
-    def staying(self) -> Iterator[ResultTransition]:
-        """The internal transitions that may lead to the state that they leave."""
-        yield from (tau.transition for tau in self.taus)
-        for place in self.places:
-            for taken in (tau.transition for tau in place.taus):
-                target = taken.goto or place.name
-                if target == place.name or target.startswith(f"{place.name}."):
-                    yield taken
-
-
-@dataclass(frozen=True, slots=True)
 class Component:
     """A component; ``library`` is the one that it is imported from, if any."""
 
@@ -246,7 +101,7 @@ class Component:
     communications: tuple[Communication, ...]
     behaviour: Behaviour | None
     library: str | None
-    span: Span = _span()
+    span: Span = span_field()
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -277,7 +132,7 @@ class Requirement:
     text: str
     to_start: bool = False
     on_data: bool = False
-    span: Span = _span()
+    span: Span = span_field()
 
     @property
     def forbids(self) -> bool:
@@ -297,7 +152,7 @@ class DataArray:
     """Values for the elements of an array."""
 
     elements: tuple[Data, ...]
-    span: Span = _span()
+    span: Span = span_field()
 
 
 Data: TypeAlias = DataObject | DataArray | Expr
@@ -323,7 +178,7 @@ class Provide:
     communication: str
     data: Data
     condition: Expr | None
-    span: Span = _span()
+    span: Span = span_field()
 
     @property
     def corrects(self) -> bool:
@@ -338,7 +193,7 @@ class Preference:
 
     preferred: tuple[str, ...]
     over: tuple[str, ...]
-    span: Span = _span()
+    span: Span = span_field()
 
 
 ConditionReader: TypeAlias = Callable[[ExprNode, Report], Expr | None]
@@ -364,7 +219,7 @@ class Robot:
     """Whether the data of commands are those that another controller sends."""
     conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)
     """Reads conditions with the names of the model's own requirements."""
-    span: Span = _span()
+    span: Span = span_field()
 
     @cached_property
     def communications(self) -> dict[str, Communication]:

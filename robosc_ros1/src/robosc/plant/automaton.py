@@ -24,7 +24,8 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.expr.types import NoneType, Type, Value
 from robosc.language.events import EventKind
-from robosc.model.entities import Assignment, Robot, data_expressions
+from robosc.model.automata import Assignment
+from robosc.model.entities import Robot, data_expressions
 from robosc.plant.counting import counts, tighter
 from robosc.plant.data.view import FiniteView, reference_to
 from robosc.plant.formulas import conjunction, exact, negation

@@ -21,15 +21,8 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import BooleanType, Value, domain
 from robosc.language.events import EventKind, EventSort
-from robosc.model.entities import (
-    After,
-    Behaviour,
-    Communication,
-    Component,
-    ResultTransition,
-    Robot,
-    Tau,
-)
+from robosc.model.automata import After, Behaviour, ResultTransition, Tau
+from robosc.model.entities import Communication, Component, Robot
 from robosc.plant.automaton import (
     Edge,
     Event,

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
-from robosc.model.entities import Behaviour, ResultTransition, State
+from robosc.model.automata import Behaviour, ResultTransition, State
 
 
 @dataclass(frozen=True)

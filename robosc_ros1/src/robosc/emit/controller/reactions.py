@@ -19,7 +19,7 @@ from robosc.expr.traversal import may_be_undefined
 from robosc.expr.tree import Binary, Expr, Leaf, Literal
 from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
-from robosc.model.entities import Variable
+from robosc.model.automata import Variable
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.plant.formulas import exact, may_be_huge
 

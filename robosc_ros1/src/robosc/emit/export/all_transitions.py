@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
-from robosc.model.entities import After, Assignment, Behaviour, ResultTransition, Robot, Tau
+from robosc.model.automata import After, Assignment, Behaviour, ResultTransition, Tau
+from robosc.model.entities import Robot
 from robosc.plant.formulas import to_dsl
 from robosc.source import Span
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 from robosc.emit.export.all_transitions import AnyTransition, as_written, transitions
 from robosc.errors import UsageError, counted
-from robosc.model.entities import Behaviour, Component, Robot
+from robosc.model.automata import Behaviour
+from robosc.model.entities import Component, Robot
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.supervisor import Step
 from robosc.synthesis.documents import step_document

@@ -17,7 +17,8 @@ from robosc.emit.export.all_transitions import as_written, transitions
 from robosc.emit.package.thresholds import thresholds
 from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
-from robosc.model.entities import Behaviour, Component, Robot, Variable
+from robosc.model.automata import Behaviour, Variable
+from robosc.model.entities import Component, Robot
 from robosc.plant.automaton import Plant
 from robosc.plant.formulas import to_dsl
 from robosc.supervisor import Supervisor

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Binary, Convert, Expr, Literal, ValueRef, VariableRef, condition_of
 from robosc.expr.types import EnumType, ObjectType, Type
-from robosc.model.entities import Behaviour, Robot
+from robosc.model.automata import Behaviour
+from robosc.model.entities import Robot
 
 
 def thresholds(robot: Robot) -> Mapping[str, list[float]]:

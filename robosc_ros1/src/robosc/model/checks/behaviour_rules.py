@@ -11,8 +11,8 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, ValueRef
 from robosc.expr.types import domain
 from robosc.language.events import EventKind, Kind
+from robosc.model.automata import Behaviour, CompositeState, ResultTransition, State, Tau
 from robosc.model.diagnostics import Report, first_of
-from robosc.model.entities import Behaviour, CompositeState, ResultTransition, State, Tau
 from robosc.model.names.communications import SENT
 from robosc.model.names.tables import CommunicationInfo, Instance
 from robosc.model.typing.compatibility import describe

@@ -36,17 +36,15 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import ArrayType, BooleanType, ObjectType, Type, Value
 from robosc.language.events import EventKind
+from robosc.model.automata import Assignment, CompositeState, ResultTransition
 from robosc.model.diagnostics import Report
 from robosc.model.entities import (
-    Assignment,
     Communication,
     Component,
-    CompositeState,
     Data,
     DataArray,
     DataObject,
     Requirement,
-    ResultTransition,
     Robot,
 )
 from robosc.model.ros.interfaces import Field

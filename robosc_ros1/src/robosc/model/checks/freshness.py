@@ -15,14 +15,9 @@ from robosc.expr.by_identity import ByIdentity
 from robosc.expr.traversal import reads_value, walk_all
 from robosc.expr.tree import Expr, PhaseRef, VariableRef
 from robosc.language.events import EventKind, Kind
+from robosc.model.automata import Behaviour
 from robosc.model.diagnostics import Report
-from robosc.model.entities import (
-    Behaviour,
-    Communication,
-    Component,
-    Robot,
-    data_expressions,
-)
+from robosc.model.entities import Communication, Component, Robot, data_expressions
 from robosc.remedies import Change, Remedy
 from robosc.source import Span
 

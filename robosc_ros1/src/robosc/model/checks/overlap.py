@@ -19,8 +19,9 @@ from robosc.expr.evaluation import evaluate
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, Leaf, ParameterRef, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.expr.types import Value, domain
+from robosc.model.automata import Behaviour, ResultTransition
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Behaviour, Component, ResultTransition
+from robosc.model.entities import Component
 from robosc.model.typing.command_values import fold_text
 
 _Case: TypeAlias = Mapping[Leaf, Value]

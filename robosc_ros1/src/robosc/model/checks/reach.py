@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from robosc.language.events import EventKind
+from robosc.model.automata import Behaviour, State
 from robosc.model.diagnostics import Report, first_of
-from robosc.model.entities import Behaviour, State
 from robosc.model.names.tables import Instance
 
 

@@ -28,9 +28,10 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import EnumType, Type
 from robosc.language.events import EventKind, Kind
+from robosc.model.automata import Assignment, ResultTransition
 from robosc.model.checks.indexes import Lengths, has_open_index
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Assignment, Component, ResultTransition, Robot, data_expressions
+from robosc.model.entities import Component, Robot, data_expressions
 from robosc.source import Source
 
 _UNDEFINED = object()

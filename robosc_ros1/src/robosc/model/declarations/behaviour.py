@@ -2,31 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TypeAlias
 
-from robosc.errors import Note
 from robosc.expr.evaluation import constant
-from robosc.expr.presence import condition_on_data
-from robosc.expr.tree import Expr, is_constant_data
 from robosc.expr.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value
-from robosc.language.events import EventKind
-from robosc.model.checks.behaviour_rules import (
-    NamedTransition,
-    check_events,
-    check_hiding,
-    check_initial,
-    check_repeated_events,
-    check_staying,
-    internal_with_else,
-    report_unavailable,
-    with_else,
-)
-from robosc.model.checks.reach import check_reach
-from robosc.model.diagnostics import Report
-from robosc.model.entities import (
+from robosc.model.automata import (
     After,
-    Assignment,
     Behaviour,
     CompositeState,
     ResultTransition,
@@ -34,22 +16,27 @@ from robosc.model.entities import (
     Tau,
     Variable,
 )
-from robosc.model.names.groups import GroupResolver
-from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable, path_of
-from robosc.model.names.targets import Targets
-from robosc.model.typing.compatibility import check_range, coerce, default_value, describe
-from robosc.model.typing.durations import DURATION, is_long_enough
-from robosc.model.typing.expected import ANY, BOOLEAN, expected_type
+from robosc.model.checks.behaviour_rules import (
+    NamedTransition,
+    check_events,
+    check_hiding,
+    check_initial,
+    check_staying,
+    internal_with_else,
+    with_else,
+)
+from robosc.model.checks.reach import check_reach
+from robosc.model.declarations.transitions import TransitionResolver
+from robosc.model.diagnostics import Report
+from robosc.model.names.tables import Instance, SymbolTable, path_of
+from robosc.model.typing.compatibility import check_range, default_value, describe
+from robosc.model.typing.expected import expected_type
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import Incoming, is_value, no_value
-from robosc.source import Span
+from robosc.model.typing.incoming import no_value
 from robosc.syntax.nodes import (
     Access,
     AfterNode,
-    AssignmentNode,
     BehaviourNode,
-    ElseNode,
-    ExprNode,
     Name,
     ResultTransitionNode,
     StateNode,
@@ -65,15 +52,9 @@ class BehaviourResolver:
         self._instance = instance
         self._symbols = symbols
         self._report = report
-        self._taus = 0
-        self._afters = 0
-        self._inside = ""
-        """The path of the state in which a transition stands."""
+        self._transitions = TransitionResolver(instance, symbols, report)
         self._levels: dict[int, _Level] = {}
         self._composites: dict[str, CompositeState] = {}
-        self._event_spans: dict[tuple[int, EventKind], Span] = {}
-        self._rest: set[tuple[int, EventKind]] = set()
-        """The offsets and events of transitions with ``else``."""
         self._is_sound = True
 
     def resolve(self, node: BehaviourNode) -> Behaviour:
@@ -166,16 +147,16 @@ class BehaviourResolver:
         afters: list[After | None] = []
         inner: dict[int, _Level] = {}
         for item in node.items:
-            self._inside = path
+            self._transitions.inside = path
             match item:
                 case StateNode():
                     inner[id(item)] = self._level(item, path_of(item, path))
                 case ResultTransitionNode():
-                    named += self._results(item)
+                    named += self._transitions.results(item)
                 case TauNode():
-                    taus.append((self._tau(item), item))
+                    taus.append((self._transitions.tau(item), item))
                 case AfterNode():
-                    afters.append(self._after(item))
+                    afters.append(self._transitions.after(item))
         self._levels |= inner
         state = node if isinstance(node, StateNode) else None
         check_events(self._instance, self._report, named, state)
@@ -214,149 +195,6 @@ class BehaviourResolver:
                 begins = begins and level.initial
             yield State(name, begins, marked, transitions, taus, afters, around, span=span)
 
-    def _tau(self, node: TauNode) -> Tau:
-        self._taus += 1
-        incoming = no_value("an internal transition carries no value")
-        guard = self._guard(node.guard, incoming)
-        assignments = self._assignments(node.assignments, incoming)
-        goto = self._goto(node.goto)
-        name = self._instance.name
-        taken = ResultTransition(EventKind.TAU, name, guard, assignments, goto, span=node.span)
-        return Tau(self._taus, taken)
-
-    def _after(self, node: AfterNode) -> After | None:
-        self._afters += 1
-        incoming = no_value("'after' carries no value")
-        delay = self._typer(incoming).check(node.duration, DURATION, "'after'")
-        if delay and not is_long_enough(delay, "'after'", node.duration.span, self._report):
-            delay = None
-        guard = self._guard(node.guard, incoming)
-        assignments = self._assignments(node.assignments, incoming)
-        goto = self._goto(node.goto)
-        if delay is None:
-            self._is_sound = False
-            return None
-        name = self._instance.name
-        happening = ResultTransition(
-            EventKind.AFTER, name, guard, assignments, goto, span=node.span
-        )
-        return After(self._afters, delay, happening)
-
-    def _results(self, node: ResultTransitionNode) -> list[NamedTransition]:
-        """One transition for each event of each communication that has it."""
-        scope = self._instance.types.scope
-        groups = GroupResolver(self._symbols, scope, self._report)
-        listed, whole = groups.listed(node.communications)
-        self._is_sound &= whole
-        goto = self._goto(node.goto)
-        found: list[NamedTransition] = []
-        for name in check_repeated_events(node.events, self._report):
-            event = EventKind(name.text)
-            self._event_spans[node.span.start, event] = name.span
-            having = [(access, info) for access, info in listed if event in info.events]
-            for access, info in having:
-                guard, assignments = self._clauses(node, _incoming(event, info))
-                transition = ResultTransition(
-                    event, info.key, guard, assignments, goto, span=node.span
-                )
-                found.append(NamedTransition(transition, name, access, node.guard))
-                if isinstance(node.guard, ElseNode):
-                    self._rest.add((node.span.start, event))
-            if not having:
-                self._clauses(node, Incoming(None, known=False))  # for their own errors
-                self._is_sound = False
-                if listed:
-                    report_unavailable(event, name, [info for _, info in listed], self._report)
-        return found
-
-    def _clauses(
-        self, node: ResultTransitionNode, incoming: Incoming
-    ) -> tuple[Expr | None, tuple[Assignment, ...]]:
-        return self._guard(node.guard, incoming), self._assignments(node.assignments, incoming)
-
-    def _typer(self, incoming: Incoming) -> Typer:
-        return Typer(self._report, self._instance.types, self._symbols, incoming)
-
-    def _guard(self, node: ExprNode | ElseNode | None, incoming: Incoming) -> Expr | None:
-        if node is None or isinstance(node, ElseNode):
-            return None
-        guard = self._typer(incoming).check(node, BOOLEAN, "a guard")
-        if guard is None:
-            self._is_sound = False
-            return None
-        return condition_on_data(guard)
-
-    def _goto(self, goto: Name | Access | None) -> str | None:
-        """The state in which a ``goto`` ends: of a state with states in it, the initial one."""
-        if goto is None:
-            return None
-        own, scope = self._instance, self._instance.types.scope
-        steps = [goto] if isinstance(goto, Name) else [goto.root, *_names(goto)]
-        path = own.nearest_state(".".join(step.text for step in steps), self._inside)
-        if path is not None:
-            parts = path.split(".")
-            for length, step in enumerate(steps, 1 + len(parts) - len(steps)):
-                scope.names.use(step, own.states[".".join(parts[:length])], own.name)
-            return own.first_leaf(path)
-        self._is_sound = False
-        if not scope.is_unresolved(steps[-1].text, "state"):
-            self._report.add(
-                "unknown-state",
-                goto.span,
-                f"{own.name} has no state '{goto.span.text}'",
-                self._report.suggest(goto.span.text, own.states, "its states"),
-            )
-        return None
-
-    # --- assignments -----------------------------------------------------------------------------
-
-    def _assignments(
-        self, nodes: Sequence[AssignmentNode], incoming: Incoming
-    ) -> tuple[Assignment, ...]:
-        targets = Targets(self._instance, self._symbols, self._report)
-        found: list[Assignment] = []
-        seen: dict[str, Span] = {}
-        for node in nodes:
-            target = targets.resolve(node.target)
-            if target is not None and target in seen:
-                self._report.add(
-                    "duplicate-assignment",
-                    node.target.span,
-                    f"'{target}' is assigned twice at the same time",
-                    "assignments of one transition happen at once",
-                    [Note("the first one is here", seen[target])],
-                )
-                self._is_sound = False
-            elif target is not None:
-                seen[target] = node.target.span
-            assignment = self._assignment(node, target, incoming)
-            if assignment is None:
-                self._is_sound = False
-            else:
-                found.append(assignment)
-        return tuple(found)
-
-    def _assignment(
-        self, node: AssignmentNode, target: str | None, incoming: Incoming
-    ) -> Assignment | None:
-        type_ = self._instance.variables.get(target) if target is not None else None
-        typer = self._typer(incoming)
-        if target is None or type_ is None:
-            # The value is typed for its own errors, although the variable's type is unknown.
-            if not (isinstance(node.value, Access) and not is_value(node.value)):
-                typer.check(node.value, ANY, "an assignment")
-            return None
-        value = typer.check(node.value, expected_type(type_), f"variable '{target}'")
-        if value is None:
-            return None
-        if is_constant_data(value) and _has_enum(type_):
-            message = f"a constant with a value of an enum cannot be assigned to '{target}'"
-            hint = "a variable holds what the enum converts; read the constant where it is needed"
-            self._report.add("not-assignable", node.value.span, message, hint)
-            return None
-        check_range(value, type_, f"'{target}'", self._report)
-        return Assignment(target, coerce(value, type_), span=node.span)
-
     def _check_states(self, node: BehaviourNode, behaviour: Behaviour) -> None:
         if self._instance.types.scope.is_damaged(node.span):
             self._is_sound = False
@@ -367,33 +205,11 @@ class BehaviourResolver:
             around = self._instance.states[composite]
             sound &= check_initial(self._instance, self._report, around.states, around)
         check_staying(self._instance, behaviour, self._report)
-        check_hiding(behaviour, self._event_spans, self._rest, self._report)
-        if sound and self._is_sound:
+        check_hiding(behaviour, self._transitions.event_spans, self._transitions.rest, self._report)
+        if sound and self._is_sound and self._transitions.is_sound:
             start = [s.name for s in behaviour.states if s.initial]
             check_reach(self._instance, behaviour, start, self._report)
 
 
 _Level: TypeAlias = tuple[tuple[ResultTransition, ...], tuple[Tau, ...], tuple[After, ...]]
 """The transitions of a state, or of all states."""
-
-
-def _names(access: Access) -> Iterator[Name]:
-    return (step for step in access.path if isinstance(step, Name))
-
-
-def _has_enum(type_: Type) -> bool:
-    """Whether an array or object has a part of an enum."""
-    match type_:
-        case ArrayType(element=element):
-            return isinstance(element, EnumType) or _has_enum(element)
-        case ObjectType(properties=properties):
-            return any(isinstance(t, EnumType) or _has_enum(t) for _, t in properties)
-    return False
-
-
-def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:
-    found = info.sort.event(event)
-    if found is None or found.brings is None:
-        return no_value(f"'on {event.value}' carries no value")
-    type_ = info.brought(event)
-    return Incoming(type_, known=type_ is not None, optional=found.optional)

@@ -16,8 +16,9 @@ from robosc.expr.tree import (
     VariableRef,
 )
 from robosc.expr.types import ArrayType, ObjectType, domain
+from robosc.model.automata import Assignment
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Assignment, Component, Robot, data_expressions
+from robosc.model.entities import Component, Robot, data_expressions
 from robosc.model.typing.compatibility import describe
 from robosc.source import Span
 

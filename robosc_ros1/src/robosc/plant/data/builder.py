@@ -32,7 +32,8 @@ from robosc.expr.types import (
     domain,
 )
 from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
-from robosc.model.entities import Component, ResultTransition, Robot
+from robosc.model.automata import ResultTransition
+from robosc.model.entities import Component, Robot
 from robosc.plant.data.classes import Classes, Comparison
 from robosc.plant.data.disjoint_sets import DisjointSets
 from robosc.plant.data.terms import (

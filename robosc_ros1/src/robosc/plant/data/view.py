@@ -29,15 +29,8 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import ArrayType, ObjectType, Value
 from robosc.language.events import EventKind
-from robosc.model.entities import (
-    Assignment,
-    Provide,
-    Requirement,
-    ResultTransition,
-    Robot,
-    Variable,
-    data_expressions,
-)
+from robosc.model.automata import Assignment, ResultTransition, Variable
+from robosc.model.entities import Provide, Requirement, Robot, data_expressions
 from robosc.plant.data.classes import Classes
 from robosc.plant.data.terms import Term, Terms, kept_where_undefined, reads_parameters, value_of
 from robosc.plant.formulas import negation
