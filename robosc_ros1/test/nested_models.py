@@ -26,6 +26,8 @@ EVENTS = {
     "cancel from go": ("last",),
     "request to go": ("last", "tries < 2"),
 }
+AFTER = ("", "last", "tries < 2")
+"""The guards of transitions after a delay."""
 EFFECTS = ("last := true", "last := !last", "tries := 1")
 
 
@@ -41,7 +43,8 @@ class Reaction:
     def text(self, target: str) -> str:
         guard = f" if {self.guard}" if self.guard else ""
         effects = f" do {', '.join(self.effects)}" if self.effects else ""
-        return f"on {self.event}{guard}{effects}" + (f" goto {target}" if target else "")
+        head = self.event if self.event.startswith("after") else f"on {self.event}"
+        return f"{head}{guard}{effects}" + (f" goto {target}" if target else "")
 
 
 @dataclass
@@ -83,6 +86,10 @@ def random_behaviour(draw: random.Random) -> Place:
                     assigned = {effect.split()[0]: effect for effect in effects}
                     target = draw.choice(paths) if draw.random() < 0.5 else ""
                     place.reactions.append(Reaction(event, one, tuple(assigned.values()), target))
+        if place is not whole and draw.random() < 0.3:
+            event = f"after {draw.randrange(1, 9)} s"
+            ends = draw.choice(("", *paths))
+            place.reactions.append(Reaction(event, draw.choice(AFTER), ("last := true",), ends))
     return whole
 
 
@@ -113,7 +120,12 @@ def flat_text(whole: Place) -> str:
         levels = [places[".".join(steps[:n])] for n in range(len(steps), -1, -1)]
         marked = any(level.marked and level.first is leaf for level in levels[:-1])
         head = ["initial"] * (whole.first is leaf) + ["marked"] * marked + ["state"]
-        body = "\n".join(line for event in EVENTS for line in unfolded(event, levels, places))
+        lines_ = [line for event in EVENTS for line in unfolded(event, levels, places)]
+        for reaction in (r for level in levels for r in level.reactions):
+            if reaction.event.startswith("after"):
+                target = reaction.target and flat(places[reaction.target].first)
+                lines_.append(reaction.text(target))
+        body = "\n".join(lines_)
         lines.append(f"{' '.join(head)} {flat(leaf)} {{ {body} }}")
     return "\n".join(lines)
 

@@ -55,8 +55,8 @@ def event_name(oracle: Oracle, occurrence: Occurrence) -> str:
     event = occurrence.event
     prefix = "c" if event.controllable else "u"
     name = oracle.name(event).replace(".", "_")
-    if event.kind is EventKind.TAU:
-        return f"{prefix}_{name}_tau{event.index}"
+    if event.kind.of_component:
+        return f"{prefix}_{name}_{event.kind.value}{event.index}"
     return "_".join([prefix, name, event.kind.value, *(_word(v) for _, v in occurrence.values)])
 
 

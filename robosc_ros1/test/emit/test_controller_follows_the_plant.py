@@ -56,6 +56,7 @@ class Twin:
         self.attributes = [names[variable.kind, variable.name] for variable in self.plant.variables]
         self.inputs = {(i.key, i.kind): i for i in self.controller.INPUTS}
         self.commands = {(c.key, c.kind): c for c in self.controller.COMMANDS}
+        self.afters = {(a.component, a.number): a for a in self.controller.AFTERS}
         self.taus = {(t.component, t.number): t for t in self.controller.TAUS}
 
     def put(self, state: PlantState) -> None:
@@ -119,6 +120,11 @@ def check_event(
     twin.put(state)
     if event.kind is EventKind.TAU:
         return check_tau(twin, event, state, expected)
+    if event.kind is EventKind.AFTER:
+        path = twin.call(twin.afters[event.key, event.index].step)
+        assert (path is None) == isinstance(expected, Verdict), event
+        assert twin.state() == (state if path is None else expected)
+        return None if path is None else twin.state()
     if event.controllable:
         command = twin.commands[event.key, event.kind.value]
         in_phase = event.phase is None or state[event.phase.variable] in event.phase.sources

@@ -143,8 +143,7 @@ class OracleEvents:
             for place in (*behaviour.composites, *behaviour.states):
                 written.extend(place.transitions)
                 written.extend(tau.transition for tau in place.taus)
-            for state in behaviour.states:
-                written.extend(waiting.transition for waiting in state.afters)
+                written.extend(waiting.transition for waiting in place.afters)
             found.extend((component.name, transition) for transition in written)
         return found
 
@@ -189,7 +188,8 @@ class OracleEvents:
                     taus.extend(place.taus)
                 for tau in sorted(taus, key=lambda tau: tau.index):
                     events.append(Event(EventKind.TAU, component.name, tau.index))
-                waiting = [a for state in component.behaviour.states for a in state.afters]
+                places = (*component.behaviour.composites, *component.behaviour.states)
+                waiting = [a for place in places for a in place.afters]
                 for after in sorted(waiting, key=lambda after: after.index):
                     events.append(Event(EventKind.AFTER, component.name, after.index))
         return events

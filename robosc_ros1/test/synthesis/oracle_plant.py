@@ -70,7 +70,8 @@ class OraclePlant(OracleEvents):
         assert component.behaviour is not None
         here = self.get(state, "at", component.name)
         present = next(s for s in component.behaviour.states if s.name == here)
-        for waiting in present.afters:
+        around = [o for o in component.behaviour.composites if here.startswith(f"{o.name}.")]
+        for waiting in (a for place in (present, *around) for a in place.afters):
             transition = waiting.transition
             if waiting.index != occurrence.event.index:
                 continue
@@ -110,7 +111,7 @@ class OraclePlant(OracleEvents):
             component, self.get(state, "at", component.name), occurrence.event
         )
         assert all(
-            sum(t in level for t in taken) <= 1 for level in levels
+            sum(any(t is one for one in level) for t in taken) <= 1 for level in levels
         )  # guards exclude each other
         self._assign(component, taken, state, occurrence, after)
 

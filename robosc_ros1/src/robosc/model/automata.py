@@ -50,14 +50,29 @@ class Assignment:
 
 @dataclass(frozen=True, slots=True)
 class ResultTransition:
-    """A transition on an event of a communication (its key); a self-loop if ``goto`` is None."""
+    """A transition on an event of a communication (its key).
+
+    ``goto`` is the state in which it ends; None: it enters none. ``named`` is the path of the state
+    with states in it that the model names instead.
+    """
 
     event: EventKind
     communication: str
     guard: Expr | None
     assignments: tuple[Assignment, ...]
     goto: str | None
+    named: str | None = None
     span: Span = span_field()
+
+    def enters(self, place: str, source: State) -> bool:
+        """Whether it enters the state of a path, taken in the state ``source``.
+
+        It does if it ends in there, unless it comes from inside and names a state further inside.
+        """
+        entered = self.named or self.goto
+        if entered is None or self.goto is None or not is_in(self.goto, place):
+            return False
+        return not source.is_in(place) or is_in(place, entered)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +88,7 @@ class Tau:
 
 @dataclass(frozen=True, slots=True)
 class After:
-    """A transition that is taken once its component has been in its state for ``delay`` seconds.
+    """A transition that is taken ``delay`` seconds after its component entered its state.
 
     ``index`` counts those of the component from 1 in source order. The event of ``transition`` is
     ``after``, and its communication the component's name.
@@ -94,6 +109,7 @@ class CompositeState:
     name: str
     transitions: tuple[ResultTransition, ...]
     taus: tuple[Tau, ...]
+    afters: tuple[After, ...] = ()
     span: Span = span_field()
 
 
@@ -115,7 +131,12 @@ class State:
 
     def is_in(self, place: str | None) -> bool:
         """Whether it is the state of a path or stands in it; None stands for every state."""
-        return place is None or self.name == place or self.name.startswith(f"{place}.")
+        return place is None or is_in(self.name, place)
+
+
+def is_in(path: str, place: str) -> bool:
+    """Whether a path is that of a place, or of a state in it."""
+    return path == place or path.startswith(f"{place}.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,8 +168,7 @@ class Behaviour:
         for place in self.places:
             yield from place.transitions
             yield from (tau.transition for tau in place.taus)
-            if isinstance(place, State):
-                yield from (after.transition for after in place.afters)
+            yield from (after.transition for after in place.afters)
 
     @property
     def staying(self) -> Iterator[ResultTransition]:
@@ -156,6 +176,5 @@ class Behaviour:
         yield from (tau.transition for tau in self.taus)
         for place in self.places:
             for taken in (tau.transition for tau in place.taus):
-                target = taken.goto or place.name
-                if target == place.name or target.startswith(f"{place.name}."):
+                if is_in(taken.goto or place.name, place.name):
                     yield taken

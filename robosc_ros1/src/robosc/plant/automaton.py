@@ -125,9 +125,10 @@ class Edge:
     ``updates`` are the assignments to state variables: (index, right-hand side over the state
     before the event). ``assignments`` are those of the model, which the controller executes: they
     include data-only variables and the exact data. ``target`` is a location; ``enters``: the edge
-    has a ``goto``, so that the location is entered even if it is the source. ``levels`` are those
-    of its guards, 0 for the state's own: edges of one location with the same levels exclude each
-    other.
+    has a ``goto``, so that the location is entered even if it is the source. ``outer`` are the
+    states with states in them, of those with transitions after a delay, that it enters or leaves.
+    ``levels`` are those of its guards, 0 for the state's own: edges of one location with the same
+    levels exclude each other.
     """
 
     source: int
@@ -136,6 +137,7 @@ class Edge:
     assignments: tuple[Assignment, ...]
     target: int
     enters: bool
+    outer: tuple[str, ...]
     levels: tuple[int, ...]
     span: Span = field(compare=False, repr=False)
 

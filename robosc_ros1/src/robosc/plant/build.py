@@ -21,7 +21,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import BooleanType, Value, domain
 from robosc.language.events import EventKind, EventSort
-from robosc.model.automata import After, Behaviour, ResultTransition, Tau
+from robosc.model.automata import After, Behaviour, ResultTransition, Tau, is_in
 from robosc.model.entities import Communication, Component, Robot
 from robosc.plant.automaton import (
     Edge,
@@ -183,6 +183,7 @@ class _Lowering:
             transition.assignments,
             target,
             transition.goto is not None,
+            tuple(_outer(component, location, transition)),
             taken.levels,
             transition.span,
         )
@@ -241,18 +242,15 @@ class _Lowering:
         )
 
     def _after_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
-        afters = [(a, n) for n, state in enumerate(behaviour.states) for a in state.afters]
-        for after, location in sorted(afters, key=lambda item: item[0].index):
-            yield self._event_of(component, after, (location,))
+        afters = [(a, place.name) for place in behaviour.places for a in place.afters]
+        for after, place in sorted(afters, key=lambda item: item[0].index):
+            yield self._event_of(component, after, _inside(behaviour, place))
 
     def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
-        everywhere = range(len(behaviour.states))
-        taus: list[tuple[Tau, Sequence[int]]] = [(tau, everywhere) for tau in behaviour.taus]
-        for place in behaviour.places:
-            inside = [n for n in everywhere if behaviour.states[n].is_in(place.name)]
-            taus.extend((tau, inside) for tau in place.taus)
-        for tau, locations in sorted(taus, key=lambda item: item[0].index):
-            yield self._event_of(component, tau, locations)
+        taus: list[tuple[Tau, str | None]] = [(tau, None) for tau in behaviour.taus]
+        taus += ((tau, place.name) for place in behaviour.places for tau in place.taus)
+        for tau, where in sorted(taus, key=lambda item: item[0].index):
+            yield self._event_of(component, tau, _inside(behaviour, where))
 
     def _event_of(
         self,
@@ -288,6 +286,24 @@ class _Lowering:
             requirements=(),
             span=transition.span,
         )
+
+
+def _inside(behaviour: Behaviour, place: str | None) -> list[int]:
+    """The locations in a state; None stands for every state."""
+    return [n for n, state in enumerate(behaviour.states) if state.is_in(place)]
+
+
+def _outer(component: Component, location: int, taken: ResultTransition) -> Iterator[str]:
+    """The states with states in them, and with transitions after a delay, that one enters or
+    leaves."""
+    behaviour = component.behaviour
+    assert behaviour is not None
+    source = behaviour.states[location]
+    for outer in behaviour.composites:
+        if outer.afters and taken.goto is not None:
+            leaves = source.is_in(outer.name) and not is_in(taken.goto, outer.name)
+            if leaves or taken.enters(outer.name, source):
+                yield outer.name
 
 
 def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:

@@ -57,6 +57,11 @@ class Timer(_Clock):
         self.entries: Optional[int] = None  # the count of entries when it was started last
 
 
+def stands_in(state: str, place: str) -> bool:
+    """Whether a state is the one with the path ``place`` or stands in it."""
+    return state == place or state.startswith(place + ".")
+
+
 Clock = Union[Timer, Watch]
 
 
@@ -211,7 +216,7 @@ class Clocks:
 
     def _restart(self, timer: Timer, time: float) -> None:
         timer.entries = self._state[timer.row.entries]
-        is_there = self._state[timer.row.location] == timer.row.state
+        is_there = stands_in(self._state[timer.row.location], timer.row.state)
         timer.deadline = time + timer.delay if is_there else None
         self.plan(timer)
 

@@ -114,8 +114,9 @@ class After(NamedTuple):
     """A transition that is taken after its component has been in ``state`` for ``delay``.
 
     ``delay`` is in seconds, or the name of a parameter. ``location`` is the attribute with the
-    component's state, ``entries`` the one that counts the entries into states: each entry restarts
-    the time. ``step`` takes the transition and returns ``"from->to"``, or None if its guard does
+    component's state, which is ``state`` or one in it. ``entries`` is the attribute that counts the
+    entries into states, or into this state and out of it: each entry restarts the time.
+    ``step`` takes the transition and returns ``"from->to"``, or None if its guard does
     not hold; it is taken once per entry, as soon as the delay is over and the guard holds.
     """
 

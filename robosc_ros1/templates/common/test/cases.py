@@ -251,7 +251,8 @@ class Cases:
     def _stops_a_clock(self, shadow, component, transition, event):
         """Whether a transition leaves a state with a delay for one that will be observed, because
         no enabled command leaves it at once."""
-        if not shadow.waiting(component) or transition["goto"] in (None, shadow.states[component]):
+        goto = transition["goto"]
+        if goto is None or all(stands_in(goto, w["from"]) for w in shadow.waiting(component)):
             return False
         after = shadow.copy()
         try:

@@ -320,7 +320,7 @@ class Guide:
         for key, fresh in shadow.fresh.items():
             if fresh:
                 yield ("wait", key), [("timeout", key, None)]
-        for component in shadow.lapsed:
+        for component in shadow.clocked:
             for waiting in shadow.waiting(component):
                 if shadow.delay(waiting) <= LONGEST:
                     yield ("wait", component), [("after", component, waiting)]

@@ -96,11 +96,11 @@ class Judge:
                 # It may have occurred since the step was chosen.
                 silences = self.silences(what) - (not self.shadow.fresh[what])
                 return lambda: self.silences(what) > silences, "the timeout of " + what
-            lapses, entered = self.lapses, self.shadow.entered[what]
+            lapses, entered = self.lapses, self.shadow.entries(what)
 
         def has_lapsed():
             shadow = self.shadow
-            is_same = self.lapses == lapses and shadow.entered[what] == entered
+            is_same = self.lapses == lapses and shadow.entries(what) == entered
             return not (is_same and shadow.is_waiting(what))
 
         return has_lapsed, "the delayed transition of " + what

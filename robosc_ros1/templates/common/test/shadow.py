@@ -36,9 +36,10 @@ def stands_in(state, place):
 class Shadow(Expressions):
     """The state of the model: ``states``, ``variables``, ``busy``, ``fresh``.
 
-    For components with delayed transitions also when the state was ``entered`` (None: before the
-    test started), and which of these transitions have ``lapsed`` (were taken) since. The caller
-    sets ``now`` to the time of the next event.
+    For states with delayed transitions, by component and path, also when the state was ``entered``
+    (None: before the test started), and which of these transitions have ``lapsed`` (were taken)
+    since. ``clocked`` are these states by component. The caller sets ``now`` to the time of the
+    next event.
     """
 
     def __init__(self, plant):
@@ -65,10 +66,15 @@ class Shadow(Expressions):
         self.fresh = {c["key"]: False for c in plant["communications"] if c["timeout"]}
         for key in self.busy:
             self.fresh.pop(key, None)  # their timeout is a deadline
-        waiting = [c["name"] for c in plant["components"] if c["afters"]]
+        self.clocked = {
+            c["name"]: sorted({w["from"] for w in c["afters"]})
+            for c in plant["components"]
+            if c["afters"]
+        }
         self.now = None
-        self.entered = dict.fromkeys(waiting)
-        self.lapsed = dict.fromkeys(waiting, ())
+        places = [(name, place) for name, places in self.clocked.items() for place in places]
+        self.entered = dict.fromkeys(places)
+        self.lapsed = dict.fromkeys(places, ())
         self.mentions = {}  # (kind, communication) -> components with their transitions for it
         for component in plant["components"]:
             for transition in component["transitions"]:
@@ -103,10 +109,11 @@ class Shadow(Expressions):
         }
         for name, phase in document["communications"].items():
             self._phases(name)[self.keys[name]] = phase in ("busy", "fresh")
-        for component in self.entered:
-            self.entered[component], self.lapsed[component] = None, ()
-            if "%s.%s" % (component, self.states[component]) not in document["clocks"]:
-                self.lapsed[component] = tuple(w["index"] for w in self.waiting(component))
+        for component, place in self.entered:
+            self.entered[component, place], self.lapsed[component, place] = None, ()
+            if "%s.%s" % (component, place) not in document["clocks"]:
+                lapsed = [w["index"] for w in self.waiting(component) if w["from"] == place]
+                self.lapsed[component, place] = tuple(lapsed)
 
     def differences(self, document):
         """Return how a state that the controller published differs from this one, as texts."""
@@ -139,14 +146,14 @@ class Shadow(Expressions):
         for component in self.mentions.get((kind, key), ()):
             taken = self.transitions(component, kind, key, content)
             self._follow(component, taken, content, states, variables)
-            moved += [component for transition in taken if transition["goto"] is not None]
+            moved += [(component, transition) for transition in taken]
         if key in self.busy and kind != "feedback":
             self.busy[key] = kind == "request"
         if key in self.fresh:
             self.fresh[key] = kind == "response"
-        self.states, self.variables = states, variables
-        for component in moved:
-            self._enter(component)
+        before, self.states, self.variables = self.states, states, variables
+        for component, transition in moved:
+            self._enter(component, transition, before[component])
 
     def step(self, component, index, path):
         """Apply an internal transition of a component."""
@@ -159,8 +166,7 @@ class Shadow(Expressions):
             found = self.effect(component, tau)
             if found is not None:
                 self.states, self.variables = found
-                if tau["goto"] is not None:
-                    self._enter(component)
+                self._enter(component, tau, before)
                 return
         raise Wrong("%s: %s is not possible" % (step_text("tau", component, index), path))
 
@@ -180,35 +186,48 @@ class Shadow(Expressions):
         """Apply a delayed transition of a component."""
         before, after = path.split("->")
         for waiting in self.components[component]["afters"]:
-            if waiting["index"] != index or waiting["from"] != before:
+            if waiting["index"] != index or not stands_in(before, waiting["from"]):
                 continue
             if self.states[component] != before or (waiting["goto"] or before) != after:
                 continue
-            if index in self.lapsed[component]:
+            if index in self.lapsed[component, waiting["from"]]:
                 raise Wrong("%s is taken twice" % step_text("after", component, index))
             if self._possible([waiting], None):
                 states, variables = dict(self.states), dict(self.variables)
                 self._follow(component, [waiting], None, states, variables)
                 self.states, self.variables = states, variables
-                self.lapsed[component] += (index,)
-                if waiting["goto"] is not None:
-                    self._enter(component)
+                self.lapsed[component, waiting["from"]] += (index,)
+                self._enter(component, waiting, before)
                 return
         raise Wrong("%s: %s is not possible" % (step_text("after", component, index), path))
 
-    def _enter(self, component):
-        if component in self.entered:
-            self.entered[component] = self.now
-            self.lapsed[component] = ()
+    def _enter(self, component, transition, before):
+        """Restart the clocks of the states that a transition enters from the state ``before``.
+
+        One that it leads to from inside and that is around the state that ``goto`` names is not
+        entered.
+        """
+        if transition["goto"] is None:
+            return
+        named = transition.get("named", transition["goto"])
+        for place in self.clocked.get(component, ()):
+            stays = stands_in(before, place) and not stands_in(place, named)
+            if stands_in(transition["goto"], place) and not stays:
+                self.entered[component, place] = self.now
+                self.lapsed[component, place] = ()
 
     def waiting(self, component):
         """Return the delayed transitions of a component that are pending in its state."""
         return [
             waiting
             for waiting in self.components[component]["afters"]
-            if waiting["from"] == self.states[component]
-            and waiting["index"] not in self.lapsed[component]
+            if stands_in(self.states[component], waiting["from"])
+            and waiting["index"] not in self.lapsed[component, waiting["from"]]
         ]
+
+    def entries(self, component):
+        """Return when a component entered each of the states with delayed transitions."""
+        return [self.entered[component, place] for place in self.clocked[component]]
 
     def is_waiting(self, component):
         """Whether a pending delayed transition of a component has a true guard."""
@@ -224,17 +243,18 @@ class Shadow(Expressions):
         The published value of a clock is the time left in seconds.
         """
         found = []
-        for component, entered in self.entered.items():
+        for (component, place), entered in self.entered.items():
+            state = self.states[component]
+            name = "%s.%s" % (component, place)
+            left = document["clocks"].get(name)
+            if not stands_in(state, place):
+                if left is not None:
+                    found.append("the clock of %s is running in %s" % (name, state))
+                continue
             if entered is None:
                 continue
-            state = self.states[component]
-            name = "%s.%s" % (component, state)
-            left = document["clocks"].get(name)
-            delays = [self.delay(waiting) for waiting in self.waiting(component)]
-            others = {w["from"] for w in self.components[component]["afters"]} - {state}
-            for other in sorted(others):
-                if "%s.%s" % (component, other) in document["clocks"]:
-                    found.append("the clock of %s.%s is running in %s" % (component, other, state))
+            waiting = [w for w in self.waiting(component) if w["from"] == place]
+            delays = [self.delay(w) for w in waiting]
             if (left is not None) != bool(delays):
                 found.append("the clock of %s is %s" % (name, "stopped" if delays else "running"))
             elif delays:

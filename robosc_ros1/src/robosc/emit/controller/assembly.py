@@ -10,6 +10,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from robosc.emit.controller import python_literals
+from robosc.emit.controller.attribute_names import (
+    attributes_of,
+    counting_entries,
+    word_of,
+)
 from robosc.emit.controller.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.controller.guard_methods import GuardTexts, holds_where
 from robosc.emit.controller.indexed_copies import with_copies
@@ -22,7 +27,6 @@ from robosc.emit.controller.messages import (
 )
 from robosc.emit.controller.naming import PythonNames, place
 from robosc.emit.controller.python import (
-    Attributes,
     PythonCode,
     duration,
     joined,
@@ -84,35 +88,8 @@ class _Builder:
         self.names = PythonNames([*_RESERVED.split(), *HELPERS])
         self.class_name = self.names.take(f"{self.robot.name}Controller")
         self.enums = converting_enums(self.robot)
-        functions = {e: self.names.take(snake_case(e.name)) for e in self.enums}
-        locations: dict[str, str] = {}
-        variables: dict[str, str] = {}
-        for component in self.robot.components:
-            if component.behaviour is None:
-                continue
-            locations[component.name] = self.names.take(snake_case(component.name))
-            for variable in component.behaviour.variables:
-                wish = f"{snake_case(component.name)}_{snake_case(variable.name)}"
-                variables[variable.key] = self.names.take(wish)
-        entries = {
-            c.name: self.names.take(f"{snake_case(c.name)}_entries")
-            for c in self.robot.components
-            if c.behaviour is not None and any(s.afters for s in c.behaviour.states)
-        }
-        phases = {
-            c.key: self.names.take(f"{self._word(c.key)}_{c.phases.active[0]}")
-            for c in self.robot.communications.values()
-            if c.phases is not None
-        }
-        parameters = {
-            p.key: self.names.take("_".join(snake_case(part) for part in p.key.split(".")))
-            for p in self.robot.parameters
-        }
         self.part_names = supervisor.part_names
-        parts = {part.name: self.names.take(part.name) for part in self.part_names.definitions}
-        self.attributes = Attributes(
-            locations, variables, phases, functions, entries, parameters, parts
-        )
+        self.attributes = attributes_of(self.robot, self.enums, self.part_names, self.names)
         self.reactions = Reactions(self.plant, self.attributes)
         self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
         methods = {number: r.method for number, r in enumerate(self.requirements)}
@@ -121,8 +98,7 @@ class _Builder:
         """The conditions in guards, with the names of their parts."""
 
     def _word(self, key: str) -> str:
-        """A communication as a part of an identifier."""
-        return snake_case(self.robot.display_names[key].replace(".", "_")) or "n"
+        return word_of(key, self.robot)
 
     def build(self, robot_file: str) -> ControllerContext:
         guards = {g.event.identity: g for g in whole_guards(self.supervisor)}
@@ -193,9 +169,11 @@ class _Builder:
                     "state: " + ", ".join(s.name for s in states),
                 )
             ]
-            if component.name in self.attributes.entries:
-                entries = self.attributes.entries[component.name]
-                attributes.append(AttributeView(entries, "0", "how often it entered a state"))
+            for name in counting_entries(component):
+                _, _, outer = name.partition(".")
+                what = f"entered or left {outer}" if outer else "entered a state"
+                entries = self.attributes.entries[name]
+                attributes.append(AttributeView(entries, "0", f"how often it {what}"))
             for variable in component.behaviour.variables:
                 what = "" if variable.in_state else ", only for data that is sent"
                 attributes.append(
@@ -322,14 +300,14 @@ class _Builder:
         component = self.robot.component(event.key)
         assert component.behaviour is not None
         state, after = next(
-            (state, after)
-            for state in component.behaviour.states
-            for after in state.afters
+            (place, after)
+            for place in component.behaviour.places
+            for after in place.afters
             if after.index == event.index
         )
         (automaton,) = event.automata
         condition = self.reactions.condition(automaton)
-        reaction = self.reactions.reaction(event, tested=True)
+        reaction = self.reactions.reaction(event, tested=len(alike(automaton.edges)) == 1)
         location = self.attributes.locations[event.key]
         delay = duration(after.delay)
         body = [
@@ -348,7 +326,9 @@ class _Builder:
             literal(delay),
             f"~{delay}" if isinstance(delay, str) else f"{delay} s",
             location,
-            self.attributes.entries[event.key],
+            self.attributes.entries.get(
+                f"{event.key}.{state.name}", self.attributes.entries.get(event.key, "")
+            ),
             tuple(body),
             _read_by([condition]),
             reaction.writes,

@@ -92,7 +92,8 @@ class Attributes:
 
     They are given by component (its state), ``Component.variable``, and key (its phase).
 
-    ``entries`` are those that count how often a component entered a state, ``parameters`` those
+    ``entries`` are those that count how often a component entered a state, or entered or left one
+    with states in it (``Component.state``), ``parameters`` those
     that hold parameters, by their keys. ``parts`` are methods, by the names of parts of guards.
     """
 

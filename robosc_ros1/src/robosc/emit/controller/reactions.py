@@ -108,8 +108,10 @@ class Reactions:
         if any(e.source != e.target for e in edges):
             target = PythonCode(literal(location.values[edge.target]))
             effects.append(_Effect(self.attributes.locations[automaton.component], target))
-        entries = self.attributes.entries.get(automaton.component)
-        if edge.enters and entries is not None:
+        component = automaton.component
+        counters = [component] if edge.enters and component in self.attributes.entries else []
+        for name in (*counters, *(f"{component}.{outer}" for outer in edge.outer)):
+            entries = self.attributes.entries[name]
             more = PythonCode(f"self.{entries} + 1", frozenset([entries]))
             effects.append(_Effect(entries, more, "+= 1"))
         condition = self._edge_condition(location, edges)
@@ -127,7 +129,7 @@ class Reactions:
         return joined("and", parts)
 
     def condition(self, automaton: LocalAutomaton) -> PythonCode:
-        """Where an automaton with one edge takes part; empty: always."""
+        """Where an automaton takes part whose edges have one guard; empty: always."""
         location = self.plant.variables[automaton.variable]
         return self._edge_condition(location, list(automaton.edges))
 
@@ -248,7 +250,8 @@ def alike(edges: Iterable[Edge]) -> list[list[Edge]]:
     seen: dict[int, int] = {}
     for edge in edges:
         span = edge.span
-        key = id(span.source), span.start, span.end, edge.guard, edge.updates, edge.assignments
+        where = id(span.source), span.start, span.end
+        key = *where, edge.guard, edge.updates, edge.assignments, edge.outer
         groups.setdefault(key, []).append(edge)
         seen[edge.source] = rank = seen.get(edge.source, 0) + 1
         ranks[key] = max(ranks.get(key, 0), rank)

@@ -18,12 +18,13 @@ class AnyTransition:
     """A transition on an event of a communication, after a delay, or an internal one.
 
     ``source`` None: it leaves every state; of a state with states in it, each of those. ``target``
-    None: it stays. ``communication`` is the key
-    of one; None for others, which ``index`` counts from 1.
+    None: it stays; ``named`` is the state with states in it that the model names instead.
+    ``communication`` is the key of one; None for others, which ``index`` counts from 1.
     """
 
     source: str | None
     target: str | None
+    named: str | None
     kind: EventKind
     communication: str | None
     index: int
@@ -40,6 +41,7 @@ def transitions(behaviour: Behaviour) -> Iterator[AnyTransition]:
     for outer in behaviour.composites:
         yield from (_on_event(outer.name, t) for t in outer.transitions)
         yield from (_internal(outer.name, tau) for tau in outer.taus)
+        yield from (_delayed(outer.name, after) for after in outer.afters)
     for state in behaviour.states:
         yield from (_on_event(state.name, t) for t in state.transitions)
         yield from (_internal(state.name, tau) for tau in state.taus)
@@ -48,7 +50,9 @@ def transitions(behaviour: Behaviour) -> Iterator[AnyTransition]:
 
 def _on_event(source: str | None, found: ResultTransition) -> AnyTransition:
     taken = found.guard, found.assignments, found.span
-    return AnyTransition(source, found.goto, found.event, found.communication, 0, None, *taken)
+    return AnyTransition(
+        source, found.goto, found.named, found.event, found.communication, 0, None, *taken
+    )
 
 
 def _internal(source: str | None, tau: Tau) -> AnyTransition:

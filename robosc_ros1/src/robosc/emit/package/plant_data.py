@@ -191,12 +191,14 @@ def _transition(transition: AnyTransition, enums: dict[str, EnumType]) -> Json:
         own["delay"] = tree(transition.delay)
     elif transition.communication is not None:
         own = {"event": transition.kind.value, "communication": transition.communication}
+    named = {} if transition.named is None else {"named": transition.named}
     return {
         "from": transition.source,
         **own,
         "guard": tree(transition.guard),
         "assign": [[a.variable, tree(a.value)] for a in transition.assignments],
         "goto": transition.target,
+        **named,
     }
 
 

@@ -60,7 +60,8 @@ def _successors(state: State, behaviour: Behaviour) -> set[str]:
         }
     taus = [*state.taus, *(tau for outer in state.around for tau in outer.taus), *behaviour.taus]
     targets += [tau.transition.goto for tau in taus]
-    targets += [after.transition.goto for after in state.afters]
+    afters = [*state.afters, *(after for outer in state.around for after in outer.afters)]
+    targets += [after.transition.goto for after in afters]
     return {t for t in targets if t is not None}
 
 

@@ -161,13 +161,6 @@ class BehaviourResolver:
         state = node if isinstance(node, StateNode) else None
         check_events(self._instance, self._report, named, state)
         own = internal_with_else(taus, state, self._report)
-        if state is not None and state.states and afters:
-            self._report.add(
-                "misplaced",
-                next(item for item in node.items if isinstance(item, AfterNode)).span,
-                f"'after' is for states without states in them, and '{path}' has some",
-                "write it in each state that is to end so",
-            )
         return with_else(named), own, tuple(after for after in afters if after is not None)
 
     def _states(
@@ -183,7 +176,7 @@ class BehaviourResolver:
             transitions, taus, afters = self._levels[id(item)]
             span = item.name.span
             if item.states:
-                outer = CompositeState(name, transitions, taus, span=span)
+                outer = CompositeState(name, transitions, taus, afters, span=span)
                 self._composites[name] = outer
                 yield from self._states(item, name, (outer, *around))
                 continue

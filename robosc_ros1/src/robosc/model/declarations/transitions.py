@@ -67,9 +67,11 @@ class TransitionResolver:
         incoming = no_value("an internal transition carries no value")
         guard = self._guard(node.guard, incoming)
         assignments = self._assignments(node.assignments, incoming)
-        goto = self._goto(node.goto)
+        goto, named = self._goto(node.goto)
         name = self._instance.name
-        taken = ResultTransition(EventKind.TAU, name, guard, assignments, goto, span=node.span)
+        taken = ResultTransition(
+            EventKind.TAU, name, guard, assignments, goto, named, span=node.span
+        )
         return Tau(self._taus, taken)
 
     def after(self, node: AfterNode) -> After | None:
@@ -81,13 +83,13 @@ class TransitionResolver:
             delay = None
         guard = self._guard(node.guard, incoming)
         assignments = self._assignments(node.assignments, incoming)
-        goto = self._goto(node.goto)
+        goto, named = self._goto(node.goto)
         if delay is None:
             self.is_sound = False
             return None
         name = self._instance.name
         happening = ResultTransition(
-            EventKind.AFTER, name, guard, assignments, goto, span=node.span
+            EventKind.AFTER, name, guard, assignments, goto, named, span=node.span
         )
         return After(self._afters, delay, happening)
 
@@ -97,7 +99,7 @@ class TransitionResolver:
         groups = GroupResolver(self._symbols, scope, self._report)
         listed, whole = groups.listed(node.communications)
         self.is_sound &= whole
-        goto = self._goto(node.goto)
+        goto, named = self._goto(node.goto)
         found: list[NamedTransition] = []
         for name in check_repeated_events(node.events, self._report):
             event = EventKind(name.text)
@@ -106,7 +108,7 @@ class TransitionResolver:
             for access, info in having:
                 guard, assignments = self._clauses(node, _incoming(event, info))
                 transition = ResultTransition(
-                    event, info.key, guard, assignments, goto, span=node.span
+                    event, info.key, guard, assignments, goto, named, span=node.span
                 )
                 found.append(NamedTransition(transition, name, access, node.guard))
                 if isinstance(node.guard, ElseNode):
@@ -135,10 +137,11 @@ class TransitionResolver:
             return None
         return condition_on_data(guard)
 
-    def _goto(self, goto: Name | Access | None) -> str | None:
-        """The state in which a ``goto`` ends: of a state with states in it, the initial one."""
+    def _goto(self, goto: Name | Access | None) -> tuple[str | None, str | None]:
+        """The state in which a ``goto`` ends, and the one that it names, if that has states in it:
+        it is entered through the initial one."""
         if goto is None:
-            return None
+            return None, None
         own, scope = self._instance, self._instance.types.scope
         steps = [goto] if isinstance(goto, Name) else [goto.root, *_names(goto)]
         path = own.nearest_state(".".join(step.text for step in steps), self.inside)
@@ -146,7 +149,8 @@ class TransitionResolver:
             parts = path.split(".")
             for length, step in enumerate(steps, 1 + len(parts) - len(steps)):
                 scope.names.use(step, own.states[".".join(parts[:length])], own.name)
-            return own.first_leaf(path)
+            leaf = own.first_leaf(path)
+            return leaf, None if leaf == path else path
         self.is_sound = False
         if not scope.is_unresolved(steps[-1].text, "state"):
             self._report.add(
@@ -155,7 +159,7 @@ class TransitionResolver:
                 f"{own.name} has no state '{goto.span.text}'",
                 self._report.suggest(goto.span.text, own.states, "its states"),
             )
-        return None
+        return None, None
 
     # --- assignments -----------------------------------------------------------------------------
 
