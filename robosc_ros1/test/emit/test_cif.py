@@ -19,7 +19,7 @@ from synthesis.subject import robot_of
 from robosc import pipeline
 from robosc.emit.export.cif import cif_plant, cif_supervised
 from robosc.errors import UsageError
-from robosc.model.entities import EventKind, Robot
+from robosc.model.entities import Robot
 from robosc.plant.build import lower
 from robosc.synthesis import explore
 from robosc.synthesis.event_parameters import weight

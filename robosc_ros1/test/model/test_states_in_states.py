@@ -10,8 +10,8 @@ from nested_models import PARTS, flat_text, nested_text, random_behaviour
 
 from robosc.errors import Severity, render_all
 from robosc.expr.traversal import walk
-from robosc.language.events import EventKind
 from robosc.expr.tree import StateRef
+from robosc.language.events import EventKind
 from robosc.model.entities import Robot
 from robosc.model.resolve import load
 from robosc.plant.automaton import Plant, PlantState
