@@ -10,9 +10,10 @@ import contextlib
 
 from contents import field_of, plain
 from decisions import Decision, Places, differing, holds_in
+from delays import stands_in
 from expressions import trees_of, variables_of
 from operations import Undefined
-from shadow import Wrong, stands_in, step_text
+from shadow import Wrong, step_text
 
 KNOWN = 500
 """The size of the cache of results of :meth:`Cases.telling_numbers`."""

@@ -14,9 +14,10 @@ from collections import Counter, deque
 from cases import Cases
 from contents import part_of
 from decisions import abstraction, nearness
+from delays import stands_in
 from expressions import reads_value
 from operations import Undefined
-from shadow import Wrong, stands_in
+from shadow import Wrong
 
 SAMPLES = 64
 """The random messages of each kind that are drawn at once."""

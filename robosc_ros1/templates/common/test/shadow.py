@@ -8,7 +8,7 @@ allowed. It shares no code with the controller and interprets ``plant_data.py``.
 import copy
 
 from contents import told_as
-from expressions import Expressions
+from delays import Delays, stands_in
 from operations import Undefined
 
 
@@ -16,9 +16,6 @@ class Wrong(Exception):
     """The controller reported an event that the model forbids or excludes."""
 
 
-INEXACT = 0.05
-"""Seconds of tolerance for delays: they are measured by two clocks, one of which may be
-adjusted."""
 _POSITIVE = ("needs", "always")
 """The kinds of requirements whose condition must hold; that of the others must not."""
 
@@ -28,18 +25,10 @@ def step_text(sort, component, index):
     return "%s %d of %s" % ("after" if sort == "after" else "internal transition", index, component)
 
 
-def stands_in(state, place):
-    """Whether a state is the one with the path ``place`` or stands in it; None: in every state."""
-    return place is None or state == place or state.startswith(place + ".")
-
-
-class Shadow(Expressions):
+class Shadow(Delays):
     """The state of the model: ``states``, ``variables``, ``busy``, ``fresh``.
 
-    For states with delayed transitions, by component and path, also when the state was ``entered``
-    (None: before the test started), and which of these transitions have ``lapsed`` (were taken)
-    since. ``clocked`` are these states by component. The caller sets ``now`` to the time of the
-    next event.
+    The caller sets ``now`` to the time of the next event.
     """
 
     def __init__(self, plant):
@@ -66,15 +55,7 @@ class Shadow(Expressions):
         self.fresh = {c["key"]: False for c in plant["communications"] if c["timeout"]}
         for key in self.busy:
             self.fresh.pop(key, None)  # their timeout is a deadline
-        self.clocked = {
-            c["name"]: sorted({w["from"] for w in c["afters"]})
-            for c in plant["components"]
-            if c["afters"]
-        }
-        self.now = None
-        places = [(name, place) for name, places in self.clocked.items() for place in places]
-        self.entered = dict.fromkeys(places)
-        self.lapsed = dict.fromkeys(places, ())
+        self.start_delays(plant)
         self.mentions = {}  # (kind, communication) -> components with their transitions for it
         for component in plant["components"]:
             for transition in component["transitions"]:
@@ -153,7 +134,7 @@ class Shadow(Expressions):
             self.fresh[key] = kind == "response"
         before, self.states, self.variables = self.states, states, variables
         for component, transition in moved:
-            self._enter(component, transition, before[component])
+            self.enter(component, transition, before[component])
 
     def step(self, component, index, path):
         """Apply an internal transition of a component."""
@@ -166,7 +147,7 @@ class Shadow(Expressions):
             found = self.effect(component, tau)
             if found is not None:
                 self.states, self.variables = found
-                self._enter(component, tau, before)
+                self.enter(component, tau, before)
                 return
         raise Wrong("%s: %s is not possible" % (step_text("tau", component, index), path))
 
@@ -197,71 +178,13 @@ class Shadow(Expressions):
                 self._follow(component, [waiting], None, states, variables)
                 self.states, self.variables = states, variables
                 self.lapsed[component, waiting["from"]] += (index,)
-                self._enter(component, waiting, before)
+                self.enter(component, waiting, before)
                 return
         raise Wrong("%s: %s is not possible" % (step_text("after", component, index), path))
-
-    def _enter(self, component, transition, before):
-        """Restart the clocks of the states that a transition enters from the state ``before``.
-
-        One that it leads to from inside and that is around the state that ``goto`` names is not
-        entered.
-        """
-        if transition["goto"] is None:
-            return
-        named = transition.get("named", transition["goto"])
-        for place in self.clocked.get(component, ()):
-            stays = stands_in(before, place) and not stands_in(place, named)
-            if stands_in(transition["goto"], place) and not stays:
-                self.entered[component, place] = self.now
-                self.lapsed[component, place] = ()
-
-    def waiting(self, component):
-        """Return the delayed transitions of a component that are pending in its state."""
-        return [
-            waiting
-            for waiting in self.components[component]["afters"]
-            if stands_in(self.states[component], waiting["from"])
-            and waiting["index"] not in self.lapsed[component, waiting["from"]]
-        ]
-
-    def entries(self, component):
-        """Return when a component entered each of the states with delayed transitions."""
-        return [self.entered[component, place] for place in self.clocked[component]]
 
     def is_waiting(self, component):
         """Whether a pending delayed transition of a component has a true guard."""
         return bool(self._possible(self.waiting(component), None))
-
-    def delay(self, waiting):
-        """Return the delay of a transition in seconds."""
-        return self.evaluate(waiting["delay"])
-
-    def wrong_clocks(self, document):
-        """Return which clocks are wrong in a state that the controller published, as texts.
-
-        The published value of a clock is the time left in seconds.
-        """
-        found = []
-        for (component, place), entered in self.entered.items():
-            state = self.states[component]
-            name = "%s.%s" % (component, place)
-            left = document["clocks"].get(name)
-            if not stands_in(state, place):
-                if left is not None:
-                    found.append("the clock of %s is running in %s" % (name, state))
-                continue
-            if entered is None:
-                continue
-            waiting = [w for w in self.waiting(component) if w["from"] == place]
-            delays = [self.delay(w) for w in waiting]
-            if (left is not None) != bool(delays):
-                found.append("the clock of %s is %s" % (name, "stopped" if delays else "running"))
-            elif delays:
-                passed = document["time"] - entered
-                if not min(delays) - passed - INEXACT <= left <= max(delays) + INEXACT:
-                    found.append("the clock of %s is at %.3f s after %.3f s" % (name, left, passed))
-        return found
 
     def _phases(self, name):
         return self.fresh if self.keys[name] in self.fresh else self.busy
