@@ -155,7 +155,7 @@ def _pairs(plant: Plant, expr: Expr) -> int:
 
 
 def _symbolic(plant: Plant, progress: Progress | None) -> Supervisor:
-    # Imported on demand: with networkx, the import takes longer than most syntheses.
+    # Imported on demand: the dense engine does without it.
     from robosc.synthesis.bdd.synthesize import synthesize_bdd
 
     return synthesize_bdd(plant, progress)

@@ -25,7 +25,7 @@ _BYTES_PER_NODE = 36  # measured at the peak, with the unique table
 _BYTES_PER_CACHE_ENTRY = 24
 _CACHE_ENTRIES = 2**21
 # Small models would spend most of their time on allocating and clearing a large cache.
-_CACHE_ENTRIES_PER_VARIABLE = 2**14
+_CACHE_ENTRIES_PER_VARIABLE = 2**12
 _FEWEST_NODES = 2**16
 
 _Result = TypeVar("_Result")
@@ -54,6 +54,13 @@ Renaming: TypeAlias = Any
 def available() -> bool:
     """Whether the library can be imported."""
     return importlib.util.find_spec("oxidd") is not None
+
+
+def load() -> None:
+    """Import the library, if there is one: that takes longer than a small synthesis."""
+    if available():
+        importlib.import_module("oxidd.bdd")
+        importlib.import_module("oxidd.util")
 
 
 def usable() -> bool:

@@ -3,15 +3,15 @@
 The heuristic is FORCE (Aloul, Markov & Sakallah, "FORCE: a fast and easy-to-implement variable-
 ordering heuristic", GLSVLSI 2003): every item moves to the centre of gravity of its groups, until
 the total span of the groups stops shrinking. It is started from the given order and from the
-reverse Cuthill-McKee order, and the better result is taken.
+reverse Cuthill-McKee order, and the better result is taken. The latter is written out here, since
+loading networkx takes longer than most syntheses.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
-
-import networkx as nx
+from itertools import combinations, pairwise
 
 from robosc.plant.automaton import Plant
 from robosc.synthesis.bdd.rounds import early_last
@@ -41,14 +41,42 @@ def order_items(count: int, groups: Iterable[Iterable[int]]) -> list[int]:
 
 
 def _cuthill_mckee(count: int, groups: Sequence[tuple[int, ...]]) -> list[int]:
-    graph = nx.Graph()
-    graph.add_nodes_from(range(count))
+    near: list[set[int]] = [set() for _ in range(count)]
     for group in groups:
-        if len(group) <= _LARGEST_CLIQUE:
-            graph.add_edges_from((a, b) for a in group for b in group if a < b)
-        else:
-            graph.add_edges_from(pairwise(group))
-    return list(nx.utils.reverse_cuthill_mckee_ordering(graph))
+        pairs = combinations(group, 2) if len(group) <= _LARGEST_CLIQUE else pairwise(group)
+        for a, b in pairs:
+            near[a].add(b)
+            near[b].add(a)
+    found: dict[int, int] = {}
+    for item in range(count):
+        if item not in found:
+            found |= _distances(near, _outermost(near, item))
+    return [*found][::-1]
+
+
+def _outermost(near: Sequence[set[int]], item: int) -> int:
+    """Return an item far from the others that are connected with it."""
+    last = 0
+    while True:
+        distances = _distances(near, item)
+        most = max(distances.values())
+        if most <= last:
+            return item
+        last = most
+        item = min((n for n, d in distances.items() if d == most), key=lambda n: len(near[n]))
+
+
+def _distances(near: Sequence[set[int]], start: int) -> dict[int, int]:
+    """Return the distances from an item breadth first, those with fewer neighbours first."""
+    found = {start: 0}
+    queue = deque([start])
+    while queue:
+        item = queue.popleft()
+        for other in sorted(near[item], key=lambda n: (len(near[n]), n)):
+            if other not in found:
+                found[other] = found[item] + 1
+                queue.append(other)
+    return found
 
 
 def _force(order: list[int], groups: Sequence[tuple[int, ...]]) -> list[int]:

@@ -13,6 +13,7 @@ from robosc.plant.formulas import conjunction
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
+from robosc.synthesis.bdd.manager import load
 from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution
@@ -30,6 +31,7 @@ def synthesize_bdd(
     Raises:
         StateSpaceError: the library is missing, or ``memory`` bytes do not suffice.
     """
+    load()
     start = time.perf_counter()
     try:
         solution = SymbolicEngine(plant, progress, memory).solve()
