@@ -13,7 +13,6 @@ from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.plant.formulas import to_dsl
 from robosc.supervisor import Explanation, Supervisor
 from robosc.synthesis.formatting import event_text, step_text, trace_text
-from robosc.synthesis.system import make_step
 
 if TYPE_CHECKING:
     from robosc.pipeline import Generated
@@ -220,16 +219,18 @@ def _property_text(name: str, holds: bool) -> str:
 
 def graph_text(system: Graph) -> str:
     """Each state with the steps out of it; ``*`` marks marked states, ``!`` controllable events."""
+    from robosc.synthesis.listing import listed
+
     plant = system.plant
     steps: list[list[str]] = [[] for _ in system.states]
-    for t in system.transitions:
-        event = plant.events[t.event]
-        taken = make_step(plant, event, t.values, system.states[t.source], system.states[t.target])
-        sign = "!" if event.controllable else " "
-        steps[t.source].append(f"    {sign} {step_text(taken)} -> {t.target}")
+    for one in listed(system):
+        sign = "!" if one.step.event.controllable else " "
+        steps[one.source].append(f"    {sign} {step_text(one.step)} -> {one.target}")
     transitions = counted(len(system.transitions), "transition")
     size = f"{counted(len(system.states), 'state')}, {transitions}"
     lines = [f"{plant.robot.name}: {size}"]
+    if sum(map(len, steps)) < len(system.transitions):
+        lines.append("parts of a value on which a step does not depend are left out")
     for number, state in enumerate(system.states):
         values = ", ".join(_variable_texts(plant, state))
         lines.append(f"{number}{'*' if plant.is_marked(state) else ''}  {values}")

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
+from robosc.plant.automaton import Plant
+from robosc.plant.step import valuations
+from robosc.supervisor import Step
 from robosc.synthesis import documents
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.explore import Graph
@@ -11,7 +15,7 @@ from robosc.synthesis.system import make_step
 
 
 def explore_document(graph: Graph) -> dict[str, Any]:
-    """What ``explore --json`` prints, made in one piece: without its parts, and without its cache."""
+    """What ``explore --json`` prints, but with every value of each event."""
     plant = graph.plant
     return {
         "version": 1,
@@ -38,3 +42,24 @@ def explore_document(graph: Graph) -> dict[str, Any]:
             for t in graph.transitions
         ],
     }  # fmt: skip
+
+
+def spelled_out(plant: Plant, document: dict[str, Any]) -> dict[str, Any]:
+    """The printed document with every value of each event: the parts left out take all values."""
+    lists = [list(_spelled_out(plant, t)) for t in document["transitions"]]
+    return {**document, "transitions": [t for several in lists for t in several]}
+
+
+def _spelled_out(plant: Plant, transition: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    if "any" not in transition:
+        yield transition
+        return
+    told = transition["event"]
+    (event,) = (e for e in plant.events if documents.event_document(e).items() <= told.items())
+    left = {key: part for key, part in transition.items() if key not in ("any", "values")}
+    found = [step_document(Step(event, values)) for values in valuations(event)]
+    known = told["value"] or {}
+    some = [one for one in found if known.items() <= one["value"].items()]
+    assert len(some) == transition["values"]
+    assert all(one["value"].keys() == {*known, *transition["any"]} for one in some)
+    yield from ({**left, "event": one} for one in some)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+import random
 from typing import Any
 
 import families
 import pytest
 import steep_families
-from synthesis.explored import explore_document
+from random_models import random_model
+from synthesis.explored import explore_document, spelled_out
 from synthesis.plants import plant_of, supervisor_of
 
+from robosc import report
 from robosc.errors import StateSpaceError
 from robosc.synthesis import explore
 from robosc.synthesis.documents import explore_json, synthesize_document
@@ -180,11 +183,46 @@ def test_explanations_in_the_document() -> None:
     assert why["remedy"] == "add 'on error from s goto idle' in state busy of A"
 
 
+def in_order(document: dict[str, Any]) -> dict[str, Any]:
+    return {**document, "transitions": sorted(document["transitions"], key=json.dumps)}
+
+
+FLAGS = (
+    "datatype object Flags { a: boolean b: boolean c: boolean }"
+    " component Reader { outgoing message flags with type: Flags links link"
+    " incoming message go with type: none behaviour { variable seen: boolean = false"
+    " initial marked state s { on response from flags if value.a do seen := value.b goto t"
+    " on response from flags if value.c goto t }"
+    " marked state t { } } } requirement go needs Reader.seen"
+)
+
+
+def test_parts_that_do_not_matter_are_left_out() -> None:
+    graph = explore(plant_of(FLAGS))
+    printed = json.loads("".join(explore_json(graph)))
+    assert in_order(spelled_out(graph.plant, printed)) == in_order(explore_document(graph))
+    quiet = [t for t in printed["transitions"] if "any" in t]
+    assert all(sorted(t["any"]) == ["a", "b", "c"] and t["values"] == 8 for t in quiet)
+    assert {t["event"]["value"] for t in quiet} == {None}
+    assert len(quiet) == len(graph.states) - 1
+    lines = report.graph_text(graph).splitlines()
+    assert sum("flags.response ->" in line for line in lines) == len(quiet)
+    assert "left out" in lines[1]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_is_printed_means_all_transitions(seed: int) -> None:
+    graph = explore(plant_of(random_model(random.Random(seed), 1 + seed % 2)))
+    printed = json.loads("".join(explore_json(graph)))
+    assert in_order(spelled_out(graph.plant, printed)) == in_order(explore_document(graph))
+
+
 @pytest.mark.parametrize("lines", [1, 3, 10_000])
 def test_text_in_parts_is_the_document(lines: int) -> None:
     for text in (steep_families.restless(2), families.action_robot(1), steep_families.readings(3)):
         graph = explore(plant_of(text))
-        assert json.loads("".join(explore_json(graph, lines))) == explore_document(graph)
+        printed = json.loads("".join(explore_json(graph, lines)))
+        assert in_order(spelled_out(graph.plant, printed)) == in_order(explore_document(graph))
     none = explore(supervisor_of("component A { incoming message m with type: none }"))
     assert json.loads("".join(explore_json(none, lines))) == explore_document(none)
 

@@ -13,7 +13,7 @@ from robosc.plant.automaton import Event, EventParameter, Plant, PlantState, Var
 from robosc.plant.formulas import to_dsl
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
-from robosc.synthesis.system import make_step
+from robosc.synthesis.listing import Listed, listed
 
 
 def event_document(event: Event) -> dict[str, Any]:
@@ -84,7 +84,7 @@ def explore_json(graph: Graph, lines_at_once: int = 10_000) -> Iterator[str]:
     states = (_state(plant, number, state) for number, state in enumerate(graph.states))
     yield from _lines((json.dumps(state) for state in states), lines_at_once)
     yield '],\n "transitions": [\n'
-    yield from _lines(_transition_texts(graph), lines_at_once)
+    yield from _lines((json.dumps(_transition(one)) for one in listed(graph)), lines_at_once)
     yield "]}\n"
 
 
@@ -104,22 +104,18 @@ def _lines(texts: Iterable[str], at_once: int) -> Iterator[str]:
     yield "\n"
 
 
-def _transition_texts(graph: Graph) -> Iterator[str]:
-    plant = graph.plant
-    known: dict[tuple[int, object], str] = {}
-    for t in graph.transitions:
-        event = plant.events[t.event]
-        values = t.values
-        key: object = id(values)  # 0.0 and -0.0 are equal, but not their texts
-        if event.kind.of_component:  # their values are source and target
-            step = make_step(plant, event, values, graph.states[t.source], graph.states[t.target])
-            key = values = step.values
-        text = known.get((t.event, key))
-        if text is None:
-            told = json.dumps(step_document(Step(event, values)))
-            sign = "true" if event.controllable else "false"
-            text = known[t.event, key] = f'"event": {told}, "controllable": {sign}'
-        yield f'{{"source": {t.source}, {text}, "target": {t.target}}}'
+def _transition(found: Listed) -> dict[str, Any]:
+    """Return the document of a transition.
+
+    ``any`` names parts of the value that do not matter, ``values`` is for how many it stands.
+    """
+    return {
+        "source": found.source,
+        "event": step_document(found.step),
+        **({"any": [*found.any], "values": found.values} if found.any else {}),
+        "controllable": found.step.event.controllable,
+        "target": found.target,
+    }
 
 
 def _any_value(plant: Plant, event: Event) -> dict[str, Any]:

@@ -16,9 +16,9 @@ from robosc.errors import UsageError, counted
 from robosc.model.automata import Behaviour
 from robosc.model.entities import Component, Robot
 from robosc.plant.automaton import Plant, PlantState, VariableKind
-from robosc.supervisor import Step
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.explore import Graph
+from robosc.synthesis.listing import listed
 
 _EVERY_STATE = "in every state"
 
@@ -163,15 +163,15 @@ def _states(graph: Graph) -> Iterator[str]:
         yield _node(f"state {number}", label, plant.is_marked(state))
     yield from _start("state 0")
     arrows = []
-    for transition in graph.transitions:
-        event = plant.events[transition.event]
-        value = step_document(Step(event, transition.values))["value"]
+    for one in listed(graph):
+        event = one.step.event
+        value = step_document(one.step)["value"]
         label = f"{event.name}.{event.kind.value}"
         if event.kind.of_component:
             label = f"{event.name}.{event.kind.value} {event.index}"
         elif value is not None:
             label += f"({_value(value)})"
-        ends = f"state {transition.source}", f"state {transition.target}"
+        ends = f"state {one.source}", f"state {one.target}"
         arrows.append(_Arrow(*ends, label, event.controllable))
     yield from _arrows(arrows)
 
