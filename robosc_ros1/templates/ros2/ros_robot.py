@@ -12,7 +12,7 @@ import time
 import traceback
 
 import rclpy
-from package_under_test import PACKAGE, ros_messages, ros_parameters
+from package_under_test import PACKAGE, PARAMETERS, ros_messages, ros_parameters
 from random_messages import PLANT_COMMUNICATIONS, Values
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
@@ -158,7 +158,7 @@ def listen(node, type_, topic, received, profile):
 def start_controller(*parameters):
     """Start the node as a process with settings for the test, so that it loses no message."""
     words = ["--ros-args", "-p", "state_rate:=200.0", "-p", "whole_values:=true"]
-    for parameter in parameters:
+    for parameter in (*PARAMETERS, *parameters):
         words += ["-p", parameter]
     for communication in PLANT_COMMUNICATIONS.values():
         name = communication["name"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 import yaml
@@ -181,3 +182,66 @@ def test_the_layout_of_parameters() -> None:
     found = format_text(Source("m", text))
     assert "parameter p: array(P) = [{ x: 1.0 }, { x: 2.0 }]\n" in found
     assert "parameter q: P = { x: 1.0 }\n" in found
+
+
+REQUIRED = ROBOT % (
+    """
+    datatype object Point { x: double y: double }
+    parameter route: array(Point)
+    component A {
+        parameter home: Point
+        incoming message go with type: double
+        incoming message come with type: double
+    }
+    provide go with route[0].x
+    provide come with A.home.y
+    """
+)
+
+
+def test_what_has_no_value_must_be_given() -> None:
+    robot = supervisor_of(REQUIRED).plant.robot
+    communications, parameters = declared_communications(robot), declared_parameters(robot)
+    with pytest.raises(ParameterError) as fault:
+        read(communications, {}, parameters)
+    assert str(fault.value).splitlines() == [
+        "parameter ~route must be given: the model has no value for it",
+        "parameter ~A/home must be given: the model has no value for it",
+    ]
+    given = {"route/0/x": 2.0, "A/home": {"y": 1}}
+    found, _ = read(communications, given, parameters)
+    assert found.more == {"route": [{"x": 2.0, "y": 0.0}], "A/home": {"x": 0.0, "y": 1.0}}
+
+
+def test_packages_and_their_tests_say_so() -> None:
+    supervisor = supervisor_of(REQUIRED)
+    one, two = emit_ros1(supervisor, "tour"), emit_ros2(supervisor, "tour")
+    assert "# route: [" in one.files["config/tour.yaml"].content
+    assert "    # A.home: {" in two.files["config/tour.yaml"].content
+    assert "| `route` | array | none |" in one.files["README.md"].content
+    test = ElementTree.fromstring(one.files["test/tour.test"].content)
+    given = {arg.get("name"): arg.get("value") for arg in test.iter("arg")}
+    assert yaml.safe_load(given["route"] or "") == [{"x": 0.0, "y": 0.0}]
+    assert yaml.safe_load(given["A_home"] or "") == {"x": 0.0, "y": 0.0}
+    under_test = two.files["test/package_under_test.py"].content
+    assert '"route.0.x:=0.0"' in under_test and '"A.home.y:=0.0"' in under_test
+    # The configuration may give it for all that run the package.
+    configured = emit_ros1(supervisor, "tour", Config(parameters={"route": [{"x": 1.0}]}))
+    assert "\nroute: [" in configured.files["config/tour.yaml"].content
+
+
+@pytest.mark.parametrize(
+    "declared",
+    [
+        "parameter n: integer",
+        "parameter n: duration",
+        "datatype enum E from integer to { value > 1 -> a default -> b } parameter n: E",
+    ],
+)
+def test_what_is_neither_array_nor_object_needs_a_value(declared: str) -> None:
+    assert ("initial-not-constant", "n") in faults(declared)
+
+
+def test_its_layout() -> None:
+    found = format_text(Source("m", REQUIRED))
+    assert found is not None and "    parameter route: array(Point)\n" in found

@@ -57,8 +57,12 @@ def test_arguments_of_the_launch_file_come_before_the_file(guide: Stage, puppet:
     assert asked_for(guide, puppet, 2, *given) == {"x": 5.0, "y": 3.0, "z": 2.5}
 
 
-def test_defaults(guide: Stage, puppet: Puppet) -> None:
-    assert asked_for(guide, puppet, 0) == {"x": 3.0, "y": 1.5, "z": -1.0}
+def test_what_the_model_has_no_value_for_must_be_given(guide: Stage, puppet: Puppet) -> None:
+    assert asked_for(guide, puppet, 0, "home:={y: -1}") == {"x": 3.0, "y": 1.5, "z": -1.0}
+    done = guide.workspace.run("rosrun", NODE, NODE, master=guide.master, check=False)
+    assert done.returncode == 2
+    told = done.stdout + done.stderr
+    assert "parameter ~home must be given: the model has no value for it" in told
 
 
 @pytest.mark.parametrize(

@@ -76,13 +76,15 @@ class StateRef:
 class RosParameter:
     """A parameter of the generated node that the model declares.
 
-    ``key`` is the name shown to users, qualified by that of the component or library.
+    ``key`` is the name shown to users, qualified by that of the component or library. One that is
+    ``required`` must be given when the node starts; what only plays a robot takes the default.
     """
 
     key: str
     type: Type
     default: Value = field(compare=False)
     span: Span = field(compare=False, repr=False)
+    required: bool = field(default=False, compare=False)
 
     @property
     def name(self) -> str:

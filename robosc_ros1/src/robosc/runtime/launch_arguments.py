@@ -30,6 +30,8 @@ _OF_LAUNCH_FILES = (
 def described(parameter: Parameter) -> str:
     """Return what a parameter means, with its possible values."""
     meaning, low, high = parameter.meaning, parameter.minimum, parameter.maximum
+    if parameter.required:
+        return meaning + "; must be given"
     if parameter.choices:
         return "%s (%s)" % (meaning, ", ".join(parameter.choices))
     if low is not None and high is not None:

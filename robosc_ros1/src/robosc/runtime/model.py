@@ -19,7 +19,8 @@ class Parameter(NamedTuple):
 
     ``type`` is "number", "integer", "boolean", "string", "array" or "object", of which ``shape``
     says what is in them; an empty string means "not set".
-    ``attribute`` is the attribute of the controller with the value of a parameter of the model.
+    ``attribute`` is the attribute of the controller with the value of a parameter of the model. One
+    that is ``required`` has no default.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Parameter(NamedTuple):
     maximum: Optional[float] = None
     attribute: str = ""
     shape: Any = None
+    required: bool = False
 
 
 class Communication(NamedTuple):

@@ -245,10 +245,13 @@ def read(
         faults += warnings
     values: Dict[str, Any] = {}
     for parameter in parameters.values():
+        shown = spelled(parameter.name)
+        if parameter.required and parameter.name not in given:
+            faults.append("parameter %s must be given: the model has no value for it" % shown)
+            continue
         value = given.get(parameter.name, parameter.default)
         if parameter.type in ("integer", "number"):
             value = _carried(value, parameter in more)
-        shown = spelled(parameter.name)
         if parameter.shape is not None:
             try:
                 values[parameter.name] = fitted(value, parameter.shape, _fault_of)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from robosc import limits
-from robosc.emit.package.config import declared_communications, declared_parameters
+from robosc.emit.package.config import declared_communications, playable_parameters
 from robosc.expr.traversal import path_text
 from robosc.expr.tree import Expr
 from robosc.expr.types import IntegerType, ObjectType
@@ -258,7 +258,7 @@ def read_settings(robot: Robot, parameters: Mapping[str, Any]) -> Settings:
     """
     try:
         communications = declared_communications(robot)
-        settings, _ = read(communications, parameters, declared_parameters(robot), strict=True)
+        settings, _ = read(communications, parameters, playable_parameters(robot), strict=True)
     except ParameterError as error:
         raise InvalidLine(str(error)) from None
     return settings

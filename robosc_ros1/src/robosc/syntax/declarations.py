@@ -191,15 +191,15 @@ def _links_missing(node: Any) -> tuple[str, ...]:
 def value_rules() -> dict[str, Rule]:
     """The rules of constants, parameters, named conditions and functions."""
 
-    def typed(what: str, value: ParserElement) -> ParserElement:
+    def typed(what: str) -> ParserElement:
         return (
             t.name(f"a name for the {what}")
             - symbol(":", f"':' after the name of the {what}")
             - t.type_("a type after ':'")
-            - symbol("=", "'=' and a value")
-            - value
         )
 
+    constant = typed("constant") - symbol("=", "'=' and a value") - data_part()
+    parameter = typed("parameter") - maybe(symbol("=") - data_part())
     condition = (
         t.name("a name for the condition")
         - symbol("=", "'=' after the name of the condition")
@@ -223,8 +223,8 @@ def value_rules() -> dict[str, Rule]:
     )
     return {
         "function": Rule(function, make_node(FunctionNode)),
-        "constant": Rule(typed("constant", data_part()), make_node(ConstantNode)),
-        "parameter": Rule(typed("parameter", data_part()), make_node(ParameterNode)),
+        "constant": Rule(constant, make_node(ConstantNode)),
+        "parameter": Rule(parameter, make_node(ParameterNode)),
         "condition": Rule(condition, make_node(ConditionNode)),
     }
 

@@ -83,7 +83,7 @@ _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     ServiceNode: ("service {name} with > {attributes}", "? links {links}"),
     ActionNode: ("action {name} with > {attributes}", "? links {links}"),
     ConstantNode: ("constant {name}: {type} = | {value}",),
-    ParameterNode: ("parameter {name}: {type} = | {value}",),
+    ParameterNode: ("parameter {name}: {type}", "? = | {value}"),
     FunctionNode: ("function {name}{parameters}: {type} = | {value}",),
     ConditionNode: ("condition {name} = | {value}",),
     BehaviourNode: ("behaviour {items}",),

@@ -327,11 +327,11 @@ class ConstantNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class ParameterNode(_Node):
-    """``parameter name: type = value``."""
+    """``parameter name: type = value``; without a value, it must be given when the node starts."""
 
     name: Name
     type: TypeNode
-    value: DataNode
+    value: DataNode | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,4 +63,5 @@ def parameter_row(parameter: Parameter) -> str:
     for name in ("minimum", "maximum"):
         bound = getattr(parameter, name)
         parts += [] if bound is None else [f"{name}={bound!r}"]
+    parts += ["required=True"] if parameter.required else []
     return ", ".join([*parts, f"attribute={literal(parameter.attribute)}"])

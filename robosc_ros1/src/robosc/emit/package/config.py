@@ -82,7 +82,7 @@ class Config:
             UsageError: one has a wrong value or is unknown.
         """
         communications = declared_communications(robot)
-        more = [*declared_parameters(robot), *qos.qos_parameters(communications)]
+        more = [*playable_parameters(robot), *qos.qos_parameters(communications)]
         stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
         try:
             own = gathered(more, {**stop, **self.parameters})
@@ -129,10 +129,16 @@ def declared_parameters(
             meaning=f"parameter {p.key} of the model" + _IN_SECONDS * (p.type == DurationType()),
             default=p.default,
             attribute="" if attributes is None else attributes[p.key],
+            required=p.required,
             **_allowed(p.type),
         )
         for p in robot.parameters
     ]
+
+
+def playable_parameters(robot: Robot) -> list[Parameter]:
+    """The same, none of which must be given."""
+    return [p._replace(required=False) for p in declared_parameters(robot)]
 
 
 _IN_SECONDS = ", in seconds"

@@ -50,6 +50,8 @@ class PackageContext:
     title: str = field(default="Controller", kw_only=True)
     watched: tuple[str, ...] = field(default=(), kw_only=True)
     """The launch arguments that set the timeouts of messages."""
+    examples: tuple[str, ...] = field(default=(), kw_only=True)
+    """What the test of a package of ROS 2 gives for the parameters that must be given."""
     lifecycle: bool = field(default=False, kw_only=True)
     """Whether a node of ROS 2 is a managed one."""
 
@@ -80,7 +82,11 @@ def topics(
 
 def escaped(context: PackageContext) -> PackageContext:
     """The context with texts fit for XML."""
-    parameters = tuple(replace(p, doc=escape(p.doc, {'"': "&quot;"})) for p in context.parameters)
+    quotes = {'"': "&quot;"}
+    parameters = tuple(
+        replace(p, doc=escape(p.doc, quotes), default=escape(p.default, quotes))
+        for p in context.parameters
+    )
     return replace(
         context,
         source=escape(context.source),

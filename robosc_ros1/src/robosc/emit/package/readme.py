@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from robosc.emit.controller.naming import file_of, place
 from robosc.emit.controller.python import duration
@@ -24,7 +25,8 @@ from robosc.supervisor import Supervisor
 class ParameterView:
     """A private parameter; ``default`` as YAML, ``argument`` its name as a launch argument.
 
-    ``wide`` says that it may be more than an integer of 32 bits can be.
+    ``wide`` says that it may be more than an integer of 32 bits can be. ``example`` is a value of
+    one that must be given; ``in_file`` says whether the parameter file sets it.
     """
 
     name: str
@@ -34,6 +36,7 @@ class ParameterView:
     doc: str
     wide: bool = False
     in_file: bool = True
+    example: Any = None
 
 
 def parameter_views(
@@ -50,7 +53,13 @@ def parameter_views(
         default = _yaml(config.parameters.get(p.name, p.default))
         is_number = p.type in ("integer", "number")
         wide = p in own and is_number and not _is_narrow(p.minimum, p.maximum)
-        views.append(ParameterView(p.name, argument, p.type, default, described(p), wide))
+        missing = p.required and p.name not in config.parameters
+        example = p.default if missing else None
+        views.append(
+            ParameterView(
+                p.name, argument, p.type, default, described(p), wide, not missing, example
+            )
+        )
     return tuple(views)
 
 

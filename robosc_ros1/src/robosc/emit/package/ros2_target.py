@@ -79,7 +79,9 @@ def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
         for parameter in qos_parameters([message]) if message.key in others else ():
             more.append(parameter._replace(meaning=parameter.meaning + also))
     views = parameter_views(robot, config, more)
-    return tuple(replace(p, name=p.name.replace("/", "."), in_file=_in_file(p)) for p in views)
+    return tuple(
+        replace(p, name=p.name.replace("/", "."), in_file=p.in_file and _in_file(p)) for p in views
+    )
 
 
 def _in_file(view: ParameterView) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
@@ -30,6 +31,8 @@ from robosc.language.events import Kind
 from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Communication, Robot
 from robosc.names import rostest_name
+from robosc.runtime.settings import dotted
+from robosc.runtime.shapes import parts_by_name
 from robosc.supervisor import Guard, Supervisor
 
 
@@ -180,6 +183,12 @@ def _context(
                 for n, v in config.parameters.items()
                 if target.has_qos or not n.startswith("qos/")
             }
+        ),
+        examples=tuple(
+            f"{dotted(name)}:={json.dumps(value)}"
+            for p in parameters
+            if p.example is not None
+            for name, value in parts_by_name(p.name, p.example)
         ),
         lifecycle=config.lifecycle and target.has_lifecycle,
     )

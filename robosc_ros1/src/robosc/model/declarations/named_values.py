@@ -15,7 +15,7 @@ from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Data, DataArray, DataObject
 from robosc.model.names.tables import SymbolTable
-from robosc.model.typing.compatibility import coerce, completed, describe, is_basic
+from robosc.model.typing.compatibility import coerce, completed, describe, example, is_basic
 from robosc.model.typing.data import DataTyper
 from robosc.model.typing.durations import is_long_enough
 from robosc.model.typing.expected import BOOLEAN
@@ -82,13 +82,25 @@ class NamedValueTyper:
         return 1 + sum(self._sizes.of(operand, self._size) for operand in operands)
 
     def _parameter(self, node: ParameterNode, what: str) -> ParameterRef | None:
+        key = f"{self.owner}.{node.name.text}" if self.owner else node.name.text
+        place = node.name.span
+        if node.value is None and node.name.text not in self.types.given:
+            type_ = self.types.of_value(node.type)
+            if type_ is None or not self._may_lack_value(node, type_, what):
+                return None
+            return ParameterRef(RosParameter(key, type_, example(type_), place, True), place)
         default = self._literal(node, what)
         if default is None:
             return None
-        key = f"{self.owner}.{node.name.text}" if self.owner else node.name.text
         whole = completed(default.value, default.type)
-        parameter = RosParameter(key, default.type, whole, span=node.name.span)
-        return ParameterRef(parameter, node.name.span)
+        return ParameterRef(RosParameter(key, default.type, whole, place), place)
+
+    def _may_lack_value(self, node: ParameterNode, type_: Type, what: str) -> bool:
+        if isinstance(type_, ArrayType | ObjectType):
+            return self._is_possible(node, type_, what)
+        message = f"{what} needs a value: only an array or an object can be left to the start"
+        self.report.add("initial-not-constant", node.name.span, message, "add: = VALUE")
+        return False
 
     def _literal(self, node: ConstantNode | ParameterNode, what: str) -> Literal | None:
         """The declared value, or the one that the import of the component sets instead."""
@@ -97,6 +109,7 @@ class NamedValueTyper:
             return None
         given = self.types.given.get(node.name.text)
         if given is None:
+            assert node.value is not None
             value = _constant(node.value, type_, what, self.types, self.report)
         else:
             value = _constant(given.node.value, type_, what, given.types, given.report)
@@ -104,8 +117,11 @@ class NamedValueTyper:
             return None
         literal = Literal(value, type_, node.name.span)
         if isinstance(node, ParameterNode):
-            place = (node, self.report) if given is None else (given.node, given.report)
-            if not _can_be_given(literal, what, place[0].value.span, place[1]):
+            value_node, report = (
+                (node.value, self.report) if given is None else (given.node.value, given.report)
+            )
+            assert value_node is not None
+            if not _can_be_given(literal, what, value_node.span, report):
                 return None
         return literal
 

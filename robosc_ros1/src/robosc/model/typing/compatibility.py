@@ -143,6 +143,14 @@ def default_value(type_: Type) -> Value:
     raise ValueError(f"no variable can be {describe(type_)}")
 
 
+def example(type_: Type) -> Any:
+    """The value of a parameter that has none: an array has one element."""
+    match type_:
+        case ArrayType(element=element):
+            return (completed(None, element),)
+    return completed(None, type_)
+
+
 def completed(value: Any, type_: Type) -> Any:
     """The value of a parameter with the defaults of the fields that it leaves out."""
     match type_:

@@ -4,6 +4,7 @@
 from gauntlet_supervisor import ros_messages, ros_parameters
 from gauntlet_supervisor.node import TABLES
 
-__all__ = ["PACKAGE", "TABLES", "ros_messages", "ros_parameters"]
+__all__ = ["PACKAGE", "PARAMETERS", "TABLES", "ros_messages", "ros_parameters"]
 
 PACKAGE = "gauntlet_supervisor"
+PARAMETERS = ()

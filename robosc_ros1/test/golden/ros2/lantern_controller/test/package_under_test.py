@@ -4,6 +4,7 @@
 from lantern_controller import ros_messages, ros_parameters
 from lantern_controller.node import TABLES
 
-__all__ = ["PACKAGE", "TABLES", "ros_messages", "ros_parameters"]
+__all__ = ["PACKAGE", "PARAMETERS", "TABLES", "ros_messages", "ros_parameters"]
 
 PACKAGE = "lantern_controller"
+PARAMETERS = ()

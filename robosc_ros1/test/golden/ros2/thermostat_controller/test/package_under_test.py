@@ -4,6 +4,7 @@
 from thermostat_controller import ros_messages, ros_parameters
 from thermostat_controller.node import TABLES
 
-__all__ = ["PACKAGE", "TABLES", "ros_messages", "ros_parameters"]
+__all__ = ["PACKAGE", "PARAMETERS", "TABLES", "ros_messages", "ros_parameters"]
 
 PACKAGE = "thermostat_controller"
+PARAMETERS = ()
