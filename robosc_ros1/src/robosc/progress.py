@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from math import log10
 from typing import TextIO, TypeAlias
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 """Called at intervals: what is being computed, how far it is, and the most it can be."""
 
 _WIDTH = 30
+_MANY = 10**12
 
 
 class ProgressLine:
@@ -17,7 +19,8 @@ class ProgressLine:
 
     Call it as often as you like with what is being done, how far it is, and the most it can be;
     it draws ten times a second at the most. ``clear`` takes the line away. Does nothing at all
-    unless the stream is a terminal.
+    unless the stream is a terminal. Of very many the bar shows the share of the digits: sets of
+    states grow by factors.
     """
 
     def __init__(self, stream: TextIO, after: float = 1.0) -> None:
@@ -30,9 +33,8 @@ class ProgressLine:
         if now < self._next:
             return
         self._next = now + 0.1
-        share = min(1.0, done / most) if most else 0.0
-        bar = "#" * round(share * _WIDTH)
-        line = f"{what} [{bar:.<{_WIDTH}}] {done:,} of at most {most:,}"
+        bar = "#" * round(_share(done, most) * _WIDTH)
+        line = f"{what} [{bar:.<{_WIDTH}}] {_amount(done)} of at most {_amount(most)}"
         self._stream.write(f"\r{line:<{self._drawn}}")
         self._stream.flush()
         self._drawn = len(line)
@@ -42,3 +44,14 @@ class ProgressLine:
             self._stream.write(f"\r{'':{self._drawn}}\r")
             self._stream.flush()
             self._drawn = 0
+
+
+def _share(done: int, most: int) -> float:
+    if most < 1:
+        return 0.0
+    share = log10(max(done, 1)) / log10(most) if most > _MANY else done / most
+    return min(1.0, share)
+
+
+def _amount(number: int) -> str:
+    return f"{number:,}" if number <= _MANY else f"10^{int(log10(number))}"

@@ -51,3 +51,9 @@ def test_more_than_the_most_and_nothing_at_all_are_drawn_too() -> None:
     ProgressLine(terminal, after=0.0)("synthesis", 20, 10)
     ProgressLine(terminal, after=0.0)("synthesis", 0, 0)
     assert "#" * 30 in terminal.getvalue()
+
+
+def test_of_very_many_the_bar_counts_the_digits() -> None:
+    terminal = Terminal()
+    ProgressLine(terminal, after=0.0)("reachable states", 10**10, 10**20)
+    assert "[" + "#" * 15 + "." * 15 + "] 10,000,000,000 of at most 10^20" in terminal.getvalue()

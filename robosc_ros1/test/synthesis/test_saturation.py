@@ -14,7 +14,7 @@ from synthesis.oracle import Oracle
 from synthesis.plants import plant_of
 from synthesis.subject import robot_of
 
-from robosc.synthesis.bdd import saturation
+from robosc.synthesis.bdd import saturation, symbolic_engine
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.relations import Disjunct
 from robosc.synthesis.bdd.saturation import saturated
@@ -45,7 +45,7 @@ def test_fixpoints_are_those_of_iteration(seed: int) -> None:
     for step in (engine.relations.image, engine.relations.preimage):
         for _ in range(5):
             states, within = chance.choice(sets), chance.choice([*sets, ~chance.choice(sets)])
-            found = saturated(manager, states, within, disjuncts, step, lambda: None)
+            found = saturated(manager, states, within, disjuncts, step, lambda part, level: None)
             assert found == iterated(engine, states, within, step)
 
 
@@ -80,3 +80,16 @@ def test_more_variables_than_python_can_recurse() -> None:
     engine = SymbolicEngine(plant_of(f"robot R {{ {components} }}"))
     solution = engine.solve()
     assert solution.controlled_states == 2**count
+
+
+def test_progress_is_told_by_states_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each count is that of a part, and none is more than there are in the end."""
+    monkeypatch.setattr(symbolic_engine, "_SECONDS", 0.0)
+    told: list[tuple[str, int, int]] = []
+    engine = SymbolicEngine(
+        plant_of(steep_families.chain(12)), lambda what, done, most: told.append((what, done, most))
+    )
+    solution = engine.solve()
+    reached = [done for what, done, _ in told if what == "reachable states"]
+    assert 1 < min(reached) < max(reached) == solution.plant_states
+    assert {most for _, _, most in told} == {engine.encoding.most}

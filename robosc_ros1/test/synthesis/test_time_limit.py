@@ -5,10 +5,12 @@ from __future__ import annotations
 import signal
 import threading
 import time
+from types import FrameType
 
 import pytest
 
 from robosc.errors import StateSpaceError
+from robosc.synthesis.bdd.manager import Manager
 from robosc.synthesis.time_limit import processor_time
 
 
@@ -33,6 +35,29 @@ def test_an_error_that_is_swallowed_comes_again() -> None:
                 caught += 1
                 if caught > 1:
                     raise
+
+
+def test_no_error_is_lost_in_the_library_of_diagrams() -> None:
+    """It calls Python from an operation, and the error of a signal there becomes one of types."""
+    pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
+    manager = Manager(2)
+    some, cube = manager.literal(0, True), manager.cube([1])
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        for _ in range(50):
+            with pytest.raises(StateSpaceError), processor_time(0.001, None):
+                while True:
+                    manager.and_exists(some, some, cube)
+            with pytest.raises(KeyboardInterrupt):
+                signal.setitimer(signal.ITIMER_REAL, 0.001)
+                while True:
+                    manager.and_exists(some, some, cube)
+    finally:
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_afterwards_nothing_goes_off() -> None:

@@ -16,6 +16,14 @@ from robosc.progress import Progress
 _AGAIN = 0.5
 """Seconds after which the timer fires again: the first error may have been swallowed."""
 
+_time_is_up: list[StateSpaceError] = []
+"""What the timer raised last."""
+
+
+def lost_error() -> BaseException:
+    """Return what a signal raised last, for callers of libraries that lose errors of signals."""
+    return _time_is_up[-1] if _time_is_up else KeyboardInterrupt()
+
 
 @contextmanager
 def processor_time(
@@ -35,7 +43,8 @@ def processor_time(
     end = time.process_time() + seconds
 
     def stop(signum: int = 0, frame: FrameType | None = None) -> None:
-        raise StateSpaceError(told.format(seconds))
+        _time_is_up.append(StateSpaceError(told.format(seconds)))
+        raise _time_is_up[-1]
 
     def limited(what: str, done: int, most: int) -> None:
         if time.process_time() > end:
@@ -56,6 +65,7 @@ def processor_time(
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
         signal.signal(signal.SIGPROF, before)
+        _time_is_up.clear()
 
 
 def _has_timer() -> bool:

@@ -7,10 +7,12 @@ Codes that encode no value are in no set of states.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from math import prod
 
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.evaluation import evaluate
@@ -52,9 +54,11 @@ class Encoding:
             block = self._blocks[item] = self._block(item, first)
             first += len(block.now) + len(block.after)
         self.manager = Manager(first, memory)
-        self._bits = sum(
-            len(self._blocks[variable].now) for variable in range(len(plant.variables))
+        self._now = sorted(
+            bit for variable in range(len(plant.variables)) for bit in self._blocks[variable].now
         )
+        self._bits = len(self._now)
+        self.most = prod(variable.size for variable in plant.variables)
 
     def _block(self, source: LeafSource, first: int) -> _Block:
         if isinstance(source, int):
@@ -211,6 +215,10 @@ class Encoding:
     def count(self, states: Bdd) -> int:
         """Return the exact number of states in a set."""
         return self.manager.count(states, self.manager.variables - self._bits)
+
+    def count_from(self, level: int, states: Bdd) -> int:
+        """Return the number of states in a set that reads no variable above a level, from there."""
+        return self.count(states) >> bisect_left(self._now, level)
 
     def count_with_parameters(self, event: int, states: Bdd) -> int:
         """Return the exact number of pairs of a state and parameter values of the event."""

@@ -20,6 +20,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.synthesis.bdd.memory import budget, has_room
+from robosc.synthesis.time_limit import lost_error
 
 _BYTES_PER_NODE = 36  # measured at the peak, with the unique table
 _BYTES_PER_CACHE_ENTRY = 24
@@ -149,7 +150,11 @@ class Manager:
 
     def and_exists(self, first: Any, second: Bdd, cube: Bdd) -> Bdd:
         """Return the relational product: the conjunction with ``cube`` quantified existentially."""
-        found: Bdd = first.apply_exists(self._and, second, cube)
+        try:
+            found: Bdd = first.apply_exists(self._and, second, cube)
+        except TypeError:
+            # The library looks up the operator in Python, and loses what a signal raises there.
+            raise lost_error() from None
         return found
 
     def renaming(self, pairs: Sequence[tuple[int, int]]) -> Renaming:

@@ -30,11 +30,12 @@ def saturated(
     within: Bdd,
     disjuncts: Sequence[Sequence[Disjunct]],
     step: Callable[[Disjunct, Bdd], Bdd],
-    report: Callable[[], None],
+    report: Callable[[Bdd, int], None],
 ) -> Bdd:
     """Return the least set with ``states`` and, for each disjunct, ``step(d, set) & within`` in it.
 
-    ``report`` is called often; it may raise what ends the search.
+    ``report`` is called often, with a part and the level from which it is closed; it may raise what
+    ends the search.
 
     Raises:
         MemoryError: the nodes do not suffice.
@@ -48,7 +49,7 @@ class _Saturation:
         manager: Manager,
         disjuncts: Sequence[Sequence[Disjunct]],
         step: Callable[[Disjunct, Bdd], Bdd],
-        report: Callable[[], None],
+        report: Callable[[Bdd, int], None],
     ) -> None:
         self._manager = manager
         self._step = step
@@ -118,7 +119,7 @@ class _Saturation:
             if len(self._known) > _MOST_KNOWN:
                 self._known.clear()
             self._known[found, within, first] = found
-            self._report()
+            self._report(found, self._tops[first])
         self._known[states, within, first] = found
         return found
 

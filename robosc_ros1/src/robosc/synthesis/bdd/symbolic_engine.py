@@ -6,6 +6,7 @@ least fixpoints in it are computed by saturation (:mod:`robosc.synthesis.bdd.sat
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
@@ -24,6 +25,10 @@ from robosc.synthesis.guards.dropping import drop
 
 _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
 """Allowed and refused states, and the state variables that distinguish them."""
+
+
+_SECONDS = 0.05
+"""Between two reports of progress."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,9 +301,15 @@ class SymbolicEngine:
         disjuncts: Sequence[Sequence[Disjunct]],
         step: Callable[[Disjunct, Bdd], Bdd],
     ) -> Bdd:
-        def report() -> None:
-            if self._progress is not None:
-                self._progress(what, self.manager.nodes, self.manager.capacity)
+        most, latest, again = self.encoding.most, 0, 0.0
+
+        def report(part: Bdd, level: int) -> None:
+            nonlocal latest, again
+            # Counting takes longer than closing a small part.
+            if self._progress is not None and (now := time.monotonic()) >= again:
+                again = now + _SECONDS
+                latest = max(latest, self.encoding.count_from(level, part))
+                self._progress(what, latest, most)
 
         return saturated(self.manager, states, within, disjuncts, step, report)
 

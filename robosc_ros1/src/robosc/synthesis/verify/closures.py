@@ -45,11 +45,15 @@ def place_of(states: Any) -> int:
 
 @dataclass
 class Closure:
-    """Closes sets under some arrows; ``tick`` is called at short intervals and may raise."""
+    """Closes sets under some arrows.
+
+    ``tick`` is called at short intervals with a part that is closed from some place on; it may
+    raise.
+    """
 
     manager: Manager
     arrows: Iterable[Arrow]
-    tick: Callable[[], None] = lambda: None
+    tick: Callable[[Bdd, int], None] = lambda part, place: None
     _stages: list[_Stage] = field(init=False)
     _remembered: dict[_Task, Bdd] = field(init=False, default_factory=dict)
 
@@ -90,9 +94,9 @@ class Closure:
         task = states, inside, stage
         place = min(place_of(states), place_of(inside))
         if place >= self._stages[stage].place:
-            self.tick()
             closed = yield from self._close_here(states, inside, stage)
             self._remember((closed, inside, stage), closed)
+            self.tick(closed, self._stages[stage].place)
         else:
             high = yield _half(states, place, 0), _half(inside, place, 0), stage
             low = yield _half(states, place, 1), _half(inside, place, 1), stage

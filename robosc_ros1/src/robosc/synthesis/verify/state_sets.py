@@ -140,6 +140,15 @@ class StateSets:
     def count(self, states: Bdd) -> int:
         return self.manager.count(states, self.manager.variables // 2)
 
+    @property
+    def most(self) -> int:
+        """How many states there are, reachable or not."""
+        return prod(variable.size for variable in self.plant.variables)
+
+    def count_from(self, place: int, states: Bdd) -> int:
+        """Return the number of states in a set that reads no bit before a place, from there."""
+        return self.count(states) >> (place + 1) // 2
+
     def _valued(self, expr: Expr) -> dict[Value, Bdd]:
         """Return the values of an expression, each with the states in which it has it.
 

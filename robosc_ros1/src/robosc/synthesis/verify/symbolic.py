@@ -12,9 +12,10 @@ computed as well: their conditions read many variables, the plant's events few.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE
@@ -25,6 +26,9 @@ from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.verify.closures import Closure, place_of
 from robosc.synthesis.verify.findings import Check, Findings, event_phrase
 from robosc.synthesis.verify.state_sets import Relation, StateSets
+
+_SECONDS: Final = 0.05
+"""Between two reports of progress."""
 
 _Take: TypeAlias = Callable[[Relation, Bdd, Bdd], Bdd]
 """From a relation, those of its steps that count, and a set: what they lead to, or come from."""
@@ -49,6 +53,7 @@ class _Proof:
         self.manager, self.relations = self.sets.manager, self.sets.relations
         self.false = self.manager.false
         self._progress = progress
+        self._again = 0.0
         guards = {g.event.identity: g.expr for g in supervisor.guards}
         self.required: dict[int, Bdd] = {}
         self.guards: dict[int, Bdd] = {}
@@ -60,9 +65,10 @@ class _Proof:
         failing = [~self.sets.holds(expr) for expr, _ in self.plant.invariants]
         self.unsafe = self.manager.union([*failing, *(r.escapes for r in self.relations)])
 
-    def tick(self) -> None:
-        if self._progress is not None:
-            self._progress("verification", self.manager.nodes, self.manager.capacity)
+    def tick(self, part: Bdd, place: int) -> None:
+        if self._progress is not None and (now := time.monotonic()) >= self._again:
+            self._again = now + _SECONDS
+            self._progress("verification", self.sets.count_from(place, part), self.sets.most)
 
     def found(self) -> Findings:
         initial, sets = self.sets.initial, self.sets
