@@ -40,7 +40,8 @@ def _mode(parser: argparse.ArgumentParser) -> None:
         "--mode",
         choices=get_args(Mode),
         default="controller",
-        help="a controller, or a supervisor that guards one (default: controller)",
+        help="a controller, a supervisor that guards one, or a monitor that listens to one"
+        " (default: controller)",
     )
 
 

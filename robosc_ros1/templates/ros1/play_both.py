@@ -16,13 +16,14 @@ import actionlib
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus
-from guard_judge import GuardJudge, content, play_round_of_both
+from guard_judge import GuardJudge
 from guide import Guide
 from package_under_test import PACKAGE, TABLES
 from plant_data import PLANT
+from random_commands import content
 from random_controller import RandomController, RecordingRobot
 from ros_robot import ROUNDS, Listening, conclude, follow, resolved
-from rounds import play_rounds
+from rounds import play_round_of_both, play_rounds
 from std_msgs.msg import String
 
 

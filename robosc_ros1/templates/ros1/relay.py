@@ -7,7 +7,6 @@ A blocked goal is rejected on behalf of the robot.
 """
 
 import copy
-import io
 import threading
 import time
 
@@ -21,6 +20,7 @@ from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import QUEUE, RosPort
 from .ros_actions import FAILURES, RESULT_TIMEOUT, Ends, GoalCaller, new_goal_id, result_of_failed
+from .ros_arriving import arrived, maker, serialised
 from .ros_messages import fill
 
 INPUT_QUEUE = 100
@@ -50,24 +50,6 @@ def passed_on(raw):
     message = AnyMsg()
     message._buff = raw.bytes
     return message
-
-
-def maker(message_type):
-    """Return a function that makes messages from data as they would arrive, with the precision of
-    their fields."""
-
-    return lambda data: arrived(fill(message_type(), data))
-
-
-def arrived(message):
-    """Return a message as it arrives, with the precision of its fields."""
-    return type(message)().deserialize(serialised(message))
-
-
-def serialised(message):
-    buffer = io.BytesIO()
-    message.serialize(buffer)
-    return buffer.getvalue()
 
 
 def packed(message):

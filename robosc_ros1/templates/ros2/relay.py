@@ -14,26 +14,17 @@ from action_msgs.msg import GoalStatus
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import DurabilityPolicy
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 from rclpy.task import Future
 from std_msgs.msg import String
 
 from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import RosPort
+from .ros_arriving import maker, read
 from .ros_calls import Action
 from .ros_messages import fill, plain, sendable, timed
 from .ros_parameters import keep_clock, qos_profile
-
-
-def read(data, message_type):
-    return plain(deserialize_message(data, message_type))
-
-
-def maker(message_type):
-    """Return a function that makes messages from data as they would arrive, with the precision of
-    their fields."""
-    return lambda data: read(serialize_message(fill(message_type(), data)), message_type)
 
 
 def packed(message):

@@ -17,13 +17,14 @@ from std_msgs.msg import String
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from action_client import Client
-from guard_judge import GuardJudge, content, play_round_of_both
+from guard_judge import GuardJudge
 from guide import Guide
 from package_under_test import PACKAGE, TABLES, ros_parameters
 from plant_data import PLANT
+from random_commands import content
 from random_controller import RandomController, RecordingRobot, last_of
 from ros_robot import chosen, follow, listen, resolved, running
-from rounds import play_rounds
+from rounds import play_round_of_both, play_rounds
 from run_report import print_coverage
 
 

@@ -29,7 +29,7 @@ def model_path(model: str) -> Path:
 
 
 PACKAGES = [(m, t, "controller") for m in MODELS for t in TARGETS]
-PACKAGES += [("gauntlet", t, "supervisor") for t in TARGETS]
+PACKAGES += [("gauntlet", t, m) for m in ("supervisor", "monitor") for t in TARGETS]
 """Model, target, mode."""
 
 
@@ -49,7 +49,7 @@ def golden_folder(model: str, target: str = "ros1", mode: str = "controller") ->
 def kept_files(package: Package, target: str = "ros1", mode: str = "controller") -> dict[str, File]:
     """All files but those that are copied as they are, which only would be noise here."""
     copied = ["/_runtime/", *(f"/{source.name}" for source in templates_folder().rglob("*.py"))]
-    if mode == "supervisor":
+    if mode != "controller":
         # These are the controller's, which a test of its own says.
         copied += ["/controller.py", "/model.py", "test/plant_data.py"]
     # These are the same for all targets, which a test of its own says.

@@ -49,7 +49,10 @@ SILENCE = 0.3
 """Seconds: the timeout of messages, as in the test of a package."""
 MOMENTS = 50
 """So often the clock is looked at while the robot waits for a time of the model."""
-_PLAYING = File("from guard_judge import GuardJudge\nfrom run_report import coverage\n")
+_PLAYING = File(
+    "from guard_judge import GuardJudge\nfrom random_commands import RandomCommands\n"
+    "from rounds import play_round\nfrom run_report import coverage\n"
+)
 _FILES = own_test_files({"test/play.py": _PLAYING})
 MODULES = ("plant_data", *(Path(path).stem for path in _FILES))
 

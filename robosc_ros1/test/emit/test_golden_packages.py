@@ -81,17 +81,18 @@ def test_the_controller_is_the_same_for_all_targets(model: str) -> None:
         assert first[path] == second[path], path
 
 
+@pytest.mark.parametrize("mode", ["supervisor", "monitor"])
 @pytest.mark.parametrize("target", TARGETS)
-def test_a_supervisor_has_the_model_and_the_robot_of_the_controller(target: str) -> None:
-    guard = package_of("gauntlet", target, "supervisor").files
+def test_all_modes_have_the_model_and_the_robot_of_the_controller(target: str, mode: str) -> None:
+    guard = package_of("gauntlet", target, mode).files
     controller = package_of("gauntlet", target).files
     module = "src/" if target == "ros1" else ""
     shared = [f"{module}gauntlet_controller/{name}.py" for name in ("controller", "model")]
     for path in (*shared, "test/plant_data.py"):
-        other = path.replace("gauntlet_controller", "gauntlet_supervisor")
+        other = path.replace("gauntlet_controller", f"gauntlet_{mode}")
         assert guard[other].content == controller[path].content, path
     for path in ("test/ros_robot.py", "test/package_under_test.py"):
-        expected = controller[path].content.replace("gauntlet_controller", "gauntlet_supervisor")
+        expected = controller[path].content.replace("gauntlet_controller", f"gauntlet_{mode}")
         assert guard[path].content == expected, path
 
 

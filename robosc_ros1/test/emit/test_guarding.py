@@ -106,7 +106,7 @@ def test_commands_without_data_are_played_as_they_are_known(tmp_path: Path) -> N
         robot = Robot(judging, 1, lambda data: data)
         judge = SimpleNamespace(shadow=importlib.import_module("shadow").Shadow(judging.PLANT))
         judge.shadow.variables["Sensor.wanted"] = 0.5
-        guarding = importlib.import_module("guard_judge")
+        guarding = importlib.import_module("random_commands")
         wishes = guarding.RandomCommands(robot.chance, robot.values, judge)
         make = lambda: message_of({part: {"x": 0.0, "z": 0.0} for part in ("linear", "angular")})  # noqa: E731
         wished = [wishes.command(make, keys) for _ in range(200)]

@@ -7,11 +7,29 @@ from emit.golden_packages import PACKAGES, package_of
 
 ALL = {"__init__", "calls", "clocks", "deadlines", "effects", "engine", "eventlog", "inbox", "intake", "internal", "model", "original_state", "pauses", "port", "reasons", "recorder",
        "scheduler", "settings", "shapes", "shortening", "telemetry", "time_monitor", "traffic", "turns", "values"}  # fmt: skip
+MONITOR = {
+    "matching",
+    "offers",
+    "judging_engine",
+    "monitor_engine",
+    "observation",
+    "unseen",
+    "verdicts",
+}
 ONLY = {
     ("ros1", "controller"): set(),
-    ("ros1", "supervisor"): {"matching", "offers", "supervisor_engine"},
+    ("ros1", "supervisor"): {"matching", "offers", "judging_engine", "supervisor_engine"},
+    ("ros1", "monitor"): MONITOR,
     ("ros2", "controller"): {"launch_arguments", "qos"},
-    ("ros2", "supervisor"): {"launch_arguments", "matching", "offers", "qos", "supervisor_engine"},
+    ("ros2", "supervisor"): {
+        "launch_arguments",
+        "matching",
+        "offers",
+        "qos",
+        "judging_engine",
+        "supervisor_engine",
+    },
+    ("ros2", "monitor"): {"launch_arguments", "qos"} | MONITOR,
 }
 
 

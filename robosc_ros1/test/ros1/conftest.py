@@ -26,6 +26,7 @@ def _build_generated(folder: Path) -> None:
     workspace.add(EXAMPLES / "robot_common")
     for model in ("lantern", "gauntlet", "thermostat", "probe", "watch", "shared"):
         write(package_of(model), folder / "src")
+    write(package_of("gauntlet", mode="monitor"), folder / "src")
     workspace.build()
 
 

@@ -87,9 +87,11 @@ def _build(bed: Bed, folder: Path) -> None:
     for model, package in MODELS.items():
         generate(folder, model, "--package", package)
     arm = HERE / "models" / "guarded_arm.rscd"
-    generate(folder, arm, "--mode", "supervisor")
+    for mode in ("supervisor", "monitor"):
+        generate(folder, arm, "--mode", mode)
+    generate(folder, REPOSITORY / "examples/line_follower/line_follower.rscd", "--mode", "monitor")
     mirror, prefix = HERE / "models" / "mirror.rscd", bed.environment["AMENT_PREFIX_PATH"]
-    for mode in ("controller", "supervisor"):
+    for mode in ("controller", "supervisor", "monitor"):
         name = ("--package", f"mirror_{mode}")
         generate(folder, mirror, "--mode", mode, *name, prefix=prefix)
     (folder / "managed.yaml").write_text("lifecycle: true\n", encoding="utf-8")

@@ -153,9 +153,17 @@ def test_commands_that_are_to_be_compared_wait_for_a_slow_test(
     assert [value["integer_value"] for value in answer["values"]] == [1000] * len(names)
 
 
-@pytest.mark.parametrize("mode", ["controller", "supervisor"])
-def test_every_kind_of_data_is_judged(graph: Graph, built: Any, mode: str) -> None:
-    package = f"mirror_{mode}"
+@pytest.mark.parametrize(
+    "package",
+    [
+        "mirror_controller",
+        "mirror_supervisor",
+        "mirror_monitor",
+        "guarded_arm_monitor",
+        "line_follower_monitor",
+    ],
+)
+def test_what_a_node_does_is_judged(graph: Graph, built: Any, package: str) -> None:
     test = graph.start(
         graph.bed.python, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider",
         built.folder / "src" / package / "test",

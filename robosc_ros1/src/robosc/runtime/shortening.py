@@ -29,11 +29,11 @@ _RANGED = 40  # those of an array with the range of its numbers, or of a text wi
 
 
 def is_small(value: Any) -> bool:
-    """Whether a value is one number, or a few by name: the usual case, which is its own short
-    form. False does not mean that it is large."""
+    """Whether a value is one number or short text, or a few numbers by name: the usual case, which
+    is its own short form. False does not mean that it is large."""
     if isinstance(value, dict):
         return len(value) <= ELEMENTS and set(map(type, value.values())) <= _SCALARS
-    return type(value) in _SCALARS
+    return type(value) in _SCALARS or (type(value) is str and len(value) <= CHARACTERS)
 
 
 def shortened_text(text: str, characters: int = CHARACTERS) -> str:

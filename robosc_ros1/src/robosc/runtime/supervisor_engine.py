@@ -20,8 +20,8 @@ import struct
 import time
 from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
-from .engine import Engine
 from .inbox import Inbox
+from .judging_engine import JudgingEngine
 from .matching import CommandPattern, changed_fields, matching_command
 from .model import Command, Controller
 from .offers import (
@@ -29,7 +29,6 @@ from .offers import (
     Answer,
     CheckedCommand,
     InEffect,
-    Offered,
     Reasons,
     Relayed,
     Repack,
@@ -37,11 +36,11 @@ from .offers import (
     told,
 )
 from .port import Port, steady_time
-from .reasons import blocked_by, reason_text, violated
+from .reasons import reason_text, violated
 from .scheduler import ScheduledCommand
 from .settings import Settings
 from .telemetry import dump
-from .values import Mismatch, Undefined, not_finite
+from .values import Mismatch, Undefined
 
 
 class SupervisorPort(Port):
@@ -61,7 +60,7 @@ class SupervisorPort(Port):
         raise NotImplementedError
 
 
-class SupervisorEngine(Engine):
+class SupervisorEngine(JudgingEngine):
     """Executes a supervisor. Its own public methods may be called from any thread."""
 
     def __init__(
@@ -75,9 +74,6 @@ class SupervisorEngine(Engine):
         self._port_of_commands = port
         self.recorder.counters["blocked"] = 0
         self.recorder.counters["corrected"] = 0
-        self._scheduled: Dict[Tuple[str, str], ScheduledCommand] = {
-            (c.key, c.kind): c for c in self._scheduler.commands
-        }
         self._effect: Dict[str, InEffect] = {}  # by topic, or key of an action
         self._answers: Dict[str, Answer] = {}  # by key, for the requests in progress
 
@@ -86,22 +82,6 @@ class SupervisorEngine(Engine):
     def follow(self, keys: Sequence[str], message: Any, forward: Callable[[], None]) -> None:
         """Apply a message from the robot, then pass it on to the controller by ``forward``."""
         self.poster(keys)(Relayed(message, forward))
-
-    def offer(
-        self,
-        topic: str,
-        patterns: Sequence[CommandPattern],
-        message: Any,
-        payload: Any,
-        repack: Repack = itself,
-    ) -> None:
-        """Check a message from the controller; ``payload`` is what the port sends if it passes, and
-        ``repack`` makes one of the message as corrected."""
-        inbox = self._inboxes.get((topic,))  # topics and keys never coincide
-        if inbox is None:
-            inbox = Inbox(self._submit, self._turns.put, (), None)
-            inbox = self._inboxes.setdefault((topic,), inbox)
-        inbox.post(Offered(message, payload, topic, patterns, repack))
 
     def request(
         self, key: str, message: Any, payload: Any, answer: Answer, repack: Repack = itself
@@ -120,14 +100,6 @@ class SupervisorEngine(Engine):
 
     # The thread that has the turn
 
-    # A supervisor sends no commands of its own.
-
-    def _time_to_command(self, now: float) -> Optional[float]:
-        return None
-
-    def _perform_next(self) -> bool:
-        return False
-
     def _offer(
         self,
         message: Any,
@@ -145,11 +117,6 @@ class SupervisorEngine(Engine):
             self._block(self._names[key], topic, "request", reasons, checked)
         else:
             self._passes(key, "request", checked, topic)
-
-    def _unmatched(self, patterns: Sequence[CommandPattern]) -> Reasons:
-        """Return why a message is none of the commands of its topic."""
-        names = ", ".join(self._names[pattern.key] for pattern in patterns)
-        return [{"kind": "unknown", "text": "its data match none of " + names}]
 
     def _request(
         self, key: str, message: Any, payload: Any, answer: Answer, repack: Repack
@@ -200,25 +167,13 @@ class SupervisorEngine(Engine):
             return checked, [{"kind": "data", "text": str(error)}]
         return checked._replace(data=(data,)), self._unfit(message)
 
-    def _unfit(self, message: Any) -> Reasons:
-        """Return why a message must not reach the robot in any state; empty if it may."""
-        found = not_finite(message) if self.settings.refuse_not_finite else None
-        return [] if found is None else [{"kind": "number", "text": found}]
-
     def _reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
-        """Return why a command is not allowed now; empty if it is."""
         if self.stopped is not None:
             return [{"kind": "stopped", "text": "safe stop: " + self.stopped}]
         if self._pauses.holds and kind == "request":
             text = "the supervisor stood still, and first applies the messages that waited"
             return [{"kind": "paused", "text": text}]
-        command = self._scheduled[key, kind]
-        # Preferences are not checked: the choice of commands is left to the other controller.
-        if command.possible and command.authorised(*data):
-            # Guards are simplified for the states that the supervisor allows; the stop command may
-            # lead to other states, so requirements are checked, too.
-            return violated(self.controller, command.row, *data) if kind == "request" else []
-        return blocked_by(self.controller, command.row, *data)
+        return super()._reasons(key, kind, data)
 
     def _passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
         """Apply a command and pass it on if it is allowed; False if not."""
@@ -306,17 +261,11 @@ class SupervisorEngine(Engine):
         return applied
 
     def _arrived(self, entries: Sequence[Any], message: Any, inbox: Inbox) -> None:
-        if isinstance(message, Offered):
-            inbox.take()
-            self._offer(*message)
-        elif isinstance(message, Relayed):
+        if isinstance(message, Relayed):
             super()._arrived(tuple(entries), message.message, inbox)
             message.forward()
         else:
             super()._arrived(tuple(entries), message, inbox)
-
-    def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
-        """Do nothing: a supervisor sends no commands of its own."""
 
     def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
         written = super()._after(writes, ended)

@@ -17,9 +17,9 @@ from typing import Any, Deque, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from .engine import INACTIVE, Engine
 from .eventlog import EventLog
-from .model import Controller
+from .model import Command, Controller
 from .original_state import OriginalState
-from .reasons import blocked_by
+from .reasons import blocked_by, violated
 from .recorder import Entry
 from .shortening import ROOM, Shortener, shortened_text
 from .values import jsonable
@@ -134,9 +134,9 @@ def state_document(
             "waits_for": [],
             "count": snapshot["counts"][command.key, command.kind],
         }
-        for command, reasons in ((c, blocked_by(controller, c)) for c in controller.COMMANDS)
+        for command, reasons in ((c, _obstacles(controller, c)) for c in controller.COMMANDS)
     ]
-    if "blocked" not in snapshot["counters"]:  # supervisors, which count that, do not choose
+    if not {"blocked", "forbidden"} & snapshot["counters"].keys():  # those who count do not choose
         for row, shown in zip(controller.COMMANDS, commands):
             preferred = [commands[n] for n in row.yields_to] if shown["enabled"] else []
             shown["waits_for"] = [c["event"]["name"] for c in preferred if c["enabled"]]
@@ -163,6 +163,15 @@ def state_document(
     if shortened:
         document["shortened"] = shortened
     return document
+
+
+def _obstacles(controller: Controller, command: Command) -> List[Dict[str, Any]]:
+    """Return why a command is not allowed now. Guards are simplified for the states that synthesis
+    allows; commands of others may lead elsewhere, so requirements are looked at, too."""
+    found = blocked_by(controller, command)
+    if not found and command.kind == "request":
+        return violated(controller, command)
+    return found
 
 
 def _short_values(values: Dict[str, Any]) -> Tuple[Dict[str, Any], List[str]]:

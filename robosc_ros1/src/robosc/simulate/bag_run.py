@@ -10,17 +10,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from robosc.emit.supervisor.guarding import CommandMatch, command_matches
+from robosc.emit.supervisor.guarding import CommandMatch, command_matches, shared_servers
+from robosc.emit.supervisor.listening import demand_no_data
 from robosc.errors import UsageError
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
 from robosc.progress import Progress
 from robosc.runtime.matching import command_patterns
-from robosc.runtime.monitor_engine import MonitorEngine
+from robosc.runtime.monitor_engine import MonitorEngine, MonitorPort
 from robosc.runtime.observation import Handler, SeenAction, SeenActionOfRos2, SeenServiceOfRos2
 from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
-from robosc.runtime.supervisor_engine import SupervisorPort
 from robosc.simulate.bag_files import Bag
 from robosc.simulate.execute import read_settings
 from robosc.simulate.faults import InvalidLine
@@ -54,7 +54,7 @@ class Track:
                 self.age = max(self.age or 0.0, time - seconds)
 
 
-class _BagPort(SupervisorPort):
+class _BagPort(MonitorPort):
     """The clock of a recording."""
 
     def __init__(self) -> None:
@@ -101,11 +101,7 @@ class BagRun:
         self, supervisor: Supervisor, bag: Bag, settings: Settings, *, described: bool = False
     ) -> None:
         robot = supervisor.plant.robot
-        if robot.supervises or any(r.on_data for r in robot.requirements):
-            raise UsageError(
-                f"{robot.name} decides on the data of commands ('value'), by which a recording"
-                " cannot be judged yet: leave these requirements out of the model for it"
-            )
+        demand_no_data(robot)
         self.supervisor = supervisor
         self.bag = bag
         self.settings = settings
@@ -120,9 +116,7 @@ class BagRun:
             self.engine.describe = lambda message: message
         self._heard = _Heard()
         self._matches = {
-            match.key: match
-            for found in command_matches(supervisor.plant.robot).values()
-            for match in found
+            match.key: match for found in command_matches(robot, False).values() for match in found
         }
         self._connect()
 
@@ -180,6 +174,7 @@ class BagRun:
 
     def _connect(self) -> None:
         robot = self.supervisor.plant.robot
+        shared = shared_servers(robot)
         heard: dict[str, list[str]] = {}
         commands: dict[str, list[CommandMatch]] = {}
         for one in robot.communications.values():
@@ -187,6 +182,8 @@ class BagRun:
                 heard.setdefault(_topic(one), []).append(one.key)
             elif one.kind is Kind.INCOMING:
                 commands.setdefault(_topic(one), []).append(self._matches[one.key])
+            elif one.key in shared:
+                self._heard.unseen.append(one.key)  # requests do not say whose they are
             elif one.kind is Kind.ACTION:
                 self._connect_action(one)
             else:

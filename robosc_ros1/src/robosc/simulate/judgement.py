@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, TypeAlias
 
 from robosc.errors import UsageError
 from robosc.language.events import EventKind, Kind
@@ -14,19 +13,13 @@ from robosc.model.entities import Robot
 from robosc.progress import Progress
 from robosc.runtime.reasons import reason_text
 from robosc.runtime.recorder import Entry
+from robosc.runtime.verdicts import DEPARTURE, Sort, verdicts
 from robosc.simulate.bag_files import opened_bag
 from robosc.simulate.bag_run import BagRun, Track, settings_of
 from robosc.supervisor import Supervisor
 
-Sort: TypeAlias = Literal["violation", "blocked", "departure"]
-"""A requirement was violated; a supervisor would have blocked a command for another reason; the
-model does not have what happened."""
-
 _PAUSE = 1.0
 """Seconds without a finding after which one of the same kind counts as another."""
-
-_OUTSIDE = ("phase", "synchronisation", "range", "unknown")
-"""The kinds of reasons for which the components, not the requirements, lack a command."""
 
 
 @dataclass
@@ -176,16 +169,6 @@ class _Collector:
 
 
 def _verdicts(entry: Entry) -> Iterator[tuple[Sort, list[str], tuple[str, ...]]]:
-    if entry.outcome in ("mismatch", "stopped"):
-        yield "departure", [entry.detail or "no reason is given"], ()
-    reasons = entry.blocked_by or []
-    outside = [r for r in reasons if r["kind"] in _OUTSIDE]
-    required = [r for r in reasons if r["kind"] == "requirement"]
-    if outside:
-        yield "departure", list(map(reason_text, outside)), ()
-    if required:
-        about = tuple(r["text"] for r in required)
-        yield "violation", list(map(reason_text, required)), about
-    rest = [r for r in reasons if r not in outside and r not in required]
-    if rest and not (outside or required):
-        yield "blocked", list(map(reason_text, rest)), tuple(r["text"] for r in rest)
+    for sort, reasons in verdicts(entry.outcome, entry.detail, entry.blocked_by):
+        about = () if sort == DEPARTURE else tuple(reason["text"] for reason in reasons)
+        yield sort, list(map(reason_text, reasons)), about

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from robosc.errors import counted
-from robosc.simulate.judgement import Finding, Goals, Judgement, Sort
+from robosc.runtime.verdicts import Sort
+from robosc.simulate.judgement import Finding, Goals, Judgement
 from robosc.simulate.junit import Outcome, suite_text
 
 _TITLES: dict[Sort, str] = {

@@ -58,3 +58,31 @@ class SupervisorTables(Tables):
         self.commands = commands
         self.relayed_services = services
         self.relayed_actions = actions
+
+
+class MonitorTables(Tables):
+    """What a monitor hears; it publishes nothing to the robot, and calls nothing.
+
+    ``commands`` are (topic, message type, rows), see :func:`.matching.command_patterns`;
+    ``unseen`` are the keys of the communications that nobody can hear, ``unjudged`` those of the
+    commands that depend on them.
+    """
+
+    def __init__(self, subscriptions, commands, actions, unseen, unjudged):
+        super().__init__(subscriptions, (), (), actions)
+        self.commands = commands
+        self.unseen = unseen
+        self.unjudged = unjudged
+
+    def heard_alone(self):
+        """Return the topics of the robot as those of a node that has no others."""
+        return Tables(self.subscriptions, (), (), ())
+
+    def topics(self):
+        keys = [(topic, [row[0] for row in rows]) for topic, _, rows in self.commands]
+        return [*super().topics(), *keys]
+
+    def traffic(self, node, resolved, allowed, simulated):
+        found = super().traffic(node, resolved, allowed, simulated)
+        commands = (resolved(topic) for topic, _, _ in self.commands)
+        return found._replace(heard=(*found.heard, *commands))

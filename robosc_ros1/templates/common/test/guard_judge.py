@@ -8,12 +8,10 @@ it was made. :class:`RandomCommands` are those of a controller that ignores all 
 import json
 
 from arrivals import holds
-from contents import Told, attribute_of, plain
-from decisions import reads_state
+from contents import Told
 from judge import Judge
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
-from rounds import play_round
 
 
 class GuardJudge(Judge):
@@ -96,82 +94,6 @@ class GuardJudge(Judge):
         self._judge_reasons(what, event, report["blocked_by"], state)
 
 
-class RandomCommands:
-    """Random commands. ``values`` makes the messages."""
-
-    def __init__(self, chance, values, judge):
-        self._random = chance
-        self._values = values
-        self._judge = judge
-
-    def command(self, type_, keys, key=None):
-        """Return a random command of a topic (or the one with this key) and a message for it.
-
-        The data are random if the command has its own topic, or if it is the one that all other
-        messages of the topic match. Otherwise they are those of a provide statement of the command,
-        or the defaults; (None, None) if the message would match another command.
-        """
-        key = key or self._random.choice(keys)
-        provides = provides_of(key)
-        constants = {other: self._constants(type_, other) for other in keys if other != key}
-        means_rest = not provides and all(constants.values()) and all(map(provides_of, constants))
-        if len(keys) == 1 or means_rest:
-            message = self._values.message(type_, key, "request")
-        else:
-            data = self._judge.shadow._fields(self._random.choice(provides)) if provides else {}
-            message = self._filled(type_(), data)
-        if any(content(message) in messages for messages in constants.values()):
-            return None, None
-        return key, message
-
-    def _constants(self, type_, key):
-        """Return the messages of a command if its data are constant; empty if not."""
-        provided = provides_of(key)
-        if any(map(reads_state, provided)):
-            return []
-        data = [self._judge.shadow._fields(fields) for fields in provided] or [{}]
-        return [content(self._filled(type_(), fields)) for fields in data]
-
-    def as_corrected(self, message, key):
-        """Return the message as the supervisor has passed it on."""
-        for path, change in self._judge.corrected[key].items():
-            owner = message
-            *names, last = path.split(".")
-            for name in names:
-                owner = getattr(owner, attribute_of(owner, name))
-            self._filled(owner, {last: change["made"]})
-        return self._values.as_it_arrives(message)
-
-    def _filled(self, message, data):
-        for name, value in data.items():
-            name = attribute_of(message, name)
-            old = getattr(message, name)
-            if isinstance(value, dict):
-                value = self._filled(old, value)
-            elif isinstance(value, list):
-                *_, make = self._values.array_of(message, name)
-                value = [self._filled(make(), v) if isinstance(v, dict) else v for v in value]
-            self._values.put(message, name, float(value) if isinstance(old, float) else value)
-        return self._values.as_it_arrives(message)
-
-
-def play_round_of_both(robot, controller, judge):
-    """Play one round of both sides, guided or random."""
-    step = play_round(robot, judge)
-    if step is None or step[0] == "wait":
-        for _ in range(robot.random.randint(0, 2)):
-            controller.act()
-    elif step[0] == "request":
-        controller.act(step[1])
-    elif step[0] == "cancel":
-        controller.cancel()
-
-
-def provides_of(key):
-    """Return the data of the provide statements of a command."""
-    return [p["data"] for p in PLANT["provides"] if p["communication"] == key]
-
-
 def correction(state, key, sent):
     """Return the fields that are set in what another controller sent; None: none are."""
     for provide in PLANT.get("corrections", ()):
@@ -190,20 +112,6 @@ def leaves(data, path=""):
             yield from leaves(value, "%s%s." % (path, name))
         else:
             yield path + name, value
-
-
-def content(message):
-    """Return a message without its sequence number as text, so that NaN is equal to itself."""
-    return repr(_without_sequence(plain(message)))
-
-
-def _without_sequence(part):
-    """Return plain data without sequence numbers of headers, which are set when they are sent."""
-    if isinstance(part, list):
-        return list(map(_without_sequence, part))
-    if isinstance(part, dict):
-        return {name: _without_sequence(inner) for name, inner in part.items() if name != "seq"}
-    return part
 
 
 def in_order(found, among):

@@ -7,7 +7,8 @@ Messages that pass the supervisor, in both directions, must arrive unchanged.
 import functools
 import random
 
-from guard_judge import RandomCommands, content, in_order
+from guard_judge import in_order
+from random_commands import RandomCommands, content
 from ros_robot import Robot, RosValues
 
 

@@ -128,6 +128,18 @@ def play_round(robot, judge):
     return step
 
 
+def play_round_of_both(robot, controller, judge):
+    """Play one round of both sides, guided or random."""
+    step = play_round(robot, judge)
+    if step is None or step[0] == "wait":
+        for _ in range(robot.random.randint(0, 2)):
+            controller.act()
+    elif step[0] == "request":
+        controller.act(step[1])
+    elif step[0] == "cancel":
+        controller.cancel()
+
+
 def _let_time_pass(robot, judge, what):
     """Wait for the timeout of a message or a delayed transition of a component, while repeating all
     other fresh messages."""

@@ -141,6 +141,10 @@ class SimulatedRobot:
             goal.publish_feedback(message)
         return self._ended(key, goal, "error", self._types[key, "response"]())
 
+    def empty_result(self, key):
+        """Return the result of an action with all defaults."""
+        return self.plain(self._types[key, "response"]())
+
     def _ended(self, key, goal, kind, result):
         self.note(key, kind, result)
         self.end_goal(goal, kind, result)

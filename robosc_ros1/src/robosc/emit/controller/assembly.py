@@ -70,6 +70,11 @@ _RESERVED = """
 """
 
 
+def plain_context(supervisor: Supervisor, robot_file: str) -> ControllerContext:
+    """The context without functions for what is alike."""
+    return _Builder(supervisor).build(robot_file)
+
+
 def controller_context(supervisor: Supervisor, robot_file: str) -> ControllerContext:
     builder = _Builder(supervisor)
     context = builder.build(robot_file)

@@ -122,6 +122,11 @@ class ReadmeContext:
     parts: tuple[PartView, ...]
     guards: tuple[GuardView, ...]
     diagrams: tuple[DiagramView, ...]
+    unseen: tuple[str, ...] = ()
+    """The names of what a monitor cannot hear, and of the commands that it does not judge."""
+    unjudged: tuple[str, ...] = ()
+    heard: tuple[InterfaceView, ...] = ()
+    """The actions that a monitor hears."""
 
 
 def readme_context(

@@ -1,4 +1,4 @@
-"""ROS 1 packages (catkin): a controller, or a node that guards somebody else's."""
+"""ROS 1 packages (catkin): a controller, or a node that guards or monitors somebody else's."""
 
 from __future__ import annotations
 
@@ -73,8 +73,13 @@ _ROS1 = Target(
             "test/{rostest}.test": "supervisor_rostest",
             "README.md": "supervisor_README.md",
         },
+        "monitor": {
+            "launch/{package}.launch": "launch",
+            "test/{rostest}.test": "monitor_rostest",
+            "README.md": "monitor_README.md",
+        },
     },
-    programs={"controller": "play_robot", "supervisor": "play_both"},
+    programs={"controller": "play_robot", "supervisor": "play_both", "monitor": "play_monitor"},
     dependencies=(  # actions: ros_actions.py imports them always
         "actionlib", "actionlib_msgs", "diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs",
     ),
@@ -84,6 +89,7 @@ _ROS1 = Target(
     interface=lambda communication: f"{communication.binding.package}/{_type(communication)}",
     parameters=_parameters,
     action_parts=("/goal", "/cancel", "/status", "/feedback", "/result"),
+    shows_results=True,
     has_qos=False,
     has_lifecycle=False,
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""ROS 2 packages (ament_python): a controller, or a node that guards somebody else's.
+"""ROS 2 packages (ament_python): a controller, or a node that guards or monitors one.
 
 ``controller.py``, ``model.py`` and ``_runtime/`` are those of the ROS 1 package, byte for byte;
 what is different is the wiring, and what the build tools want to see.
@@ -109,8 +109,16 @@ _ROS2 = Target(
             "launch/{package}.launch.py": "supervisor.launch.py",
             "README.md": "supervisor_README.md",
         },
+        "monitor": {
+            "launch/{package}.launch.py": "monitor.launch.py",
+            "README.md": "monitor_README.md",
+        },
     },
-    programs={"controller": "test_play_robot", "supervisor": "test_play_both"},
+    programs={
+        "controller": "test_play_robot",
+        "supervisor": "test_play_both",
+        "monitor": "test_play_monitor",
+    },
     dependencies=(
         "action_msgs", "ament_index_python", "diagnostic_msgs", "launch", "launch_ros",
         "python3-yaml", "rcl_interfaces", "rclpy", "std_msgs",
@@ -124,6 +132,7 @@ _ROS2 = Target(
         f"/_action/{part}"
         for part in ("send_goal", "cancel_goal", "get_result", "feedback", "status")
     ),
+    shows_results=False,
     has_qos=True,
     has_lifecycle=True,
 )  # fmt: skip

@@ -25,12 +25,13 @@ from robosc.emit.package.package_context import PackageContext, TopicView, escap
 from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
+from robosc.emit.supervisor.listening import MonitorContext, monitor_context, monitor_readme
 from robosc.emit.supervisor.relaying import relay_context
 from robosc.emit.write.line_breaks import break_long_lines
 from robosc.language.events import Kind
 from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Communication, Robot
-from robosc.names import rostest_name
+from robosc.names import package_name, rostest_name
 from robosc.runtime.settings import dotted
 from robosc.runtime.shapes import parts_by_name
 from robosc.supervisor import Guard, Supervisor
@@ -46,8 +47,9 @@ class Target:
     that are started. ``dependencies`` are the packages that every package needs. ``identifier`` is
     a communication's name in ROS, ``module`` and ``type`` are module and class of its type in
     Python, ``interface`` is that type for the tools of ROS. ``action_parts`` are the names below
-    that of an action. ``has_qos``: nodes have parameters for the quality of service;
-    ``has_lifecycle``: there are managed nodes.
+    that of an action; ``shows_results``: whoever listens there gets the results of goals.
+    ``has_qos``: nodes have parameters for the quality of service; ``has_lifecycle``: there are
+    managed nodes.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Target:
     interface: Callable[[Communication], str]
     parameters: Callable[[Robot, Config], tuple[ParameterView, ...]]
     action_parts: tuple[str, ...]
+    shows_results: bool
     has_qos: bool
     has_lifecycle: bool
 
@@ -69,7 +72,11 @@ class Target:
 _XML = ("package.xml", "launch", "rostest")
 """How the names of templates end that make XML."""
 
-_NODES: Mapping[Mode, str] = {"controller": "node.py", "supervisor": "supervisor_node.py"}
+_NODES: Mapping[Mode, str] = {
+    "controller": "node.py",
+    "supervisor": "supervisor_node.py",
+    "monitor": "monitor_node.py",
+}
 
 
 def package_of(
@@ -87,14 +94,19 @@ def package_of(
     source = file_of(robot.span)
     controller = controller_context(supervisor, source)
     context = _context(target, robot, package, controller.class_name, config.checked(robot))
+    controls = config.package or f"{package_name(robot.name)}_controller"
     if mode == "supervisor":
         context = relay_context(context, supervisor, config, target.action_parts)
+    elif mode == "monitor":
+        context = monitor_context(context, supervisor, controls, target.shows_results)
     readme = readme_context(
         supervisor,
         package,
         context.parameters,
         lambda c: (target.identifier(c), target.interface(c)),
     )
+    if isinstance(context, MonitorContext):
+        readme = monitor_readme(readme, context, robot, controls)
     modules = target.modules.format(package=package)
     configured = with_parameters(robot, config.parameters)
     texts = {

@@ -52,8 +52,11 @@ class _Provided:
     complete: bool
 
 
-def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, ...]]:
-    """By topic and type (``package/Type``), in model order.
+def command_matches(
+    robot: Robot, servers: bool = True
+) -> dict[tuple[str, str], tuple[CommandMatch, ...]]:
+    """By topic and type (``package/Type``), in model order. ``servers``: requests are passed on,
+    too.
 
     Raises:
         ModelError: messages of one topic cannot be distinguished by data, or the robot sends on
@@ -68,7 +71,8 @@ def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, .
             topics.setdefault(place, []).append(communication)
     found: dict[tuple[str, str], tuple[CommandMatch, ...]] = {}
     _check_directions(robot, report)
-    _check_servers(robot, report)
+    if servers:
+        _check_servers(robot, report)
     for place, messages in topics.items():
         if len(messages) == 1:
             found[place] = (CommandMatch(messages[0].key),)
@@ -77,6 +81,15 @@ def command_matches(robot: Robot) -> dict[tuple[str, str], tuple[CommandMatch, .
     if report.has_errors:
         raise ModelError(report.diagnostics)
     return found
+
+
+def shared_servers(robot: Robot) -> set[str]:
+    """The services and actions that have their name in common with another one."""
+    found: dict[tuple[Kind, str], list[str]] = {}
+    for one in robot.communications.values():
+        if one.kind in (Kind.SERVICE, Kind.ACTION):
+            found.setdefault((one.kind, one.identifier), []).append(one.key)
+    return {key for keys in found.values() if len(keys) > 1 for key in keys}
 
 
 def _check_directions(robot: Robot, report: Report) -> None:

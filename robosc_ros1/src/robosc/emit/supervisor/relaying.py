@@ -81,7 +81,7 @@ def relay_context(
     )
     inputs = tuple(_view(topic) for topic in base.subscriptions)
     commands = tuple(
-        _view(topic, tuple(_source(r) for r in _in_order([means[key] for key in topic.keys])))
+        _view(topic, tuple(source_of(r) for r in in_order([means[key] for key in topic.keys])))
         for topic in base.publications
     )
     services = tuple(_view(service) for service in base.services)
@@ -112,12 +112,13 @@ def _view(topic: TopicView, commands: tuple[str, ...] = ()) -> RelayView:
     return RelayView(name, other, topic.type, topic.keys, topic.key, commands)
 
 
-def _in_order(found: list[CommandMatch]) -> list[CommandMatch]:
-    """Exact data go before a field: they may have a value of that field, too."""
+def in_order(found: list[CommandMatch]) -> list[CommandMatch]:
+    """The patterns of a topic, exact data before a field: they may have a value of that, too."""
     return sorted(found, key=lambda match: not match.exact)
 
 
-def _source(match: CommandMatch) -> str:
+def source_of(match: CommandMatch) -> str:
+    """The row of a command, see :func:`robosc.runtime.matching.command_patterns`."""
     return ", ".join(map(literal, (match.key, match.exact, match.field)))
 
 

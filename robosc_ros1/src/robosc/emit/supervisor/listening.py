@@ -1,0 +1,153 @@
+"""What the templates of monitors see: what can be heard of a robot and its controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+from robosc.emit.controller.assembly import plain_context
+from robosc.emit.controller.views import ControllerContext
+from robosc.emit.package.package_context import PackageContext, TopicView
+from robosc.emit.package.readme import InterfaceView, ReadmeContext
+from robosc.emit.supervisor.guarding import command_matches, shared_servers
+from robosc.emit.supervisor.relaying import in_order, source_of
+from robosc.errors import UsageError
+from robosc.language.events import EventKind, Kind
+from robosc.model.entities import Robot
+from robosc.runtime.settings import parameter_name
+from robosc.runtime.unseen import unknown_attributes
+from robosc.supervisor import Supervisor
+
+_MEANINGS = {
+    "refuse_not_finite": "a command with a number that is infinite or not a number is a finding",
+    "stop_command": "communication that may be requested at any time",
+}
+"""What parameters mean to a monitor."""
+_IDLE = (
+    "allowed_publishers", "exit_on_stop", "goal_timeout", "on_mismatch", "order", "rate", "seed",
+    "server_lost_after",
+)  # fmt: skip
+"""Parameters of commands that a monitor does not send."""
+
+
+@dataclass(frozen=True)
+class CommandsView:
+    """A topic of commands; ``commands`` as Python source."""
+
+    name: str
+    type: str
+    commands: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class MonitorContext(PackageContext):
+    """What all templates of a monitor see; keys of communications."""
+
+    commands: tuple[CommandsView, ...]
+    unseen: tuple[str, ...]
+    unjudged: tuple[str, ...]
+
+
+def monitor_context(
+    base: PackageContext, supervisor: Supervisor, controller: str, shows_results: bool
+) -> MonitorContext:
+    """The context of a monitor from that of a controller, whose node has the name ``controller``.
+    ``shows_results``: whoever listens gets the results of goals.
+
+    Raises:
+        ModelError: see :func:`.guarding.command_matches`.
+        UsageError: the model decides on the data of commands.
+    """
+    robot = supervisor.plant.robot
+    demand_no_data(robot)
+    means = {r.key: r for found in command_matches(robot, False).values() for r in found}
+    commands = tuple(
+        CommandsView(
+            name_for_others(topic.name, controller),
+            topic.type,
+            tuple(source_of(r) for r in in_order([means[key] for key in topic.keys])),
+        )
+        for topic in base.publications
+    )
+    context = plain_context(supervisor, base.source)
+    unseen = _unseen(robot, context, shows_results)
+    subscriptions, actions = (
+        tuple(replace(v, name=name_for_others(v.name, controller)) for v in views)
+        for views in (base.subscriptions, [a for a in base.actions if a.key not in unseen])
+    )
+    known = {f.name: getattr(base, f.name) for f in fields(base)}
+    known |= {"title": "Monitor", "subscriptions": subscriptions, "actions": actions}
+    known["modules"] = _modules(base.subscriptions, base.publications, actions)
+    deadlines = {
+        f"timeout/{parameter_name(robot.display_names[c.key])}"
+        for c in robot.communications.values()
+        if c.kind is not Kind.OUTGOING
+    }
+    known["parameters"] = tuple(
+        replace(p, doc=_MEANINGS.get(p.name, p.doc))
+        for p in base.parameters
+        if p.name.replace(".", "/").partition("/")[0] not in _IDLE
+        and p.name.replace(".", "/") not in deadlines
+    )
+    return MonitorContext(
+        **known, commands=commands, unseen=unseen, unjudged=_unjudged(context, unseen)
+    )
+
+
+def name_for_others(name: str, controller: str) -> str:
+    """A name as other nodes than the controller have it: its private ones are below its own."""
+    return f"{controller}/{name[1:].lstrip('/')}" if name.startswith("~") else name
+
+
+def demand_no_data(robot: Robot) -> None:
+    """Raises UsageError if a monitor would have to judge the data of commands."""
+    if robot.supervises or any(r.on_data for r in robot.requirements):
+        raise UsageError(
+            f"{robot.name} decides on the data of commands ('value'), by which what is heard or"
+            " recorded cannot be judged yet: leave these requirements out of the model for it"
+        )
+
+
+def monitor_readme(
+    readme: ReadmeContext, context: MonitorContext, robot: Robot, controller: str
+) -> ReadmeContext:
+    """What people read about a monitor."""
+
+    def shown(views: tuple[InterfaceView, ...]) -> tuple[InterfaceView, ...]:
+        return tuple(replace(v, name=name_for_others(v.name, controller)) for v in views)
+
+    names = robot.display_names
+    hidden = [names[key] for key in context.unseen]
+    return replace(
+        readme,
+        subscribed=shown(readme.subscribed),
+        published=shown(readme.published),
+        heard=shown(tuple(a for a in readme.actions if a.communication not in hidden)),
+        unseen=tuple(hidden),
+        unjudged=tuple(names[key] for key in context.unjudged),
+    )
+
+
+def _modules(*topics: tuple[TopicView, ...]) -> tuple[str, ...]:
+    return tuple(sorted({view.type.rpartition(".")[0] for views in topics for view in views}))
+
+
+def _unseen(robot: Robot, context: ControllerContext, shows_results: bool) -> tuple[str, ...]:
+    """The services, the actions that share a name, and those whose results the model reads though
+    nobody can hear them."""
+    reads = {i.key for i in context.inputs if i.kind == EventKind.RESPONSE.value and i.read}
+    hidden = shared_servers(robot) | (set() if shows_results else reads)
+    return tuple(
+        c.key
+        for c in robot.communications.values()
+        if c.kind is Kind.SERVICE or (c.kind is Kind.ACTION and c.key in hidden)
+    )
+
+
+def _unjudged(context: ControllerContext, unseen: tuple[str, ...]) -> tuple[str, ...]:
+    events = [(i.key, i.reaction.writes) for i in context.inputs]
+    events += [(c.key, c.reaction.writes) for c in context.commands]
+    steps = [(tau.reads, tau.writes) for tau in context.taus]
+    steps += [(after.reads, after.writes) for after in context.afters]
+    unknown = unknown_attributes(unseen, events, steps)
+    found = [c.key for c in context.commands if not unknown.isdisjoint(c.reads)]
+    return tuple(dict.fromkeys([*found, *unseen]))

@@ -1,0 +1,165 @@
+"""The monitor: what another controller does is judged, sent or not, and nothing is sent."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
+from runtime.schemas import validate
+
+from robosc.runtime.matching import CommandPattern
+from robosc.runtime.monitor_engine import TOLERANCE, MonitorEngine, MonitorPort
+from robosc.runtime.observation import SeenAction
+from robosc.runtime.settings import Settings
+
+DRIVE = (CommandPattern(HALT, lambda message: message == 0), CommandPattern(GO))
+CLEAR, BLOCKED = 20.0, 5.0
+
+
+class SilentPort(PlayedPort, MonitorPort):
+    def __init__(self) -> None:
+        super().__init__()
+        self.documents: list[dict[str, Any]] = []
+
+    def found(self, text: str) -> None:
+        document = json.loads(text)
+        validate(document, "finding")
+        self.documents.append(document)
+
+
+class Bench:
+    """A monitor that hears what the test says."""
+
+    def __init__(self, **settings: Any) -> None:
+        self.port = SilentPort()
+        self.controller = LampController()
+        self.monitor = MonitorEngine(
+            self.controller, self.port, Settings(**settings), lambda: self.port.time
+        )
+        self.monitor.leave_out({LAMP})
+        self.monitor.begin()
+
+    def hear(self, distance: float) -> None:
+        self.monitor.poster([SENSOR])(distance)
+        self.monitor.cycle()
+
+    def command(self, speed: float) -> None:
+        self.monitor.offer("/drive", DRIVE, speed, None)
+        self.monitor.cycle()
+
+    def wait(self, seconds: float) -> None:
+        self.port.time += seconds
+        self.monitor.cycle()
+
+    def found(self) -> list[tuple[str, str, list[str]]]:
+        """The findings since the last call: sort, event, reasons."""
+        documents, self.port.documents = self.port.documents, []
+        return [
+            (d["sort"], f"{d['event']['name']}.{d['event']['kind']}", [r["text"] for r in d["reasons"]])
+            for d in documents
+        ]  # fmt: skip
+
+    @property
+    def told(self) -> list[tuple[str, str, str]]:
+        return [(e.kind, e.name, e.outcome) for e in self.monitor.recorder.take()]
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+def test_a_command_that_stays_forbidden_is_found(bench: Bench) -> None:
+    bench.hear(BLOCKED)
+    bench.command(0.3)
+    assert bench.found() == []
+    bench.wait(TOLERANCE)
+    assert bench.found() == [("violation", "go.request", ["go needs clear"])]
+    assert bench.told[-1] == ("request", "go", "forbidden")
+    assert bench.port.sent == []
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_a_command_that_crosses_what_decides_is_not(bench: Bench, before: bool) -> None:
+    bench.hear(BLOCKED if before else CLEAR)
+    if before:
+        bench.command(0.3)
+        bench.hear(CLEAR)
+    else:
+        bench.hear(BLOCKED)
+        bench.wait(TOLERANCE / 2)
+        bench.command(0.3)
+    bench.wait(TOLERANCE)
+    assert bench.found() == []
+
+
+def test_a_mismatch_is_a_departure_with_the_number_of_its_event(bench: Bench) -> None:
+    bench.hear(CLEAR)
+    bench.hear(1000.0)
+    (document,) = bench.port.documents
+    entries = {e.number: e for e in bench.monitor.recorder.take()}
+    assert entries[document["number"]].outcome == "mismatch"
+    assert bench.found()[0][:2] == ("departure", "range.response")
+
+
+def test_numbers_that_are_not_finite_would_have_been_blocked(bench: Bench) -> None:
+    bench.hear(CLEAR)
+    bench.command(float("nan"))
+    assert [f[:2] for f in bench.found()] == [("blocked", "go.request")]
+
+
+def test_what_waited_during_a_pause_is_not_judged(bench: Bench) -> None:
+    bench.hear(BLOCKED)
+    bench.wait(1.0)
+    bench.monitor._pauses.holds = True  # the order of what waits now is not known
+    bench.command(0.3)
+    bench.monitor._pauses.holds = False
+    bench.wait(TOLERANCE)
+    assert bench.found() == []
+
+
+def test_nothing_is_sent_whatever_happens(bench: Bench) -> None:
+    bench = Bench(stop_command=HALT, on_mismatch="stop")
+    bench.hear(1000.0)
+    bench.monitor.stop("because")
+    bench.wait(1.0)
+    bench.monitor.close()
+    bench.wait(1.0)
+    assert (bench.port.sent, bench.port.cancelled, bench.port.exits) == ([], [], [])
+    assert bench.monitor.stopped is None
+
+
+# --- actions of ROS 1 -----------------------------------------------------------------------------
+
+
+def time(seconds: int) -> SimpleNamespace:
+    return SimpleNamespace(secs=seconds, nsecs=0)
+
+
+def goal(number: int) -> Any:
+    goal_id = SimpleNamespace(id=f"goal {number}", stamp=time(number))
+    return SimpleNamespace(goal_id=goal_id, header=SimpleNamespace(stamp=time(number)), goal=None)
+
+
+def result(number: int, status: int = 3) -> Any:
+    told = SimpleNamespace(goal_id=goal(number).goal_id, status=status)
+    return SimpleNamespace(status=told, result=None)
+
+
+def test_a_result_that_overtakes_its_goal_ends_it(bench: Bench) -> None:
+    action = SeenAction(bench.monitor, ARM).handlers
+    bench.hear(BLOCKED)
+    for number in (1, 2):
+        action["/result"](result(number))
+        action["/goal"](goal(number))
+        bench.monitor.cycle()
+        assert not bench.controller.arm_busy
+    action["/result"](result(1))  # of a goal that has ended
+    action["/goal"](goal(3))
+    bench.monitor.cycle()
+    assert bench.controller.arm_busy
+    assert bench.told.count(("response", "reach", "applied")) == 2
+    assert bench.found() == []
