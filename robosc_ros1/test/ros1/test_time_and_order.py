@@ -154,6 +154,17 @@ def test_silence_is_noticed_and_shown_with_two_clocks(stage: Stage, ear: Puppet)
                 node.shows(lambda s, text=text: any(text in f for f in s["faults"]))
 
 
+def test_silence_is_noticed_before_ros_time_begins(stage: Stage, ear: Puppet) -> None:
+    """Nobody publishes /clock, but the robot moves."""
+    with stage.simulated_time(), stage.controller(ear, NODE) as node:
+        with stage.puppet() as sensor:
+            sensor.begin("publish", **SCAN, times=10_000, rate=50.0)
+            node.shows(lambda s: s["communications"]["scan"] == "fresh")
+            mark = ear.mark
+        node.tells(event("timeout", "scan"), since=mark)
+        node.shows(lambda s: any("has not begun" in f for f in s["faults"]))
+
+
 def test_silence_is_noticed_without_a_master(
     generated_workspace: Workspace, roscore: Master
 ) -> None:

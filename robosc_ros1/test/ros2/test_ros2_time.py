@@ -199,6 +199,19 @@ def test_a_bag_at_double_speed(graph: Graph, controller: Start, ear: Peer) -> No
     assert not [e for e in later if e["event"]["name"] == "scan"]
 
 
+def test_silence_is_noticed_before_ros_time_begins(
+    graph: Graph, controller: Start, ear: Peer
+) -> None:
+    """Nobody publishes /clock, but the robot moves."""
+    controller(NODE, use_sim_time=True, **RELIABLE)
+    sensor = graph.peer("sensor")
+    sensor.order("repeat", **SCAN, qos={})
+    ear.expect_state(NODE, lambda s: s["communications"]["scan"] == "fresh")
+    sensor.process.signal(signal.SIGKILL)
+    told(ear, "timeout", "scan")
+    ear.expect_state(NODE, lambda s: any("has not begun" in f for f in s["faults"]))
+
+
 def test_silence_is_noticed_and_shown_with_two_clocks(
     graph: Graph, controller: Start, ear: Peer
 ) -> None:

@@ -538,3 +538,30 @@ def test_a_supervisor_blocks_what_it_cannot_judge_after_a_pause() -> None:
     assert offer() == []
     standing.hear()
     assert offer() == [DRIVE]
+
+
+def test_silence_is_noticed_before_time_begins() -> None:
+    """Nobody publishes /clock, but the robot moves."""
+    wall = Wall(BEFORE_TIME)
+    post, controller = wall.engine.poster([SCAN]), wall.engine.controller
+    wall.seconds = 10.0
+    post(5.0)
+    wall.seconds = 10.49
+    wall.engine.cycle()
+    assert controller.scan_fresh
+    wall.seconds = 10.51
+    wall.engine.cycle()
+    assert not controller.scan_fresh
+
+
+def test_a_message_that_waits_before_time_begins_counts_from_its_arrival() -> None:
+    wall = Wall(BEFORE_TIME)
+    post, controller = wall.engine.poster([SCAN]), wall.engine.controller
+    wall.seconds = 10.0
+    wall.engine.invoke(lambda: setattr(wall, "seconds", 10.4))
+    post(5.0)
+    wall.engine.cycle()
+    assert controller.scan_fresh
+    wall.seconds = 10.51
+    wall.engine.cycle()
+    assert not controller.scan_fresh

@@ -4,6 +4,8 @@
 Their time is that of the port's clock without its steps back: it stops while simulated ROS time
 stops, and a step back by less than the longest delay changes nothing of what is left of each delay.
 All clocks restart when ROS time starts or jumps back further, as when a recording is played again.
+Until ROS time starts, timeouts follow the clock of the machine, so that no message stays fresh for
+ever where nobody publishes ``/clock``; delays begin when it starts.
 A timeout counts from the arrival of the message, not from when the engine handles it. A running
 clock is one entry in a heap, so that it costs nothing until it is due.
 """
@@ -68,7 +70,7 @@ Clock = Union[Timer, Watch]
 class Clocks:
     """All clocks of a controller. ``seconds`` returns the value of a delay, which may be the name
     of a parameter; ``timeout_of`` returns the timeout of a message in seconds; ``now`` is the
-    port's clock."""
+    port's clock, ``steady`` that of the machine."""
 
     def __init__(
         self,
@@ -76,9 +78,13 @@ class Clocks:
         timeout_of: Callable[[str], float],
         seconds: Callable[[Union[float, str]], float],
         now: Callable[[], float],
+        steady: Callable[[], float],
     ) -> None:
         self._state = controller.__dict__
         self._port_time = now
+        self._steady = steady
+        self.has_begun = False
+        """Whether the port's clock has started."""
         keys = [entry.key for entry in controller.INPUTS if entry.kind == "timeout"]
         ranks = count()
         self._watches = {key: Watch(key, timeout_of(key), next(ranks)) for key in keys}
@@ -100,33 +106,49 @@ class Clocks:
         self._shift = 0.0  # what the port's clock lost by steps back
 
     def begin(self) -> None:
-        self._last = self._since = self._port_time()
+        self.has_begun = self._port_time() != BEFORE_TIME
+        self._last = self._since = self.moment()
         for timer in self._timers:
             self._restart(timer, self.time())
+
+    def moment(self) -> float:
+        """Return the port's time; until that starts, the time of the machine."""
+        now = self._port_time()
+        return self._steady() if now == BEFORE_TIME else now
 
     def time(self) -> float:
         """Return the time of the clocks, which never decreases."""
         now = self._port_time()
+        if (now != BEFORE_TIME) is not self.has_begun:
+            self._change_clock()
+            return self._last + self._shift
+        if not self.has_begun:
+            now = self._steady()
         if now < self._last:
             self.steps_back += 1
             self._continue_at(now)
-            if self._last - now >= max(self.delays, default=0.0) or now == BEFORE_TIME:
+            if self._last - now >= max(self.delays, default=0.0):
                 self._restart_all(now + self._shift)
-        elif self._last == BEFORE_TIME < now:
-            self._continue_at(now)
-            self._restart_all(now + self._shift)
         self._last = now
         return now + self._shift
+
+    def _change_clock(self) -> None:
+        """Restart all clocks, since the port's clock started, or was set to nothing again."""
+        self.steps_back += self.has_begun
+        self.has_begun = not self.has_begun
+        self._go_on_by_another_clock()
+        for timer in self._timers:
+            self._restart(timer, self._last + self._shift)
+
+    def _go_on_by_another_clock(self) -> None:
+        self._continue_at(self.moment())
+        self._last = self._since
+        self._restart_all(self._last + self._shift)
 
     def _continue_at(self, now: float) -> None:
         """Let no time pass between the port's last time and this one."""
         self._shift += self._last - now
         self._since = now
-
-    @property
-    def has_begun(self) -> bool:
-        """Whether the port's clock has started."""
-        return self._last != BEFORE_TIME
 
     def any_due(self) -> bool:
         """Whether a clock may be due."""
@@ -191,9 +213,7 @@ class Clocks:
 
     def change(self) -> None:
         """Restart all running clocks, since the port has another clock."""
-        self._continue_at(self._port_time())
-        self._last = self._since
-        self._restart_all(self.time())
+        self._go_on_by_another_clock()
 
     def time_left(self) -> Dict[str, float]:
         """Return the seconds until each running clock is due, by its message's key or by
@@ -217,7 +237,7 @@ class Clocks:
     def _restart(self, timer: Timer, time: float) -> None:
         timer.entries = self._state[timer.row.entries]
         is_there = stands_in(self._state[timer.row.location], timer.row.state)
-        timer.deadline = time + timer.delay if is_there else None
+        timer.deadline = time + timer.delay if is_there and self.has_begun else None
         self.plan(timer)
 
     def plan(self, clock: Clock) -> None:

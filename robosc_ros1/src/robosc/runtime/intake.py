@@ -89,7 +89,9 @@ class Intake:
             port.silence,
             port.absent,
         )
-        self._clocks = Clocks(controller, self.settings.timeout_of, self.settings.seconds, port.now)
+        self._clocks = Clocks(
+            controller, self.settings.timeout_of, self.settings.seconds, port.now, steady
+        )
         self._deadlines = Deadlines(self._clocks, self._calls, steady, self._awaits)
         self._time_monitor = TimeMonitor(self._clocks, steady)
         self._throttle = Throttle()
@@ -118,7 +120,7 @@ class Intake:
         if found is None:
             entries = tuple(self._inputs[key, "response"] for key in keys)
             watched = any(self._clocks.is_watched(key) for key in keys)
-            now = self._port.now if watched else None
+            now = self._clocks.moment if watched else None
             inbox = Inbox(self._submit, self._turns.put, entries, now)
             found = self._inboxes.setdefault(tuple(keys), inbox)
         return found.post

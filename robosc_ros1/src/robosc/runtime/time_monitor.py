@@ -10,6 +10,7 @@ from collections import deque
 from typing import Callable, Deque, List, Optional, Tuple
 
 from .clocks import Clocks
+from .port import BEFORE_TIME
 
 _MEMORY = 10.0
 """Seconds for which steps back are remembered."""
@@ -17,8 +18,8 @@ _STEPS = 2
 """So many steps back in that time are no recording that is played again."""
 
 _NOT_BEGUN = (
-    "ROS time has not begun: use_sim_time is true, but nobody publishes /clock, so no silence is"
-    " noticed and no delay ends"
+    "ROS time has not begun: use_sim_time is true, but nobody publishes /clock, so no delay ends,"
+    " and silences are noticed by the clock of the machine"
 )
 _STANDS = (
     "ROS time stands still: nobody publishes /clock, or the simulation is paused; meanwhile no"
@@ -40,7 +41,7 @@ class TimeMonitor:
         """The fault that the clock was replaced, while that is so."""
         self._clocks = clocks
         self._steady = steady
-        self._time: Optional[Tuple[float, bool]] = None
+        self._time: Optional[float] = None
         self._moved = 0.0  # when the time was seen to move
         self._steps: Deque[Tuple[float, int]] = deque()
 
@@ -53,7 +54,9 @@ class TimeMonitor:
         return [fault for fault in self.faults if fault not in before]
 
     def _found(self) -> List[str]:
-        time, now = (self._clocks.time(), self._clocks.has_begun), self._steady()
+        time, now = self._clocks.time(), self._steady()
+        if not self._clocks.has_begun:
+            time = BEFORE_TIME
         found = []
         if time != self._time:
             self._time, self._moved = time, now
