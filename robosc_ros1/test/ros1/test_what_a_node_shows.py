@@ -78,6 +78,24 @@ def test_a_command_that_is_not_enabled_names_the_requirement_and_its_line(
         assert "run needs Switches.run" in source[int(reason["place"].partition(":")[2]) - 1]
 
 
+def test_values_are_published_for_tools_that_plot(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    values = "/thermostat_controller/values"
+    for name, type_ in {
+        "Sensor/degrees": "Float64", "Sensor/season": "String", "Heater/level": "Int64",
+        "Heater": "Int32",
+    }.items():  # fmt: skip
+        ear.do("listen", topic=f"{values}/{name}", type=f"std_msgs/{type_}", connected=False)
+    with stage.controller(ear, "thermostat_controller", publish_values=True):
+        assert ear.hears(f"{values}/Heater")["data"] == 0
+        assert ear.hears(f"{values}/Sensor/season")["data"] == "winter"
+        puppet.publish("/reading", "std_msgs/Float32", -3.5)
+        ear.hears(f"{values}/Sensor/degrees", lambda m: m["data"] == -3.5)
+        ear.hears(f"{values}/Heater/level", lambda m: m["data"] == 2)
+        ear.hears(f"{values}/Heater", lambda m: m["data"] == 1)
+
+
 def test_the_state_is_latched(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     with stage.controller(ear), stage.puppet() as late:
         for topic in ("state", "model"):

@@ -164,6 +164,18 @@ def test_parameters_of_every_type_at_launch(
     assert "unknown parameter" not in node.output
 
 
+def test_values_are_published_for_tools_that_plot(
+    thermostat: Callable[..., Process], graph: Graph
+) -> None:
+    robot = graph.peer()
+    values = "thermostat_controller/values"
+    robot.subscribe(f"{values}/Sensor/degrees", "std_msgs/msg/Float64")
+    robot.subscribe(f"{values}/Heater", "std_msgs/msg/Int32")
+    thermostat(publish_values="true")
+    robot.expect("message", name=f"{values}/Sensor/degrees", where=lambda m: m["data"] == 15.0)
+    robot.expect("message", name=f"{values}/Heater", where=lambda m: m["data"] == 0)
+
+
 @pytest.mark.parametrize(
     ("more", "arguments", "complaints"),
     [

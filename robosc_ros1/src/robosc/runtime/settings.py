@@ -57,6 +57,7 @@ class Settings(NamedTuple):
     server_lost_after: float = 5.0
     state_rate: float = 20.0
     publish_events: bool = True
+    publish_values: bool = False
     whole_values: bool = False
     event_log: str = ""
     event_log_size: float = 10.0
@@ -120,6 +121,9 @@ _GENERAL = (
     ),
     _general("state_rate", "maximal rate of ~state, in Hz", minimum=0.1),
     _general("publish_events", "publish each event on ~events"),
+    _general(
+        "publish_values", "publish variables and states below ~values, for tools that plot topics"
+    ),
     _general(
         "whole_values", "show and log large values whole: to subscribers, and in the event log"
     ),

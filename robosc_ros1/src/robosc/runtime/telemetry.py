@@ -22,6 +22,7 @@ from .original_state import OriginalState
 from .reasons import blocked_by, violated
 from .recorder import Entry
 from .shortening import ROOM, Shortener, shortened_text
+from .value_topics import ValueMessage, ValueTopics
 from .values import jsonable
 
 OK, WARN, ERROR = 0, 1, 2  # the levels of diagnostic_msgs/DiagnosticStatus, REP 107
@@ -58,6 +59,9 @@ class Outlet:
     def unconnected(self) -> List[str]:
         """Return the topics without a publisher or subscriber at the other end, as texts."""
         return []
+
+    def values(self, messages: List[ValueMessage]) -> None:
+        """Publish the state as messages of standard types, if that is enabled."""
 
     def legacy(self, text: str) -> None:
         """Publish the state in the format of the original tool, if that is enabled."""
@@ -207,6 +211,7 @@ class Reporter:
         self._closing = threading.Event()
         settings = engine.settings
         self._original = OriginalState(model) if settings.legacy_state_topic else None
+        self._values = ValueTopics(model) if settings.publish_values else None
         self._pause = 1.0 / settings.state_rate
         self._diagnostics_period = diagnostics_period
         self._log = None
@@ -260,6 +265,8 @@ class Reporter:
             latest = list(self._latest if whole else map(_short_event, self._latest))
             document = state_document(snapshot, latest, faults, self._outlet.unconnected(), whole)
             self._outlet.state(dump(document))
+            if self._values is not None:
+                self._outlet.values(self._values.messages(snapshot["controller"]))
             if self._original is not None:
                 self._outlet.legacy(dump(self._original.document(document)))
             if periodic:

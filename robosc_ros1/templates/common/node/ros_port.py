@@ -3,6 +3,7 @@
 
 import functools
 
+import std_msgs.msg
 from std_msgs.msg import String
 
 from ._runtime.engine import Engine
@@ -91,6 +92,7 @@ class TopicOutlet(Outlet):
 
     def __init__(self, model, settings, watch):
         self._watch = watch
+        self._values = {}  # publishers
         self._state = self.publisher("~/state", String, 10, latched=True)
         self._events = self._legacy = self._diagnostics = None
         if settings.publish_events:
@@ -128,6 +130,13 @@ class TopicOutlet(Outlet):
 
     def unconnected(self):
         return self._watch.unconnected
+
+    def values(self, messages):
+        for topic, name, data in messages:
+            type_ = getattr(std_msgs.msg, name)
+            if topic not in self._values:
+                self._values[topic] = self.publisher("~/values/" + topic, type_, 10)
+            self._values[topic].publish(type_(data=data))
 
     def legacy(self, text):
         self._legacy.publish(String(data=text))

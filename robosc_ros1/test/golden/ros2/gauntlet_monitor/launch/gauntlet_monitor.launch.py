@@ -10,6 +10,7 @@ PARAMETERS = (
     "refuse_not_finite",
     "state_rate",
     "publish_events",
+    "publish_values",
     "whole_values",
     "event_log",
     "event_log_size",

@@ -16,6 +16,7 @@ PARAMETERS = (
     "server_lost_after",
     "state_rate",
     "publish_events",
+    "publish_values",
     "whole_values",
     "event_log",
     "event_log_size",
