@@ -234,6 +234,14 @@ def replay(parser: argparse.ArgumentParser) -> None:
         help="with a bag: a parameter of the model or of its node (may be repeated)",
     )
     parser.add_argument(
+        "--remap",
+        metavar="FROM:=TO",
+        action="append",
+        default=[],
+        help="with a bag: a name that was another one in the run; __ns and __name are those of"
+        " the controller (may be repeated)",
+    )
+    parser.add_argument(
         "--junit", metavar="FILE", type=Path, help="with a bag: write the verdicts as JUnit XML"
     )
     _json(parser)

@@ -274,8 +274,8 @@ def _replay(args: Arguments) -> int:
         args.model, args.log = args.log, args.model  # this order was the only one at first
     if is_bag(args.log):
         return _judge(args)
-    if args.junit is not None or args.parameter:
-        raise UsageError("--junit and --parameter are for bags: .bag, .mcap, .db3")
+    if args.junit is not None or args.parameter or args.remap:
+        raise UsageError("--junit, --parameter and --remap are for bags: .bag, .mcap, .db3")
     found = replay(_supervise(args), args.log)
     _show(args, replay_document, replay_text, found)
     return found.exit_code
@@ -287,7 +287,7 @@ def _judge(args: Arguments) -> int:
     from robosc.simulate.judgement_report import judgement_document, judgement_junit, judgement_text
 
     supervisor = _supervise(args, target_of(args.log))
-    found = judge(supervisor, Path(args.log), args.parameter, args.progress)
+    found = judge(supervisor, Path(args.log), args.parameter, args.progress, args.remap)
     args.progress.clear()
     if args.junit is not None:
         write_text(args.junit, judgement_junit(found))

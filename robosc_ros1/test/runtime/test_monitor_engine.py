@@ -11,10 +11,11 @@ from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, Play
 from runtime.schemas import validate
 
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.monitor_engine import TOLERANCE, MonitorEngine, MonitorPort
+from robosc.runtime.monitor_engine import MonitorEngine, MonitorPort
 from robosc.runtime.observation import SeenAction
 from robosc.runtime.settings import Settings
 
+TOLERANCE = Settings().tolerance
 DRIVE = (CommandPattern(HALT, lambda message: message == 0), CommandPattern(GO))
 CLEAR, BLOCKED = 20.0, 5.0
 

@@ -24,11 +24,12 @@ from simulate.recorded_runs import (
 )
 
 from robosc.errors import UsageError
-from robosc.runtime.monitor_engine import TOLERANCE
 from robosc.runtime.recorder import Entry
+from robosc.runtime.settings import Settings
 from robosc.simulate.bag_files import opened_bag
 from robosc.simulate.bag_run import BagRun, settings_of
 from robosc.simulate.judgement import Judgement, judge
+from robosc.simulate.recorded_names import recorded_names
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.recorded import Recording
@@ -37,6 +38,7 @@ Robosc = Callable[..., Completed]
 
 MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
 JITTER = 0.004
+TOLERANCE = Settings().tolerance
 KINDS = ("bag", "mcap", "db3")
 FOLLOWED = ("move", "stop", "grab")
 """What both versions of ROS show; services only with their events."""
@@ -110,6 +112,38 @@ def test_messages_that_cross_are_no_faults(
     assert not run.faults
 
 
+def test_names_that_were_remapped(supervisor: Supervisor, tmp_path: Path) -> None:
+    run = recorded(supervisor, tmp_path, "bag", lawless=("move", "grab"))
+    text = MODEL.read_text()
+    for name, other in (("/distance", "front"), ("/vel", "/base/vel"), ("/grab", "~grab")):
+        assert f'"{name}"' in text
+        text = text.replace(f'"{name}"', f'"{other}"')
+    renamed = supervisor_of(text, str(MODEL))
+    rules = ("front:=/distance", "/base/vel:=/vel", "~grab:=/grab")
+    found = judge(renamed, run.path, (), lambda *_: None, rules)
+    assert found.findings == judged(supervisor, run.path).findings != []
+    with pytest.raises(UsageError, match="must be two names"):
+        judge(renamed, run.path, (), lambda *_: None, ["/vel"])
+
+
+def test_names_below_a_namespace(supervisor: Supervisor) -> None:
+    names = recorded_names(supervisor.plant.robot, ["__ns:=/left", "__name:=driver"])
+    assert [names.of(n) for n in ("/vel", "vel", "~vel", "~/vel")] == [
+        "/vel", "/left/vel", "/left/driver/vel", "/left/driver/vel",
+    ]  # fmt: skip
+    assert recorded_names(supervisor.plant.robot).of("~vel") == "/line_follower_controller/vel"
+
+
+@pytest.mark.parametrize("tolerance", [0.05, 0.2])
+def test_messages_may_overtake_each_other_by_more(
+    supervisor: Supervisor, tmp_path: Path, tolerance: float
+) -> None:
+    run = recorded(supervisor, tmp_path, "bag", jitter=0.09, seed=1)
+    given = [f"tolerance={tolerance}"]
+    found = judge(supervisor, run.path, given, lambda *_: None)
+    assert bool(found.findings) is (tolerance < 0.1)
+
+
 def test_faults_among_messages_that_cross(supervisor: Supervisor, tmp_path: Path) -> None:
     """What is forbidden for longer than messages cross is found, with its times and values."""
     run = recorded(supervisor, tmp_path, "bag", jitter=JITTER, lawless=("move",))
@@ -156,7 +190,7 @@ def test_a_run_without_faults(robosc: Robosc, supervisor: Supervisor, tmp_path: 
         (("nowhere.bag",), "cannot read nowhere.bag: there is no such file"),
         (("text.mcap",), "cannot read text.mcap as a bag: "),
         (("run.bag", "--parameter", "speed=1"), "unknown parameter ~speed"),
-        (("events.log", "--junit", "x.xml"), "--junit and --parameter are for bags"),
+        (("events.log", "--junit", "x.xml"), "--junit, --parameter and --remap are for bags"),
     ],
 )
 def test_what_cannot_be_judged(

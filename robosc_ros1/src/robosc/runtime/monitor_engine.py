@@ -8,7 +8,7 @@ a monitor package listens to a running robot; robosc itself judges recordings.
 
 Messages of different topics cross on their way: whoever listens may see a command before the
 message that allowed it, or after the one that forbade it. So a command counts as allowed if it is
-so at any time in :data:`TOLERANCE` seconds before or after it was seen, as far as other topics
+so at any time in ``tolerance`` seconds before or after it was seen, as far as other topics
 decide: until then a forbidden one waits, and those behind it on its topic with it.
 """
 
@@ -32,8 +32,6 @@ from .telemetry import dump
 from .unseen import unknown_attributes
 from .verdicts import verdicts
 
-TOLERANCE = 0.05
-"""Seconds by which messages may cross."""
 _NEVER = float("-inf")
 _REPLACED = "another goal took its place"
 
@@ -72,7 +70,7 @@ class MonitorEngine(JudgingEngine):
         super().__init__(controller, port, settings, steady)
         self._port_of_findings = port
         self.recorder.counters.update(forbidden=0, violations=0, crossed=0)
-        self.tolerance = TOLERANCE
+        self.tolerance = self.settings.tolerance
         self._seen: List[_Seen] = []
         self._topics: Dict[str, str] = {}  # by key, of the commands that were seen
         self._allowed: Dict[Tuple[str, str], bool] = {}

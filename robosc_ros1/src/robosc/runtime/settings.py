@@ -64,6 +64,7 @@ class Settings(NamedTuple):
     event_log_files: int = 5
     legacy_state_topic: str = ""
     allowed_publishers: str = ""
+    tolerance: float = 0.05
     timeout: Mapping[str, float] = {}
     goal_timeout: Mapping[str, float] = {}
     rates: Mapping[str, float] = {}
@@ -136,6 +137,7 @@ _GENERAL = (
     _general(
         "allowed_publishers", "nodes, separated by spaces, that may also publish on command topics"
     ),
+    _general("tolerance", "seconds by which messages that a monitor hears may cross", minimum=0.0),
 )
 
 

@@ -25,6 +25,7 @@ from robosc.simulate.bag_files import Bag
 from robosc.simulate.execute import read_settings
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.generated import make_controller
+from robosc.simulate.recorded_names import RecordedNames, recorded_names
 from robosc.simulate.start import parameters
 from robosc.supervisor import Supervisor
 
@@ -90,7 +91,8 @@ def settings_of(robot: Robot, given: Sequence[str] = ()) -> Settings:
 
 
 class BagRun:
-    """A recording that is followed once. ``whole`` values are recorded, or short forms.
+    """A recording that is followed once. ``whole`` values are recorded, or short forms; ``names``
+    are those that the robot had in it.
 
     Raises:
         ModelError: commands of one topic cannot be told apart by their data.
@@ -98,7 +100,13 @@ class BagRun:
     """
 
     def __init__(
-        self, supervisor: Supervisor, bag: Bag, settings: Settings, *, described: bool = False
+        self,
+        supervisor: Supervisor,
+        bag: Bag,
+        settings: Settings,
+        *,
+        described: bool = False,
+        names: RecordedNames | None = None,
     ) -> None:
         robot = supervisor.plant.robot
         demand_no_data(robot)
@@ -118,6 +126,7 @@ class BagRun:
         self._matches = {
             match.key: match for found in command_matches(robot, False).values() for match in found
         }
+        self._names = names or recorded_names(robot)
         self._connect()
 
     @property
@@ -179,9 +188,9 @@ class BagRun:
         commands: dict[str, list[CommandMatch]] = {}
         for one in robot.communications.values():
             if one.kind is Kind.OUTGOING:
-                heard.setdefault(_topic(one), []).append(one.key)
+                heard.setdefault(self._topic(one), []).append(one.key)
             elif one.kind is Kind.INCOMING:
-                commands.setdefault(_topic(one), []).append(self._matches[one.key])
+                commands.setdefault(self._topic(one), []).append(self._matches[one.key])
             elif one.key in shared:
                 self._heard.unseen.append(one.key)  # requests do not say whose they are
             elif one.kind is Kind.ACTION:
@@ -229,16 +238,16 @@ class BagRun:
 
     def _add_parts(self, owner: Communication, handlers: Mapping[str, Handler]) -> bool:
         """Whether the bag has one of these topics below a name."""
-        there = [part for part in handlers if _topic(owner) + part in self.bag.topics]
+        name = self._topic(owner)
+        there = [part for part in handlers if name + part in self.bag.topics]
         for part in there:
-            self._add(_topic(owner) + part, handlers[part])
+            self._add(name + part, handlers[part])
         if not there:
-            self._heard.absent.append(_topic(owner))
+            self._heard.absent.append(name)
         return bool(there)
 
     def _add(self, topic: str, handler: Handler) -> None:
         self._heard.handlers.setdefault(topic, []).append(handler)
 
-
-def _topic(communication: Communication) -> str:
-    return "/" + communication.identifier.lstrip("/")
+    def _topic(self, communication: Communication) -> str:
+        return self._names.of(communication.identifier)

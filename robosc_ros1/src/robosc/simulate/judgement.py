@@ -16,6 +16,7 @@ from robosc.runtime.recorder import Entry
 from robosc.runtime.verdicts import DEPARTURE, Sort, verdicts
 from robosc.simulate.bag_files import opened_bag
 from robosc.simulate.bag_run import BagRun, Track, settings_of
+from robosc.simulate.recorded_names import recorded_names
 from robosc.supervisor import Supervisor
 
 _PAUSE = 1.0
@@ -85,9 +86,14 @@ class Judgement:
 
 
 def judge(
-    supervisor: Supervisor, path: Path, given: Sequence[str], progress: Progress
+    supervisor: Supervisor,
+    path: Path,
+    given: Sequence[str],
+    progress: Progress,
+    remapped: Sequence[str] = (),
 ) -> Judgement:
-    """Judge a bag. ``given`` are parameters of the robot's node, as ``NAME=VALUE``.
+    """Judge a bag. ``given`` are parameters of the robot's node, as ``NAME=VALUE``, ``remapped``
+    are names that were others in the run, as ``FROM:=TO``.
 
     Raises:
         ModelError: commands of one topic cannot be told apart by their data.
@@ -96,9 +102,12 @@ def judge(
     robot = supervisor.plant.robot
     settings = settings_of(robot, given)
     with opened_bag(path) as bag:
-        run = BagRun(supervisor, bag, settings)
+        run = BagRun(supervisor, bag, settings, names=recorded_names(robot, remapped))
         if not run.hears:
-            raise UsageError(f"{path} has no topic of {robot.name}: {_first(bag.topics)}")
+            raise UsageError(
+                f"{path} has no topic of {robot.name}: {_first(bag.topics)}; if names were"
+                " remapped, give --remap FROM:=TO"
+            )
         found = Judgement(
             robot, str(path), 1 if bag.ros_1 else 2, bag.start, bag.end, sum(bag.counts.values())
         )

@@ -93,7 +93,7 @@ def package_of(
     robot = supervisor.plant.robot
     source = file_of(robot.span)
     controller = controller_context(supervisor, source)
-    context = _context(target, robot, package, controller.class_name, config.checked(robot))
+    context = _context(target, robot, package, controller.class_name, config.checked(robot), mode)
     controls = config.package or f"{package_name(robot.name)}_controller"
     if mode == "supervisor":
         context = relay_context(context, supervisor, config, target.action_parts)
@@ -146,10 +146,12 @@ def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:
 
 
 def _context(
-    target: Target, robot: Robot, package: str, class_name: str, config: Config
+    target: Target, robot: Robot, package: str, class_name: str, config: Config, mode: Mode
 ) -> PackageContext:
     communications = robot.communications.values()
-    parameters = target.parameters(robot, config)
+    parameters = tuple(
+        p for p in target.parameters(robot, config) if mode == "monitor" or p.name != "tolerance"
+    )
     timeouts = {
         f"timeout.{robot.display_names[c.key]}"
         for c in communications

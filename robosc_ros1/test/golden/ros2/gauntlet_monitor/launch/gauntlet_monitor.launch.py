@@ -16,6 +16,7 @@ PARAMETERS = (
     "event_log_size",
     "event_log_files",
     "legacy_state_topic",
+    "tolerance",
     "qos.scan.reliability",
     "qos.scan.durability",
     "qos.scan.depth",
