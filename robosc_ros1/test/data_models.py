@@ -137,7 +137,7 @@ class _Builder:
             state reaching {{
                 on response from reach goto {self.pick("here", "away")}
                 on error from reach if {self.condition("value", "x")} do x := {self.data("value")}
-                on cancel from reach goto here
+                on cancelled from reach goto here
             }}
             """
 

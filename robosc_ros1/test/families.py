@@ -128,7 +128,7 @@ def action_robot(n: int) -> str:
             "      state moving {\n"
             f"        on feedback from reach{i} do place := value\n"
             f"        on response from reach{i} do place := unknown, tries := 0 goto home\n"
-            f"        on cancel to reach{i} do place := unknown goto home\n"
+            f"        on cancelled to reach{i} do place := unknown goto home\n"
             f"        on error from reach{i} if tries < 2 do tries := tries + 1 goto failed\n"
             f"        on error from reach{i} if tries = 2 do place := unknown goto failed\n"
             "      }\n"

@@ -78,7 +78,7 @@ _MACHINE = """\
                 on feedback from start_@ goto working
                 on response from start_@ goto idle
                 on error from start_@ goto idle
-                on cancel from start_@ goto idle
+                on cancelled from start_@ goto idle
             }
         }
     }

@@ -15,17 +15,16 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from rospy.msg import AnyMsg
 from std_msgs.msg import String
 
-from ._runtime.calls import Failure
 from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import QUEUE, RosPort
-from .ros_actions import FAILURES, RESULT_TIMEOUT, Ends, GoalCaller, new_goal_id, result_of_failed
+from .ros_actions import FAILURES, RESULT_TIMEOUT, Ends, GoalCaller, end_of, new_goal_id
 from .ros_arriving import arrived, maker, serialised
 from .ros_messages import fill
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
-UNENDED = (*WORKING, GoalStatus.PENDING)
+UNENDED = (*WORKING, GoalStatus.PENDING, GoalStatus.RECALLING)
 UNKNOWN_AFTER = 1.0
 """Seconds after its cancel in which a goal may be missing in the server's status."""
 
@@ -164,6 +163,7 @@ class ActionRelay(GoalCaller):
         self._accepted = False
         self._ended = None  # when its status showed its end
         self._unended = {}  # the ids of cancelled goals that the server has not ended, with times
+        self._recalled = set()  # those of which the server has the cancel, and maybe not the goal
         self._send_goal = self._publisher(self._robot + "/goal", self._goal_type)
         self._send_cancel = self._publisher(self._robot + "/cancel", GoalID)
         self._send_result = self._publisher(self._controller + "/result", self._result_type)
@@ -230,7 +230,8 @@ class ActionRelay(GoalCaller):
         self._send_cancel.publish(GoalID(id=self._goal_id))
 
     def unended(self):
-        return [(known, True) for known in self._unended]
+        # A cancel that arrived before its goal is kept by the server for as long as it is repeated.
+        return [(known, known not in self._recalled) for known in self._unended]
 
     def keep(self):
         self._unended = {**self._unended, self._goal_id: time.monotonic()}
@@ -254,15 +255,18 @@ class ActionRelay(GoalCaller):
                 if not self._accepted:
                     self._accepted = True
                     self.report(self._token, "accepted")
-            elif not found and self._accepted:
+            elif not found and (self._accepted or self._is_forgotten()):
                 # The server was restarted.
-                self.report(self._token, "error", FAILURES[GoalStatus.LOST])
-                self._token = None
-            elif found and found[0] != GoalStatus.PENDING:
+                self._report_end(GoalStatus.LOST, None)
+            elif found and found[0] not in UNENDED:
                 self._ended = self._ended or self._heard
                 if self._heard - self._ended > RESULT_TIMEOUT:
-                    self.report(self._token, "error", "it ended, but its result did not arrive")
-                    self._token = None
+                    lack = "it ended, but its result did not arrive"
+                    self._report_end(found[0], None, lack)
+
+    def _is_forgotten(self):
+        """Whether the current goal was cancelled, and its server has not known it for some time."""
+        return self._cancelled and self._goal_id not in self._unended
 
     def _look_for_unended(self, statuses):
         """Forget cancelled goals that the server has ended, or does not know after some time."""
@@ -274,6 +278,7 @@ class ActionRelay(GoalCaller):
 
         with self._lock:
             self._unended = {k: since for k, since in self._unended.items() if goes_on(k, since)}
+            self._recalled = {k for k in self._unended if statuses.get(k) == GoalStatus.RECALLING}
 
     def _on_feedback(self, message):
         token = self._token_of(message)
@@ -284,15 +289,15 @@ class ActionRelay(GoalCaller):
         token = self._token_of(message)
         if token is None:
             return
-        if message.status.status == GoalStatus.SUCCEEDED:
-            self.report(token, "response", message.result)
-        else:
-            reason = FAILURES.get(message.status.status, "ended without result")
-            result = result_of_failed(message.status.status, message.result)
-            self.report(token, "error", Failure(reason, result))
         with self._lock:
             if self._token == token:
-                self._token = None
+                self._report_end(message.status.status, message.result)
+
+    def _report_end(self, status, result, lack=""):
+        """Report the end of the current goal, with ``_lock``; ``lack``: what is missing of it."""
+        kind, payload = end_of(status, result, "", self._cancelled, self._accepted)
+        self.report(self._token, kind, lack or payload)
+        self._token = None
 
     def _token_of(self, message):
         with self._lock:

@@ -76,9 +76,8 @@ class Robot(SimulatedRobot):
             handle.set_accepted()
             threading.Thread(target=self.act, args=(key, handle), daemon=True).start()
 
-        def on_cancel(handle):
-            if self.status_of(handle) in (GoalStatus.PREEMPTING, GoalStatus.RECALLING):
-                handle.set_canceled()
+        def on_cancel(_):
+            """Leave it to the thread that carries out the goal, which looks at its status."""
 
         server = actionlib.ActionServer(name, type_, on_goal, on_cancel, auto_start=False)
         server.start()
@@ -94,11 +93,13 @@ class Robot(SimulatedRobot):
     def sendable(self, message):
         return copy.deepcopy(message)  # its header gets a sequence number when published
 
-    def is_over(self, goal):
-        return self.status_of(goal) != GoalStatus.ACTIVE
+    def is_cancelled(self, goal):
+        return self.status_of(goal) == GoalStatus.PREEMPTING
 
     def end_goal(self, goal, kind, result):
-        if kind == "error":
+        if kind == "cancelled":
+            goal.set_canceled(result)
+        elif kind == "error":
             goal.set_aborted(result)
         else:
             goal.set_succeeded(result)

@@ -221,8 +221,8 @@ class ActionRelay(Action):
 
     def _finish(self, goal, kind, payload):
         Action._finish(self, goal, kind, payload)
-        if kind == "error":
-            self._end(goal, GoalStatus.STATUS_ABORTED)
+        cancelled = kind == "cancelled"
+        self._end(goal, GoalStatus.STATUS_CANCELED if cancelled else GoalStatus.STATUS_ABORTED)
 
     def _watch(self, goal):
         over = Action._watch(self, goal)

@@ -24,6 +24,8 @@ from std_msgs.msg import String
 
 TIMEOUT = 0.8
 """The controller's deadline for services, in seconds; late answers make calls fail."""
+REFUSED = 0.3
+"""The fraction of cancels that the robot refuses; the controller repeats them."""
 SILENCE = 0.3
 """Seconds: the timeout of messages."""
 
@@ -107,10 +109,14 @@ class Robot(SimulatedRobot):
             name,
             act,
             goal_callback=asked,
-            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            cancel_callback=lambda _: self._cancel_answer(),
             # One at a time: a goal may arrive before the previous one was answered.
             callback_group=MutuallyExclusiveCallbackGroup(),
         )
+
+    def _cancel_answer(self):
+        refused = self.random.random() < REFUSED
+        return CancelResponse.REJECT if refused else CancelResponse.ACCEPT
 
     def response_type(self, service_type):
         return service_type.Response
@@ -124,13 +130,13 @@ class Robot(SimulatedRobot):
     def plain(self, message):
         return None if message is None else ros_messages.plain(message)
 
-    def is_over(self, goal):
-        if goal.is_cancel_requested:
-            goal.canceled()
+    def is_cancelled(self, goal):
         return goal.is_cancel_requested
 
     def end_goal(self, goal, kind, result):
-        if kind == "error":
+        if kind == "cancelled":
+            goal.canceled()
+        elif kind == "error":
             goal.abort()
         else:
             goal.succeed()

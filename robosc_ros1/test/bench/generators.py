@@ -140,7 +140,9 @@ def _phase(plant: Plant, variable: int, labels: dict[int, list[str]]) -> Automat
                 for label in labels[id(event)]
             ]
     events = frozenset(label for _, label, _ in transitions)
-    return Automaton(2, frozenset({0}), events, tuple(transitions))
+    phases = plant.variables[variable]
+    marked = frozenset(range(phases.size)) if phases.marked is None else phases.marked
+    return Automaton(phases.size, marked, events, tuple(transitions))
 
 
 def _free(labels: list[str]) -> Automaton:

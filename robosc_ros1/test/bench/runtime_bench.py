@@ -172,8 +172,7 @@ def watching_controller() -> tuple[Controller, list[float]]:
     controller.INPUTS = tuple(entry for n in range(WATCHED) for entry in entries(n))
     controller.COMMANDS = ()
     controller.COMMUNICATIONS = tuple(
-        Communication(f"In.m{n}", f"m{n}", "outgoing", None, ("silent", "fresh"), SILENCE)
-        for n in range(WATCHED)
+        Communication(f"In.m{n}", f"m{n}", "outgoing", (), (), SILENCE) for n in range(WATCHED)
     )
     controller.TAUS = ()
     controller.undefined = {}
@@ -206,7 +205,7 @@ def wide_controller(size: int) -> Controller:
 
         read = Input(f"In.m{number}", "response", reader, apply, (name,))
         sent = f"Out.m{number}"
-        command = Command(sent, "request", guard, None, None, None, None, (name,), (), ())
+        command = Command(sent, "request", guard, None, None, None, (name,), (), ())
         return read, command
 
     controller = Controller()

@@ -134,8 +134,7 @@ class _State:
         """The commands that are possible, with their data; cancels alone if there are any."""
         found: dict[tuple[str, str], Any] = {}
         for command in self.controller.COMMANDS:
-            busy = command.busy is not None and self.controller.__dict__[command.busy]
-            if busy != (command.kind == "cancel") or not command.guard(self.controller):
+            if not command.possible(vars(self.controller)) or not command.guard(self.controller):
                 continue
             if command.synchronisation is None or command.synchronisation(self.controller):
                 found[command.kind, command.key] = self._data(command)
@@ -157,9 +156,8 @@ class _State:
         return impossible or reasons
 
     def shown(self) -> str:
-        phases = [c.phase for c in self.controller.COMMUNICATIONS if c.phase is not None]
-        phase = [self.controller.__dict__[name] for name in phases]
-        state = self.controller.components(), self.controller.variables(), phase, self.running
+        phases = [self.controller.phase(c) for c in self.controller.COMMUNICATIONS]
+        state = self.controller.components(), self.controller.variables(), phases, self.running
         reasons = [self._reasons(command) for command in self.controller.COMMANDS]
         return repr((state, self.enabled(), reasons, self.told))
 
@@ -298,15 +296,16 @@ def _events(
     """What can happen in both states, as text and for each of them."""
     one, other = (state.controller for state in pair)
     inputs = [{(e.key, e.kind): e for e in c.INPUTS} for c in (one, other)]
-    phases = {c.key: c.phase for c in one.COMMUNICATIONS}
+    phases = {c.key: one.phase(c) for c in one.COMMUNICATIONS}
     for keys in topics:
         for message in samples[keys[0], "response"]:
             both = tuple([(table[key, "response"], message) for key in keys] for table in inputs)
             yield f"{keys[0]} {message}", both  # type: ignore[misc]
     told = {key for keys in topics for key in keys}
     for (key, kind), entry in inputs[0].items():
-        phase = phases[key]
-        if (kind == "response" and key in told) or not (phase and one.__dict__[phase]):
+        if (kind == "response" and key in told) or phases[key] in ("", "idle", "silent"):
+            continue
+        if (kind == "cancelled") > (phases[key] == "cancelling"):
             continue
         for message in samples.get((key, kind), (None,)):
             yield f"{kind} of {key}", ([(entry, message)], [(inputs[1][key, kind], message)])

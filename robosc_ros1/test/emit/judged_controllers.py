@@ -117,6 +117,7 @@ class Robot(PlayedPort):
         self.told: dict[tuple[str, str], deque[Any]] = {}
         self.last: dict[str, tuple[list[str], Any]] = {}
         self.running: dict[str, int] = {}
+        self.withdrawn: set[int] = set()
         self.spoilt = spoilt
         topics: dict[str, list[str]] = defaultdict(list)
         for key, communication in self.plant.items():
@@ -142,7 +143,12 @@ class Robot(PlayedPort):
     start = call
 
     def cancel(self, key: str, token: int) -> None:
-        self.running.pop(key, None)
+        self.withdrawn.add(token)
+
+    @property
+    def goals(self) -> set[str]:
+        """The actions whose goals go on, cancelled or not."""
+        return {key for key in self.running if self.plant[key]["kind"] == "action"}
 
     def abandon(self, key: str, token: int) -> None:
         self.running.pop(key, None)
@@ -192,11 +198,11 @@ class Robot(PlayedPort):
                 setattr(functools.reduce(getattr, outer, message), name, number)
                 yield message
 
-    def act(self, engine: Engine, step: Any, fresh: dict[str, bool]) -> None:
+    def act(self, engine: Engine, step: Any, phase: dict[str, str]) -> None:
         """Do as the step says, or whatever comes, or fall silent for a while."""
         if step is not None and step[0] == "wait":
             for keys, message in list(self.last.values()):
-                if step[1] not in keys and any(map(fresh.get, keys)):
+                if step[1] not in keys and "fresh" in map(phase.get, keys):
                     self._publish(engine, keys, message)
         if step is None or step[0] in ("request", "cancel", "wait"):
             self.time += 0.11 if step else self.chance.choice([0.03, 0.03, 0.03, 0.11])
@@ -208,6 +214,8 @@ class Robot(PlayedPort):
         if step[0] == "publish":
             self._publish(engine, step[1], step[2])
         elif step[0] == "answer" and step[1] in self.running:
+            if step[2] == "cancelled" and self.running[step[1]] not in self.withdrawn:
+                return
             self._answer(engine, *step[1:])
 
     def _random_step(self) -> Any:
@@ -215,7 +223,12 @@ class Robot(PlayedPort):
         if running:
             key = self.chance.choice(running)
             action = self.plant[key]["kind"] == "action"
-            kind = self.chance.choice(["response", "error"] + ["feedback"] * action)
+            kinds = ["response", "error"] + ["feedback"] * action
+            if self.running[key] in self.withdrawn:
+                kinds += ["cancelled"] * 3
+            kind = self.chance.choice(kinds)
+            if kind == "cancelled":
+                return "answer", key, kind, None
             if kind == "error":
                 brings = action and self.plant[key]["response"] != ["none"]
                 with_result = brings and self.chance.random() < 0.7
@@ -239,7 +252,8 @@ class Robot(PlayedPort):
     def _answer(self, engine: Engine, key: str, kind: str, message: Any) -> None:
         self.told.setdefault((key, kind), deque()).append(message)
         token = self.running[key] if kind == "feedback" else self.running.pop(key)
-        engine.report(key, token, kind, Failure("", message) if kind == "error" else message)
+        failed = kind in ("error", "cancelled")
+        engine.report(key, token, kind, Failure("", message) if failed else message)
 
 
 def _numbers_in(type_: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -334,7 +348,7 @@ def play(engine: Engine, robot: Robot, judge: Any, rounds: int, act: Callable[..
         is_waiting = step is not None and step[0] == "wait"
         has_lapsed, text = judge.lapse(step[1]) if is_waiting else (lambda: True, "")
         for _ in range(MOMENTS):
-            act(engine, step, judge.shadow.fresh)
+            act(engine, step, judge.shadow.phase)
             engine.cycle()
             tell()
             if has_lapsed():

@@ -13,7 +13,6 @@ from typing import Any
 
 from emit.judged_controllers import Robot, engine_of, guide_of, play
 
-from robosc.runtime.calls import Failure
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.supervisor_engine import SupervisorEngine
 
@@ -28,20 +27,13 @@ class Both(Robot):
     def __init__(self, judging: Any, seed: int) -> None:
         super().__init__(judging, seed, lambda data: data)
         self.commands = [k for k, c in self.plant.items() if c["kind"] != "outgoing message"]
-        self.withdrawn: list[tuple[str, int]] = []
 
     def blocked(self, text: str) -> None:
         self.judge.on_blocked(SimpleNamespace(data=text))
 
-    def cancel(self, key: str, token: int) -> None:
-        super().cancel(key, token)
-        self.withdrawn.append((key, token))
-
-    def act_both(self, engine: Any, step: Any, fresh: dict[str, bool]) -> None:
+    def act_both(self, engine: Any, step: Any, phase: dict[str, str]) -> None:
         """Do as the step says, or whatever comes, on both sides."""
-        while self.withdrawn:
-            engine.report(*self.withdrawn.pop(), "error", Failure("", None))
-        self.act(engine, step, fresh)
+        self.act(engine, step, phase)
         if step is None or step[0] == "wait":
             for _ in range(self.chance.randint(0, 2)):
                 self._wish_anything(engine)

@@ -33,7 +33,7 @@ class Run:
         self.plant = supervisor.plant
         self.controller = make()
         self.controller.configure(parameters)
-        self.busy = {key: name for name, key in _phases(self.controller).items()}
+        self.rows = {c.key: c for c in self.controller.COMMUNICATIONS}
         self.attributes = dict(context.variables)
         self.guards = {id(g.event): g for g in supervisor.guards}
 
@@ -45,9 +45,7 @@ class Run:
             case StateRef(component=component, state=name):
                 return bool(self.controller.components()[component] == name)
             case PhaseRef(communication=key, phase=phase):
-                phases = self.plant.robot.communications[key].phases
-                assert phases is not None
-                return phases.names[int(getattr(self.controller, self.busy[key]))] == phase
+                return bool(self.controller.phase(self.rows[key]) == phase)
             case ValueRef(path=path):
                 return part_of_value(value, path)
         raise TypeError(leaf)
@@ -62,7 +60,7 @@ class Run:
         if variable.kind is VariableKind.LOCATION:
             return self.controller.components()[variable.name]
         if variable.kind is VariableKind.PHASE:
-            return variable.values[int(getattr(self.controller, self.busy[variable.name]))]
+            return self.controller.phase(self.rows[variable.name])
         return getattr(self.controller, self.attributes[variable.name])
 
     def perform(self, event: Event, value: Value | None) -> bool:
@@ -78,7 +76,7 @@ class Run:
         entry = next(e for e in table if (e.key, e.kind) == (event.key, event.kind.value))
         if event.controllable:
             conditions = (entry.guard, entry.synchronisation)
-            if event.phase is not None and getattr(self.controller, entry.busy):
+            if not entry.possible(vars(self.controller)):
                 return False
             if not all(_call(self.controller, c) for c in conditions if c is not None):
                 return False
@@ -90,10 +88,6 @@ class Run:
         except Mismatch:
             return False
         return True
-
-
-def _phases(controller: Any) -> dict[str, str]:
-    return {c.busy: c.key for c in controller.COMMANDS if c.busy is not None}
 
 
 def _call(controller: Any, method: Any, *arguments: Any) -> Any:

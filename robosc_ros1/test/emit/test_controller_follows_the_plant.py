@@ -31,7 +31,7 @@ from robosc.expr.types import (
 )
 from robosc.model.entities import EventKind
 from robosc.plant import part_names
-from robosc.plant.automaton import Event, Plant, PlantState, VariableKind
+from robosc.plant.automaton import Event, Plant, PlantState, StateVariable, VariableKind
 from robosc.plant.step import Verdict, holds, outcome, valuations
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Command
@@ -49,33 +49,39 @@ class Twin:
         self.plant: Plant = self.supervisor.plant
         make, context = controller_class(self.supervisor)
         self.controller = make()
-        phases = {c.busy: c.key for c in (*self.controller.COMMANDS,) if c.busy is not None}
+        self.rows = {c.key: c for c in self.controller.COMMUNICATIONS}
         names = {(VariableKind.LOCATION, name): attribute for name, attribute in context.locations}
         names |= {(VariableKind.DATA, name): attribute for name, attribute in context.variables}
-        names |= {(VariableKind.PHASE, key): attribute for attribute, key in phases.items()}
-        self.attributes = [names[variable.kind, variable.name] for variable in self.plant.variables]
+        self.attributes = {v: names[v.kind, v.name] for v in self.plant.variables if not _phase(v)}
         self.inputs = {(i.key, i.kind): i for i in self.controller.INPUTS}
         self.commands = {(c.key, c.kind): c for c in self.controller.COMMANDS}
         self.afters = {(a.component, a.number): a for a in self.controller.AFTERS}
         self.taus = {(t.component, t.number): t for t in self.controller.TAUS}
 
     def put(self, state: PlantState) -> None:
-        for variable, index, attribute in zip(
-            self.plant.variables, state, self.attributes, strict=True
-        ):
-            value = index == 1 if variable.kind is VariableKind.PHASE else variable.values[index]
-            setattr(self.controller, attribute, value)
+        for variable, index in zip(self.plant.variables, state, strict=True):
+            if _phase(variable):
+                for number, flag in enumerate(self.rows[variable.name].flags, 1):
+                    setattr(self.controller, flag, index == number)
+            else:
+                setattr(self.controller, self.attributes[variable], variable.values[index])
 
     def state(self) -> PlantState:
         return tuple(
-            int(getattr(self.controller, attribute))
-            if variable.kind is VariableKind.PHASE
-            else variable.values.index(getattr(self.controller, attribute))
-            for variable, attribute in zip(self.plant.variables, self.attributes, strict=True)
+            variable.values.index(
+                self.controller.phase(self.rows[variable.name])
+                if _phase(variable)
+                else getattr(self.controller, self.attributes[variable])
+            )
+            for variable in self.plant.variables
         )
 
     def call(self, method: Callable[..., Any] | None, *arguments: Any) -> Any:
         return method(self.controller, *arguments) if method is not None else None
+
+
+def _phase(variable: StateVariable) -> bool:
+    return variable.kind is VariableKind.PHASE
 
 
 def incoming(plant: Plant, event: Event, values: tuple[Value | None, ...]) -> Any:
@@ -128,6 +134,7 @@ def check_event(
     if event.controllable:
         command = twin.commands[event.key, event.kind.value]
         in_phase = event.phase is None or state[event.phase.variable] in event.phase.sources
+        assert command.possible(vars(twin.controller)) == in_phase
         synchronisation = command.synchronisation is None or twin.call(command.synchronisation)
         assert (in_phase and synchronisation) == (not isinstance(expected, Verdict)), event
         check_reasons(twin, event, state, command)

@@ -48,7 +48,7 @@ robot Docks {
             state parking {
                 on response from park goto full
                 on error from park goto empty
-                on cancel from park goto empty
+                on cancelled from park goto empty
             }
             marked state full {
                 on request to lift do count := 1

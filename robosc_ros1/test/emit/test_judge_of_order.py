@@ -104,7 +104,7 @@ def test_a_supervisor_leaves_preferences_to_the_other_controller(
     guarding = importlib.import_module("guard_judge")
     for make in (judging.Judge, guarding.GuardJudge):
         shadow = make(None, (), None).shadow
-        shadow.fresh["Eye.near"] = True
+        shadow.phase["Eye.near"] = "fresh"
         assert shadow.is_enabled("request", "Base.drive")
         if make is judging.Judge:
             with pytest.raises(judging.Wrong, match="which is preferred"):

@@ -83,9 +83,9 @@ def test_a_silence_that_came_while_the_guide_thought_is_not_awaited(
 ) -> None:
     judging, source = watched
     judge = judged(judging, source)
-    key = next(iter(judge.shadow.fresh))
+    (key,) = judge.shadow.watched
     for is_fresh in (True, False):
-        judge.shadow.fresh[key] = is_fresh
+        judge.shadow.phase[key] = "fresh" if is_fresh else "silent"
         has_lapsed, _ = judge.lapse(key)
         assert has_lapsed() != is_fresh
 

@@ -40,7 +40,7 @@ robot Courier {
                 on response from navigate do tries := 0 goto idle
                 on error from navigate if value.code = 3 or value.left[1] > 9
                     do last := value.code, length := length(value.left) goto blocked
-                on cancel from navigate goto idle
+                on cancelled from navigate goto idle
             }
             marked state blocked {
                 on response from battery do tries := 0 goto idle

@@ -85,7 +85,7 @@ REACTION = "on response from seen do last := value"
         (REACTION, "on response from |", ["seen", "shape", "turn"]),
         (REACTION, "on feedback from |", ["turn"]),
         (REACTION, "on response, error from |", ["seen", "shape", "turn"]),
-        (REACTION, "on response, |", ["cancel from", "error from", "feedback from"]),
+        (REACTION, "on response, |", ["cancel from", "cancelled from", "error from"]),
         (REACTION, "on response from { seen, | }", ["seen", "shape", "turn"]),
         (REACTION, "on error, feedback from { | } goto open", ["turn"]),
         (REACTION, "on response, error from shape if value.|", ["orientation"]),

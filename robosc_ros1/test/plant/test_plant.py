@@ -63,6 +63,7 @@ def test_each_communication_has_its_events_in_model_order():
         ("act", "feedback", False),
         ("act", "error", False),
         ("act", "cancel", True),
+        ("act", "cancelled", False),
         ("go", "request", True),
         ("done", "response", False),
     ]
@@ -75,7 +76,10 @@ def test_each_communication_has_its_events_in_model_order():
         ("response", "busy", "idle"),
         ("feedback", "busy", "busy"),
         ("error", "busy", "idle"),
-        ("cancel", "busy", "idle"),
+        ("cancel", "busy", "cancelling"),
+        ("cancelled", "cancelling", "idle"),
+        ("response", "cancelling", "idle"),
+        ("error", "cancelling", "idle"),
     ],
 )
 def test_an_action_goes_through_its_phases(kind, before, after):

@@ -1,4 +1,4 @@
-"""Whatever an action server does, each goal ends in exactly one response, error or cancel."""
+"""Whatever an action server does, each goal ends in exactly one response, error or cancelled."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def await_acceptance(ear: Puppet) -> None:
 
 def goals_end_once(node: Node) -> bool:
     kinds = [e["event"]["kind"] for e in node.events() if e["event"]["name"] == "run"]
-    kinds = [kind for kind in kinds if kind != "feedback"]
+    kinds = [kind for kind in kinds if kind not in ("feedback", "cancel")]
     return all(kind == "request" for kind in kinds[::2]) and all(
-        kind in ("response", "error", "cancel") for kind in kinds[1::2]
+        kind in ("response", "error", "cancelled") for kind in kinds[1::2]
     )
 
 
@@ -154,9 +154,9 @@ def test_a_server_that_is_restarted_forgets_the_goal(
         assert goals_end_once(node)
 
 
-@pytest.mark.parametrize("mode", ["hold", "deaf"])
-def test_a_cancel_ends_the_goal_whatever_the_server_answers(
-    stage: Stage, puppet: Puppet, ear: Puppet, mode: str
+@pytest.mark.parametrize(("mode", "end"), [("hold", "cancelled"), ("deaf", "response")])
+def test_a_cancelled_goal_ends_as_its_server_answers(
+    stage: Stage, puppet: Puppet, ear: Puppet, mode: str, end: str
 ) -> None:
     puppet.do("action", **RUN, mode=mode)
     with stage.controller(ear) as node:
@@ -165,6 +165,7 @@ def test_a_cancel_ends_the_goal_whatever_the_server_answers(
         want(puppet, False)
         node.tells(event("cancel", "run"))
         puppet.wait(lambda line: line.get("cancelled") == "/run", "the cancel")
+        node.tells(event(end, "run"))
         mark = ear.mark
         puppet.do("action", **RUN, mode="succeed")
         want(puppet, True)
@@ -187,12 +188,14 @@ def test_a_cancelled_goal_that_goes_on_is_a_fault_and_holds_the_next(
         node.tells(event("cancel", "run"))
         mark, heard = puppet.mark, ear.mark
         want(puppet, True)
-        node.shows(lambda s: any("run: a goal goes on" in fault for fault in s["faults"]))
+        told = node.shows(lambda s: any("run: a goal goes on" in fault for fault in s["faults"]))
+        assert told["communications"]["run"] == "cancelling"
         # The server is asked again.
         ear.hears("/run/cancel", lambda message: message["id"] == asked["id"], since=heard)
         puppet.do("finish", name="/run", mode=end)
         again = puppet.wait(lambda line: line.get("asked") == "/run", "another goal", since=mark)
         assert again["running"] == 0
+        node.tells(event({"succeed": "response", "abort": "error"}.get(end, "cancelled"), "run"))
         node.shows(lambda s: s["faults"] == [], since=ear.mark)
         assert [e["outcome"] for e in node.events() if e["outcome"] != "applied"] == []
 

@@ -6,6 +6,7 @@ import signal
 from collections.abc import Callable
 from typing import Any
 
+import pytest
 from ros2.bed import HERE
 from ros2.ros2_support import Graph, Peer, Process
 from ros_support import stopped
@@ -77,22 +78,27 @@ def test_absence_of_the_server_becomes_an_error(graph: Graph, controller: Start)
     assert missing not in str(told["faults"])
 
 
-def test_a_violated_requirement_cancels(graph: Graph, controller: Start) -> None:
+@pytest.mark.parametrize("end", ["canceled", "succeed", "abort"])
+def test_a_violated_requirement_cancels(graph: Graph, controller: Start, end: str) -> None:
     controller()
     robot = ready(graph)
     goal = robot.expect("goal", name="reach")
     robot.publish("person", READING, {"valid": True, "distance": 0.5})
     assert robot.expect("cancel", name="reach")["id"] == goal["id"]
-    state = arm(robot, "resting")
-    assert state["communications"]["reach"] == "idle"
-    # The result of a goal that was cancelled is nobody's any more, whatever it is.
-    told(robot, goal, end="succeed", result={"code": 0})
+    # It goes on until the server says how it has ended.
+    arm(robot, "reaching", lambda s: s["communications"]["reach"] == "cancelling")
+    told(robot, goal, feedback={"progress": 0.5})
+    told(robot, goal, end=end, result={"code": 0})
+    state = arm(robot, "resting", lambda s: s["communications"]["reach"] == "idle")
+    assert state["variables"]["Arm.last"] == ("good" if end == "succeed" else "bad")
+    assert state["variables"]["Arm.progress"] == 0.0
     robot.publish("person", READING, {"valid": True, "distance": 5.0})
-    told(robot, robot.expect("goal", name="reach"), end="succeed", result={"code": 7})
+    told(robot, robot.expect("goal", name="reach"), end="succeed", result={"code": 0})
     # The arm rests for a moment only, which need not be told: it is wanted to reach again.
-    state = robot.expect_state("guarded_arm", lambda s: s["counters"]["inputs"] >= 5)
-    assert state["variables"]["Arm.last"] == "bad"
-    assert state["counters"]["errors"] == state["counters"]["mismatches"] == 0
+    state = robot.expect_state("guarded_arm", lambda s: s["counters"]["inputs"] >= 6)
+    assert state["variables"]["Arm.last"] == "good"
+    assert state["counters"]["errors"] == (end == "abort")
+    assert state["counters"]["mismatches"] == 0
 
 
 def test_a_refused_cancel_is_survived(graph: Graph, controller: Start) -> None:
@@ -117,8 +123,11 @@ def test_a_refused_cancel_is_survived(graph: Graph, controller: Start) -> None:
 def test_a_goal_over_its_deadline_is_cancelled(graph: Graph, controller: Start) -> None:
     node = controller(goal_timeout__reach=0.4, rate=0.1)
     robot = ready(graph)
-    robot.expect("goal", name="reach")
+    goal = robot.expect("goal", name="reach")
     robot.expect("cancel", name="reach")
+    arm(robot, "reaching")
+    assert "reach is cancelled: deadline exceeded" in node.output
+    told(robot, goal, end="canceled")
     arm(robot, "resting", lambda s: s["counters"]["errors"] == 1)
     assert "reach failed: deadline exceeded" in node.output
 

@@ -14,6 +14,7 @@ from robosc.runtime.port import Port
 from robosc.runtime.values import Mismatch, in_range
 
 SENSOR, GO, HALT, LAMP, ARM = "Sensor.range", "Motor.go", "Motor.halt", "Lamp.light", "Arm.reach"
+ARM_FLAGS = ("arm_busy", "arm_cancelling")
 
 
 class LampController(Controller):
@@ -23,8 +24,8 @@ class LampController(Controller):
         Communication(SENSOR, "range", "outgoing"),
         Communication(GO, "go", "incoming"),
         Communication(HALT, "halt", "incoming"),
-        Communication(LAMP, "light", "service", "lamp_busy"),
-        Communication(ARM, "reach", "action", "arm_busy"),
+        Communication(LAMP, "light", "service", ("lamp_busy",), ("idle", "busy")),
+        Communication(ARM, "reach", "action", ARM_FLAGS, ("idle", "busy", "cancelling")),
     )
     STEP_BOUND = 3
 
@@ -33,7 +34,7 @@ class LampController(Controller):
         self.clear = False
         self.speed = 0.0
         self.lamp_busy = False
-        self.arm_busy = False
+        self.arm_busy = self.arm_cancelling = False
         self.arm = "idle"
         self.spin = 0
         self.lamp_allowed = True
@@ -60,7 +61,7 @@ class LampController(Controller):
         self.lamp_busy = False
 
     def on_reach_end(self, value: Any) -> None:
-        self.arm_busy = False
+        self.arm_busy = self.arm_cancelling = False
         self.arm = "idle"
 
     def on_reach_feedback(self, value: Any) -> None:
@@ -91,7 +92,7 @@ class LampController(Controller):
         self.arm_busy, self.arm = True, "reaching"
 
     def on_cancel(self) -> None:
-        self.arm_busy, self.arm = False, "idle"
+        self.arm_busy, self.arm_cancelling, self.arm = False, True, "stopping"
 
     def tau_settled(self) -> str | None:
         if self.spin == 0:
@@ -103,24 +104,25 @@ class LampController(Controller):
         Input(SENSOR, "response", read_range, on_range, ("clear", "speed")),
         Input(LAMP, "response", read_light, on_light_end, ("lamp_busy",)),
         Input(LAMP, "error", None, on_light_end, ("lamp_busy",)),
-        Input(ARM, "response", None, on_reach_end, ("arm_busy", "arm")),
+        Input(ARM, "response", None, on_reach_end, (*ARM_FLAGS, "arm")),
         Input(ARM, "feedback", None, on_reach_feedback, ()),
-        Input(ARM, "error", None, on_reach_end, ("arm_busy", "arm")),
+        Input(ARM, "error", None, on_reach_end, (*ARM_FLAGS, "arm")),
+        Input(ARM, "cancelled", None, on_reach_end, (*ARM_FLAGS, "arm")),
     )
     COMMANDS = (
-        Command(GO, "request", can_go, None, None, data_go, None, ("clear",), (), (0,)),
-        Command(HALT, "request", can_halt, None, None, None, None, ("clear",), (), (1,)),
+        Command(GO, "request", can_go, None, data_go, None, ("clear",), (), (0,)),
+        Command(HALT, "request", can_halt, None, None, None, ("clear",), (), (1,)),
         Command(
-            LAMP, "request", can_light, None, "lamp_busy", None, do_light, ("lamp_allowed",),
-            ("lamp_busy",), (),
+            LAMP, "request", can_light, None, None, do_light, ("lamp_allowed",),
+            ("lamp_busy",), (), unless=("lamp_busy",),
         ),
         Command(
-            ARM, "request", can_reach, arm_idle, "arm_busy", None, do_reach, ("arm", "clear"),
-            ("arm_busy", "arm"), (2,), partners=(("Arm", arm_idle),),
+            ARM, "request", can_reach, arm_idle, None, do_reach, ("arm", "clear"),
+            ("arm_busy", "arm"), (2,), unless=ARM_FLAGS, partners=(("Arm", arm_idle),),
         ),
         Command(
-            ARM, "cancel", can_cancel, None, "arm_busy", None, on_cancel, ("clear",),
-            ("arm_busy", "arm"), (2,),
+            ARM, "cancel", can_cancel, None, None, on_cancel, ("clear",),
+            (*ARM_FLAGS, "arm"), (2,), during=("arm_busy",),
         ),
     )  # fmt: skip
     TAUS = (Tau("Sensor", 1, tau_settled, ("spin",), ("spin",)),)
@@ -143,6 +145,7 @@ class PlayedPort(Port):
         self.logs: list[tuple[str, str]] = []
         self.exits: list[int] = []
         self.silent: float | None = None
+        self.gone = False
         self.broken: set[str] = set()
 
     def now(self) -> float:
@@ -167,6 +170,9 @@ class PlayedPort(Port):
 
     def silence(self, key: str) -> float | None:
         return self.silent
+
+    def lost(self, key: str) -> bool:
+        return self.gone
 
     def log(self, level: str, text: str) -> None:
         self.logs.append((level, text))

@@ -74,7 +74,7 @@ class WatchController(Controller):
         return "rest->ready"
 
     COMMUNICATIONS = (
-        Communication(SCAN, "scan", "outgoing", "scan_fresh", ("silent", "fresh"), 0.5),
+        Communication(SCAN, "scan", "outgoing", ("scan_fresh",), ("silent", "fresh"), 0.5),
         Communication(DRIVE, "drive", "incoming"),
         Communication(HALT, "halt", "incoming"),
     )
@@ -84,11 +84,11 @@ class WatchController(Controller):
     )
     COMMANDS = (
         Command(
-            DRIVE, "request", can_drive, in_ready, None, None, None,
+            DRIVE, "request", can_drive, in_ready, None, None,
             ("free", "motor", "scan_fresh"), (), (),
         ),
         Command(
-            HALT, "request", can_halt, None, None, None, do_halt,
+            HALT, "request", can_halt, None, None, do_halt,
             ("free", "scan_fresh"), ("motor", "motor_entries"), (),
         ),
     )  # fmt: skip

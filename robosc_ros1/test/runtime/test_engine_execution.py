@@ -85,19 +85,6 @@ def test_an_action_that_mirrors_its_phase_is_not_started_again_at_once() -> None
     assert ARM in played.wait(0.02)
 
 
-def test_a_cancel_leaves_at_once_and_later_results_are_dropped() -> None:
-    played = Played()
-    played.begin()
-    token = played.port.tokens[ARM]
-    played.see(50)
-    assert played.port.cancelled == [(ARM, token)]
-    assert played.controller.arm == "idle"
-    played.engine.report(ARM, token, "response", None)
-    played.engine.cycle()
-    assert played.counter("late") == 1
-    assert played.counter("mismatches") == 0
-
-
 def test_a_request_ends_once_however_often_it_is_answered() -> None:
     played = Played()
     played.begin()
@@ -118,19 +105,6 @@ def test_a_call_without_answer_becomes_one_error_at_its_deadline() -> None:
     played.wait(0.02)
     assert played.counter("errors") == 1
     assert (LAMP, token) in played.port.abandoned
-
-
-def test_an_accepted_goal_has_its_own_deadline() -> None:
-    played = Played(timeout={ARM: 2.0}, goal_timeout={ARM: 30.0}, server_lost_after=1e9)
-    played.begin()
-    played.engine.report(ARM, played.port.tokens[ARM], "accepted")
-    played.engine.cycle()
-    played.wait(29.0)
-    assert played.controller.arm_busy
-    played.wait(1.1)
-    assert [e.detail for e in played.engine.recorder.take() if e.name == "reach"][1] == (
-        "deadline exceeded"
-    )
 
 
 def test_a_silent_server_is_lost() -> None:

@@ -76,6 +76,10 @@ class SlowScheduler:
             self.turns += 1
 
 
+def phases(command: ScheduledCommand) -> tuple[str, ...]:
+    return (*command.row.during, *command.row.unless)
+
+
 def random_controller(chance: random.Random) -> Controller:
     """Messages and actions with guards over flags; some wait for others."""
     controller = Controller()
@@ -94,15 +98,18 @@ def random_controller(chance: random.Random) -> Controller:
         above = tuple(n for n in above if rows[n].kind == "request")
         rows.append(
             Command(
-                key, "request", guard(names, chance.random() < 0.7), None, busy, None, None,
+                key, "request", guard(names, chance.random() < 0.7), None, None, None,
                 names, (), (), yields_to=above if chance.random() < 0.4 else (),
+                unless=(busy,) if busy else (),
             )
         )  # fmt: skip
         if busy and chance.random() < 0.6:
             names = tuple(chance.sample(FLAGS, 1))
-            rows.append(
-                Command(key, "cancel", guard(names, True), None, busy, None, None, names, (), ())
+            allowed = guard(names, True)
+            cancel = Command(
+                key, "cancel", allowed, None, None, None, names, (), (), during=(busy,)
             )
+            rows.append(cancel)
     controller.COMMANDS = tuple(rows)
     controller.COMMUNICATIONS = tuple(Communication(k, k, s) for k, s in sorts.items())
     for name in (*FLAGS, *BUSY):
@@ -132,7 +139,8 @@ def test_the_same_commands_in_the_same_order(order: str, seed: int) -> None:
         written = chance.sample((*FLAGS, *BUSY), chance.randint(0, 3))
         for name in written:
             setattr(controller, name, chance.random() < 0.5)
-        ended = next((c.key for c in fast.commands if c.busy in written and not c.possible), None)
+        changed = [c for c in fast.commands if set(phases(c)) & set(written)]
+        ended = next((c.key for c in changed if not c.possible), None)
         fast.update(fast.affected(frozenset(written)), ended, now)
         if written:
             slow.update(ended, now)
@@ -143,9 +151,9 @@ def test_the_same_commands_in_the_same_order(order: str, seed: int) -> None:
                 break
             performed += 1
             writes: set[str] = set()
-            if command.busy:
-                setattr(controller, command.busy, not command.is_cancel)
-                writes.add(command.busy)
+            for busy in phases(command):
+                setattr(controller, busy, not command.is_cancel)
+                writes.add(busy)
             if chance.random() < 0.2:
                 flag = chance.choice(FLAGS)
                 setattr(controller, flag, not getattr(controller, flag))

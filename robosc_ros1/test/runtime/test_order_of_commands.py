@@ -48,8 +48,8 @@ class TurnController(Controller):
         Input(ASTERN, "response", read, on_astern, ("astern",)),
     )
     COMMANDS = (
-        Command(FORWARD, "request", can_forward, None, None, None, None, ("astern",), (), ()),
-        Command(BACKWARD, "request", can_backward, None, None, None, None, ("ahead",), (), ()),
+        Command(FORWARD, "request", can_forward, None, None, None, ("astern",), (), ()),
+        Command(BACKWARD, "request", can_backward, None, None, None, ("ahead",), (), ()),
     )
     TAUS = ()
 
@@ -80,7 +80,7 @@ class PreferringController(LampController):
 
     COMMANDS = (
         LampController.COMMANDS[0],
-        Command(HALT, "request", may_halt, None, None, None, None, (), (), (), yields_to=(0,)),
+        Command(HALT, "request", may_halt, None, None, None, (), (), (), yields_to=(0,)),
     )
 
 

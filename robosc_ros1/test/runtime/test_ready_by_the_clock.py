@@ -126,14 +126,15 @@ class RandomController(Controller):
             setattr(self, fresh, True)
 
         phases = ("silent", "fresh")
-        self.COMMUNICATIONS += (Communication(key, key, "outgoing", fresh, phases, delay),)
+        self.COMMUNICATIONS += (Communication(key, key, "outgoing", (fresh,), phases, delay),)
         self.INPUTS += (Input(key, "response", None, heard, (fresh, *FLAGS)),)
         self._add_end(key, "timeout", fresh)
 
     def _add_service(self, key: str, busy: str) -> None:
         setattr(self, busy, False)
         delay = self._witness.delays[key] = self._chance.choice([0.5, 1.0, 1.5])
-        self.COMMUNICATIONS += (Communication(key, key, "service", busy, timeout=delay),)
+        phases = ("idle", "busy")
+        self.COMMUNICATIONS += (Communication(key, key, "service", (busy,), phases, delay),)
         self._add_end(key, "error", busy)
         self._add_command(key, self._chance.choice(FLAGS), busy)
 
@@ -154,7 +155,7 @@ class RandomController(Controller):
 
         apply, reads = (begin, (flag, busy)) if busy else (None, (flag,))
         writes = (busy,) if busy else ()
-        row = Command(key, "request", allowed, None, busy, None, apply, reads, writes, ())
+        row = Command(key, "request", allowed, None, None, apply, reads, writes, (), unless=writes)
         self.COMMANDS += (row,)
 
 

@@ -136,7 +136,7 @@ def test_a_preference_neither_blocks_nor_lets_pass(requirements: tuple[int, ...]
         COMMANDS = (
             LampController.COMMANDS[0],
             Command(
-                HALT, "request", lambda _: True, None, None, None, None, (), (), requirements,
+                HALT, "request", lambda _: True, None, None, None, (), (), requirements,
                 yields_to=(0,),
             ),
         )  # fmt: skip
@@ -322,7 +322,7 @@ class OnceController(LampController):
 
     COMMANDS = (
         Command(
-            GO, "request", can_go_once, None, None, None, do_go, ("clear", "goes"), ("goes",), (0, 3)
+            GO, "request", can_go_once, None, None, do_go, ("clear", "goes"), ("goes",), (0, 3)
         ),
         *LampController.COMMANDS[1:],
     )  # fmt: skip

@@ -310,17 +310,22 @@ class Run:
         return default_message(self._bag.store, type_) if known else None
 
     def record_cancel(self, key: str, token: int) -> None:
-        self._open.pop(token, None)
         self._show(self._communications[key], token, "cancel", {})
+        # Apart from the messages of sensors: those of the robot must not overtake each other.
+        self._at(0.02, lambda: self._end_cancelled(token))
+
+    def _end_cancelled(self, token: int) -> None:
+        key = self._open.pop(token, None)
+        if key is not None:
+            self._show(self._communications[key], token, "canceled", {})
+            self._engine.report(key, token, "cancelled", Failure("preempted"))
 
     def _show(self, one: Communication, token: int, what: str, data: dict[str, Any]) -> None:
         """What the topics of an action show."""
         topic = self._topic(one)
         if not self._bag.ros_1:
-            status = {"goal": 2, "cancel": 3, "succeeded": 4, "aborted": 6}[what]
+            status = {"goal": 2, "cancel": 3, "succeeded": 4, "canceled": 5, "aborted": 6}[what]
             self._status(topic, token, status)
-            if what == "cancel":
-                self._status(topic, token, 5)
             return
         ident = {"goal_id": {"id": f"goal {token}"}}
         if what == "goal":
@@ -328,7 +333,8 @@ class Run:
         elif what == "cancel":
             self._record(f"{topic}/cancel", "actionlib_msgs/msg/GoalID", ident["goal_id"])
         else:
-            status = {"status": {**ident, "status": 3 if what == "succeeded" else 4}}
+            number = {"canceled": 2, "succeeded": 3, "aborted": 4}[what]
+            status = {"status": {**ident, "status": number}}
             self._record(f"{topic}/result", self._type(one, "ActionResult"), status)
 
     def _status(self, topic: str, token: int, status: int) -> None:

@@ -74,9 +74,23 @@ def test_goals_are_accepted_and_answered(player: Session) -> None:
 def test_a_goal_is_cancelled_when_its_requirement_is_violated(player: Session) -> None:
     done = play(player, "distance 0.1", "distance free")
     assert ("cancel", "grab") in [(h.kind, h.name) for h in done.happenings]
-    play(player, "expect !grab.busy")
-    with pytest.raises(Refused, match="grab is idle"):
-        player.do("grab.response")
+    play(player, "expect grab.cancelling")
+    with pytest.raises(Refused, match="grab is cancelling"):
+        player.do("grab.feedback")
+    play(player, "distance 0.1", "wait 1", "expect grab.cancelling")
+    play(player, "grab.cancelled", "wait 1", "expect grab.busy")
+    with pytest.raises(Refused, match="grab is busy"):
+        player.do("grab.cancelled")
+
+
+def test_a_goal_that_takes_too_long_is_cancelled_and_ends_as_its_server_says(
+    player: Session,
+) -> None:
+    play(player, "set goal_timeout/grab 3", "distance 0.1", "wait 5", "expect grab.busy")
+    done = player.do("grab.cancelled")
+    assert [(h.kind, h.detail) for h in done.happenings if h.name == "grab"] == [
+        ("error", "deadline exceeded")
+    ]
 
 
 def test_commands_are_not_typed(player: Session) -> None:

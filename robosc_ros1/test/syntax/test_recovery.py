@@ -71,7 +71,7 @@ model.rscd:9:24: error[syntax]: expected ':' after the name of the variable
 model.rscd:10:36: error[syntax]: expected a whole number
    10 |             variable y: integer(0..z) = 3
       |                                    ^
-model.rscd:12:20: error[syntax]: expected 'request', 'response', 'feedback', 'error', 'cancel' or 'timeout' after 'on'
+model.rscd:12:20: error[syntax]: expected 'request', 'response', 'feedback', 'error', 'cancel', 'cancelled' or 'timeout' after 'on'
    12 |                 on respnse from a goto t
       |                    ^^^^^^^ did you mean 'response'?
 model.rscd:13:43: error[syntax]: expected 'state', 'on', 'transition', 'after' or '}'

@@ -35,6 +35,7 @@ KINDS = {
         EventKind.FEEDBACK,
         EventKind.ERROR,
         EventKind.CANCEL,
+        EventKind.CANCELLED,
     ),
 }
 CONTROLLABLE = (EventKind.REQUEST, EventKind.CANCEL, EventKind.TAU)
@@ -323,8 +324,8 @@ class OracleEvents:
                     return self.get(state, "var", f"{component}.{variable}")
                 case StateRef(component=component, state=name):
                     return self.get(state, "at", component) == name
-                case PhaseRef(communication=key):
-                    return self.get(state, "phase", key) in ("busy", "fresh")
+                case PhaseRef(communication=key, phase=phase):
+                    return self.get(state, "phase", key) == phase
                 case ParameterRef(parameter=parameter):
                     return self.get(state, "parameter", parameter.key)
                 case ValueRef(path=path):

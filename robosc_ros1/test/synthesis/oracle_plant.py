@@ -90,10 +90,19 @@ class OraclePlant(OracleEvents):
                 raise Impossible
             after["phase", event.key] = "fresh" if event.kind is EventKind.RESPONSE else "silent"
             return
-        if phase != ("idle" if event.kind is EventKind.REQUEST else "busy"):
+        if event.kind is EventKind.REQUEST:
+            follows = {"idle": "busy"}
+        elif event.kind is EventKind.FEEDBACK:
+            follows = {"busy": "busy"}
+        elif event.kind is EventKind.CANCEL:
+            follows = {"busy": "cancelling"}
+        elif event.kind is EventKind.CANCELLED:
+            follows = {"cancelling": "idle"}
+        else:
+            follows = {"busy": "idle", "cancelling": "idle"}
+        if phase not in follows:
             raise Impossible
-        busy = event.kind in (EventKind.REQUEST, EventKind.FEEDBACK)
-        after["phase", event.key] = "busy" if busy else "idle"
+        after["phase", event.key] = follows[phase]
 
     def _step_component(
         self,
@@ -142,7 +151,7 @@ class OraclePlant(OracleEvents):
 
     def marked(self, state: OracleState) -> bool:
         for (what, name), value in zip(self.slots, state, strict=True):
-            if what == "phase" and value == "busy":
+            if what == "phase" and value in ("busy", "cancelling"):
                 return False
             if what == "at":
                 behaviour = self.robot.component(name).behaviour

@@ -66,7 +66,7 @@ def test_the_remedy_helps() -> None:
 
 
 def test_unhandled_cancel() -> None:
-    """A cancel leaves the component behind: synthesis forbids it, the error is handled."""
+    """The end of a cancelled goal leaves the component behind: synthesis forbids to cancel it."""
     found = supervisor_of(
         GRABBER.replace(
             "on response from grab goto idle",
@@ -78,8 +78,14 @@ def test_unhandled_cancel() -> None:
     )
     assert guard_text(found, "grab.cancel") == ("false", "never")
     why = explanation_of(found, "grab.cancel")
-    assert trace_text_of(why.trace) == ["grab.request", "m.response", "grab.cancel"]
-    assert why.remedy == "add 'on cancel from grab goto idle' in state grabbing of ObstacleGrabber"
+    assert trace_text_of(why.trace) == [
+        "grab.request",
+        "m.response",
+        "grab.cancel",
+        "grab.cancelled",
+    ]
+    remedy = "add 'on cancelled from grab goto idle' in state grabbing of ObstacleGrabber"
+    assert why.remedy == remedy
 
 
 DOOR = """

@@ -33,7 +33,7 @@ ACTION = """
 """
 
 
-def test_action_has_feedback_and_cancel_while_busy(subject: type[Subject]) -> None:
+def test_action_goes_on_after_a_cancel_until_its_server_ends_it(subject: type[Subject]) -> None:
     same(
         plant(subject, ACTION),
         """
@@ -41,7 +41,10 @@ def test_action_has_feedback_and_cancel_while_busy(subject: type[Subject]) -> No
         busy --a.response--> idle
         busy --a.feedback--> busy
         busy --a.error--> idle
-        busy --a.cancel--> idle
+        busy --a.cancel--> cancelling
+        cancelling --a.response--> idle
+        cancelling --a.error--> idle
+        cancelling --a.cancelled--> idle
         """,
     )
 
@@ -125,7 +128,10 @@ def test_cancel_is_never_blocked(subject: type[Subject]) -> None:
         two busy --a.response--> one idle
         two busy --a.feedback--> two busy
         two busy --a.error--> two idle
-        two busy --a.cancel--> two idle
+        two busy --a.cancel--> two cancelling
+        two cancelling --a.response--> one idle
+        two cancelling --a.error--> two idle
+        two cancelling --a.cancelled--> two idle
         """,
     )
 

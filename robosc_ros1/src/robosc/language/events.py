@@ -1,8 +1,8 @@
 """The tables of communications and their events, which every stage reads.
 
-Some communications have *phases*: a service or an action is idle or busy, an outgoing message
-with a timeout is silent or fresh. The first phase is the initial one. Each event of such a
-communication is possible in some phases and leads to one.
+Some communications have *phases*: a service is idle or busy, an action idle, busy or cancelling, an
+outgoing message with a timeout silent or fresh. The first phase is the initial one. Each event of
+such a communication is possible in some phases and leads to one.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ class EventKind(Enum):
     FEEDBACK = "feedback"
     ERROR = "error"
     CANCEL = "cancel"
+    CANCELLED = "cancelled"
     TIMEOUT = "timeout"
     TAU = "tau"
     AFTER = "after"
@@ -123,12 +124,15 @@ class CommunicationSort:
 
 
 _CALL = Phases(("idle", "busy"), marked=("idle",))
+# What is cancelled goes on until its server says that it has ended: what moves is not idle.
+_GOAL = Phases(("idle", "busy", "cancelling"), marked=("idle",))
 _WATCHED = Phases(("silent", "fresh"), marked=("silent", "fresh"))
 _REQUEST = EventSort(EventKind.REQUEST, ("idle",), "busy", brings="request")
 _RESPONSE = EventSort(EventKind.RESPONSE, ("busy",), "idle", brings="response")
 _ERROR = EventSort(EventKind.ERROR, ("busy",), "idle")
+_UNENDED = ("busy", "cancelling")
 
-ACTIVE = (*_CALL.active, *_WATCHED.active)
+ACTIVE = (*_GOAL.active, *_WATCHED.active)
 """The phases that conditions name: ``grab.busy``, ``scan.fresh``."""
 
 COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
@@ -155,13 +159,14 @@ COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
         ("request", "response", "feedback"),
         (
             _REQUEST,
-            _RESPONSE,
+            EventSort(EventKind.RESPONSE, _UNENDED, "idle", brings="response"),
             EventSort(EventKind.FEEDBACK, ("busy",), "busy", brings="feedback"),
             # A goal that is aborted has a result, one that is rejected or lost has none.
-            EventSort(EventKind.ERROR, ("busy",), "idle", brings="response", optional=True),
-            EventSort(EventKind.CANCEL, ("busy",), "idle"),
+            EventSort(EventKind.ERROR, _UNENDED, "idle", brings="response", optional=True),
+            EventSort(EventKind.CANCEL, ("busy",), "cancelling"),
+            EventSort(EventKind.CANCELLED, ("cancelling",), "idle"),
         ),
-        _CALL,
+        _GOAL,
     ),
 }
 

@@ -72,7 +72,7 @@ component ${1:Server} {
         state busy {
             on response from ${2:task} goto idle
             on error from ${2:task} goto idle
-            on cancel from ${2:task} goto idle
+            on cancelled from ${2:task} goto idle
         }
     }
 }""",

@@ -71,7 +71,7 @@ _ABSENT = """
     // packages, or source the workspace that has them, and make the model again.
 """
 
-_CANCELLED = "                on cancel from {name} goto idle\n"
+_CANCELLED = "                on cancelled from {name} goto idle\n"
 
 
 def small(name: str) -> str:

@@ -2,13 +2,17 @@
 """Requests to services and actions in progress: each ends exactly once.
 
 A request gets a token when it begins. Reports about it carry the token and are ignored unless the
-token is current, so that an answer after the deadline or after a cancel is dropped and no request
-ends twice. Deadlines are seconds on the steady clock of the machine, not ROS time.
+token is current, so that an answer after the deadline is dropped and no request ends twice. A goal
+that is cancelled, by a command or because it missed a deadline, is in progress until its server has
+ended it. Deadlines are seconds on the steady clock of the machine, not ROS time.
 """
 
 from __future__ import annotations
 
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
+
+_LOOK = 0.25
+"""Seconds between two looks whether the server of a cancelled goal is still there."""
 
 
 class Failure(NamedTuple):
@@ -19,21 +23,28 @@ class Failure(NamedTuple):
 
 
 class Missed(NamedTuple):
-    """A request that must end as an error: since when (steady), its key, and the reason."""
+    """A request that has missed a deadline: since when (steady), its key, and the reason.
+
+    ``awaited``: it is a goal that its server may be carrying out, so its end must be awaited.
+    """
 
     since: float
     key: str
     reason: str
+    awaited: bool = False
 
 
 class _Call:
-    __slots__ = ("accepted", "deadline", "token", "watch")
+    __slots__ = ("accepted", "deadline", "is_goal", "missed", "token", "watch", "withdrawn")
 
-    def __init__(self, token: int, deadline: float) -> None:
+    def __init__(self, token: int, deadline: float, is_goal: bool) -> None:
         self.token = token
+        self.is_goal = is_goal
         self.deadline: Optional[float] = deadline
         self.accepted = False
-        self.watch: Optional[float] = None  # when to check next whether the server is silent
+        self.withdrawn = False  # its server was asked to end it
+        self.missed = ""  # the deadline that it missed
+        self.watch: Optional[float] = None  # when to look next whether the server is there
 
 
 class Calls:
@@ -46,20 +57,22 @@ class Calls:
         lost_after: float,
         silence: Callable[[str], Optional[float]],
         absent: Callable[[str], Optional[str]],
+        lost: Callable[[str], bool],
     ) -> None:
         self._timeout = timeout
         self._goal_timeout = goal_timeout
         self._lost_after = lost_after
         self._silence = silence
         self._absent = absent
+        self._lost = lost
         self._calls: Dict[str, _Call] = {}
         self._last_token = 0
         self.earliest: Optional[float] = None
         """When to call :meth:`expired` next; None while nothing can expire."""
 
-    def begin(self, key: str, now: float) -> int:
+    def begin(self, key: str, now: float, is_goal: bool = False) -> int:
         self._last_token += 1
-        self._calls[key] = _Call(self._last_token, now + self._timeout(key))
+        self._calls[key] = _Call(self._last_token, now + self._timeout(key), is_goal)
         self._plan()
         return self._last_token
 
@@ -75,10 +88,42 @@ class Calls:
         if call is None or call.token != token or call.accepted:
             return
         call.accepted = True
-        limit = self._goal_timeout(key)
+        limit = None if call.withdrawn else self._goal_timeout(key)
         call.deadline = None if limit is None else now + limit
-        call.watch = now + self._lost_after
+        if not call.withdrawn:
+            call.watch = now + self._lost_after
         self._plan()
+
+    def cancel(self, key: str, now: float) -> Optional[int]:
+        """Record that the goal is cancelled, and return its token; None if there is none.
+
+        Only its server, or the loss of it, ends it from now on.
+        """
+        return self._withdraw(key, now, None)
+
+    def miss(self, missed: Missed, now: float) -> Optional[int]:
+        """Record that the goal has missed a deadline and is cancelled, as :meth:`cancel`.
+
+        One that was not accepted ends after some time even if its server says nothing.
+        """
+        call = self._calls.get(missed.key)
+        if call is not None:
+            call.missed = missed.reason
+        awaits = call is not None and not call.accepted
+        return self._withdraw(missed.key, now, now + self._lost_after if awaits else None)
+
+    def _withdraw(self, key: str, now: float, deadline: Optional[float]) -> Optional[int]:
+        call = self._calls.get(key)
+        if call is None:
+            return None
+        call.withdrawn, call.deadline, call.watch = True, deadline, now + _LOOK
+        self._plan()
+        return call.token
+
+    def missed(self, key: str) -> str:
+        """Return the deadline that a request in progress has missed; empty if it has missed
+        none."""
+        return self._calls[key].missed
 
     def is_current(self, key: str, token: int) -> bool:
         call = self._calls.get(key)
@@ -88,26 +133,34 @@ class Calls:
         return iter([(key, call.token) for key, call in self._calls.items()])
 
     def expired(self, now: float) -> List[Missed]:
-        """Return the requests that must end as errors now. Does not end them."""
+        """Return the requests that have missed a deadline by now. Changes none of them."""
         if self.earliest is None or self.earliest > now:
             return []
-        result = []
-        for key, call in self._calls.items():
-            if call.deadline is not None and call.deadline <= now:
-                if call.accepted:
-                    reason = "deadline exceeded"
-                else:
-                    reason = self._absent(key) or "no answer in time"
-                result.append(Missed(call.deadline, key, reason))
-            elif call.watch is not None and call.watch <= now:
-                silence = self._silence(key)
-                if silence is not None and silence >= self._lost_after:
-                    reason = "server lost: silent for %.1f s" % silence
-                    result.append(Missed(call.watch, key, reason))
-                else:
-                    call.watch = now + max(0.05, self._lost_after - (silence or 0.0))
+        found = [self._missed_by(key, call, now) for key, call in self._calls.items()]
         self._plan()
-        return result
+        return [missed for missed in found if missed is not None]
+
+    def _missed_by(self, key: str, call: _Call, now: float) -> Optional[Missed]:
+        if call.deadline is not None and call.deadline <= now:
+            if call.missed:
+                return Missed(call.deadline, key, call.missed)
+            if call.accepted:
+                return Missed(call.deadline, key, "deadline exceeded", awaited=True)
+            absent = self._absent(key)
+            awaited = call.is_goal and absent is None
+            return Missed(call.deadline, key, absent or "no answer in time", awaited)
+        if call.watch is None or call.watch > now:
+            return None
+        if call.withdrawn:
+            if self._lost(key):
+                return Missed(call.watch, key, "server lost: it is not there any more")
+            call.watch = now + _LOOK
+            return None
+        silence = self._silence(key)
+        if silence is not None and silence >= self._lost_after:
+            return Missed(call.watch, key, "server lost: silent for %.1f s" % silence)
+        call.watch = now + max(0.05, self._lost_after - (silence or 0.0))
+        return None
 
     def _plan(self) -> None:
         times = [

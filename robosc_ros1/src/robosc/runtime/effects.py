@@ -37,7 +37,11 @@ def attribute_names(controller: Controller) -> Names:
         for name, attribute in values.items()
         if isinstance(attribute, _Marker)
     }
-    phases = {c.phase: ("communications", c.name) for c in controller.COMMUNICATIONS if c.phase}
+    phases = {
+        flag: ("communications", "%s.%s" % (c.name, phase))
+        for c in controller.COMMUNICATIONS
+        for flag, phase in zip(c.flags, c.phases[1:])
+    }
     return {**found, **phases}
 
 

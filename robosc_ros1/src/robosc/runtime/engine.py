@@ -19,8 +19,9 @@ from typing import Any, Callable, FrozenSet, List, Optional, Tuple
 from .calls import Failure
 from .clocks import Timer, Watch
 from .inbox import Inbox
-from .intake import BoundInput, Inputs, Intake, Item
+from .intake import BoundInput, Inputs, Item
 from .recorder import STOP_COMMAND
+from .requests import Requests
 from .scheduler import ScheduledCommand
 from .values import Mismatch, Undefined, demand_finite, without_gaps
 
@@ -30,7 +31,7 @@ _BATCH = 100
 """The most items that are handled before commands and deadlines."""
 
 
-class Engine(Intake):
+class Engine(Requests):
     """Executes a controller on a port. Public methods may be called from any thread, except
     ``run``, ``begin``, ``cycle``, ``restart_clocks`` and ``snapshot``: only the thread that has the
     turn may call these (the engine's own thread, or a thread that replaces it)."""
@@ -154,7 +155,7 @@ class Engine(Intake):
                 self._clocks.stop(ready)
                 self._input((self._inputs[ready.key, "timeout"],), None)
             else:
-                self._end_by_deadline(ready.key, ready.reason)
+                self._miss(ready)
 
     # Inputs
 
@@ -166,14 +167,10 @@ class Engine(Intake):
         if isinstance(token, Inbox):
             self._arrived(entries, message, token)
             return
-        entry = entries[0]
-        if entry.call:
-            if not self._calls.is_current(entry.key, token):
-                self.recorder.counters["late"] += 1
-                return
-            if entry.ends is not None:
-                self._calls.end(entry.key)
-        self._input(entries, message)
+        if entries[0].call:
+            self._reported(entries[0], message, token)
+        else:
+            self._input(entries, message)
 
     def _arrived(self, entries: Inputs, message: Any, inbox: Inbox) -> None:
         arrival = inbox.take()
@@ -191,12 +188,6 @@ class Engine(Intake):
             self.recorder.counters["inputs"] += 1
             self.recorder.record("after", row.component, path, tau=row.number, writes=row.writes)
             self._after(frozenset(row.writes), None)
-
-    def _end_by_deadline(self, key: str, reason: str) -> None:
-        token = self._calls.end(key)
-        if token is not None:
-            self._port.abandon(key, token)
-            self._input((self._inputs[key, "error"],), Failure(reason))
 
     def _input(self, entries: Inputs, message: Any) -> List[BoundInput]:
         """Apply the events that a message represents, then run to completion.
@@ -315,25 +306,7 @@ class Engine(Intake):
         self.recorder.counters["commands"] += 1
         self.recorder.record(command.kind, name, data, writes=command.writes)
         self._scheduler.performed(command, now)
-        self._after(command.writes, command.key if command.is_cancel else None)
-
-    def _dispatch(self, command: ScheduledCommand, data: Any) -> None:
-        if command.kind == "cancel":
-            token = self._calls.end(command.key)
-            if token is not None:
-                self._port.cancel(command.key, token)
-                self._port.abandon(command.key, token)
-            return
-        if command.sort == "incoming":
-            self._port.send(command.key, data)
-            return
-        token = self._calls.begin(command.key, self._steady())
-        start = self._port.call if command.sort == "service" else self._port.start
-        try:
-            start(command.key, data, token, self.settings.timeout_of(command.key))
-        except Exception as error:
-            # The request has begun, so it must end.
-            self.report(command.key, token, "error", "%s: %s" % (type(error).__name__, error))
+        self._after(command.writes, None)
 
     # Stopping
 

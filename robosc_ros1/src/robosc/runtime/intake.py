@@ -21,7 +21,7 @@ from .settings import Settings
 from .time_monitor import TimeMonitor
 from .turns import Turns
 
-_ENDS = ("response", "error")
+_ENDS = ("response", "error", "cancelled")
 _LONGEST_WAIT = 3600.0
 """Seconds; locks do not accept arbitrarily long timeouts, but a deadline may be that far away."""
 
@@ -70,6 +70,7 @@ class Intake:
         """Set for the reporter after events."""
         self._port = port
         self._steady = steady
+        self._communications = {c.key: c for c in controller.COMMUNICATIONS}
         self._names = {c.key: c.name for c in controller.COMMUNICATIONS}
         sorts = {c.key: c.sort for c in controller.COMMUNICATIONS}
         self._inputs = {
@@ -88,6 +89,7 @@ class Intake:
             self.settings.server_lost_after,
             port.silence,
             port.absent,
+            port.lost,
         )
         self._clocks = Clocks(
             controller, self.settings.timeout_of, self.settings.seconds, port.now, steady
@@ -130,12 +132,13 @@ class Intake:
         self._lost += count
 
     def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
-        """Report progress of a request: "accepted", "feedback", "response", or "error" with a
-        reason.
+        """Report progress of a request: "accepted", "feedback", "response", or "error" or
+        "cancelled" with a reason. A goal has ended as "cancelled" where its server says so, or if
+        it was cancelled before it began, whoever asked for that.
 
-        For an error with a result, ``payload`` is a :class:`~.calls.Failure`.
+        For an end with a result, ``payload`` is a :class:`~.calls.Failure`.
         """
-        if kind == "error" and not isinstance(payload, Failure):
+        if kind in ("error", "cancelled") and not isinstance(payload, Failure):
             payload = Failure(str(payload))
         if kind == "accepted":
             self._turns.put(lambda: self._calls.accept(key, token, self._steady()))

@@ -38,22 +38,24 @@ class Parameter(NamedTuple):
 class Communication(NamedTuple):
     """A message, service or action; ``sort`` is "incoming", "outgoing", "service" or "action".
 
-    ``phase`` is the attribute that is true in the second of its ``phases``: a service or action is
-    idle or busy, a message with a timeout silent or fresh (None: it has no phases). ``timeout`` is
-    in seconds, or the name of a parameter: the time after which a message is silent, or the
-    deadline of a service or action (None: the model states none).
+    ``phases`` are empty for a message without timeout; one with a timeout is silent or fresh, a
+    service idle or busy, an action idle, busy or cancelling. ``flags`` are the attributes that are
+    true in the phases after the first; at most one of them is. ``timeout`` is in seconds, or the
+    name of a parameter: the time after which a message is silent, or the deadline of a service or
+    action (None: the model states none).
     """
 
     key: str
     name: str
     sort: str
-    phase: Optional[str] = None
-    phases: Tuple[str, str] = ("idle", "busy")
+    flags: Tuple[str, ...] = ()
+    phases: Tuple[str, ...] = ()
     timeout: Union[float, str, None] = None
 
 
 class Input(NamedTuple):
-    """An uncontrollable event of a communication: "response", "feedback", "error" or "timeout".
+    """An uncontrollable event of a communication: "response", "feedback", "error", "cancelled" or
+    "timeout".
 
     ``read`` returns the event's value from the ROS message (None: it has none); ``apply`` changes
     the state for this value, or raises :class:`~.values.Mismatch` and changes nothing.
@@ -71,11 +73,12 @@ class Command(NamedTuple):
 
     ``guard`` tells whether requirements and synthesis allow it, ``synchronisation`` whether it is
     enabled in the components that mention it (None: always). Neither depends on the phase of the
-    communication, which is the attribute ``busy`` (None: a message). ``data`` returns the fields to
-    send, ``apply`` changes the state. ``reads`` are the attributes that guard and synchronisation
-    read. ``requirements`` are indexes into the table of requirements; ``reason`` is why synthesis
-    forbids more than they do (None: it does not); ``partners`` are the components that synchronise
-    on it, each with a function that tells whether it is enabled there.
+    communication: it must be in one whose attribute is in ``during`` (empty: in any), and in none
+    of ``unless``. ``data`` returns the fields to send, ``apply`` changes the state. ``reads`` are
+    the attributes that guard and synchronisation read. ``requirements`` are indexes into the table
+    of requirements; ``reason`` is why synthesis forbids more than they do (None: it does not);
+    ``partners`` are the components that synchronise on it, each with a function that tells whether
+    it is enabled there.
 
     ``read`` takes from the message of another controller what guard, synchronisation, partners and
     ``apply`` get as a further argument (None: they get none). ``correct`` gets the same, and
@@ -87,7 +90,6 @@ class Command(NamedTuple):
     kind: str
     guard: Callable[..., bool]
     synchronisation: Optional[Callable[..., bool]]
-    busy: Optional[str]
     data: Optional[Callable[[Any], Any]]
     apply: Optional[Callable[..., None]]
     reads: Tuple[str, ...]
@@ -97,8 +99,20 @@ class Command(NamedTuple):
     partners: Tuple[Tuple[str, Callable[..., bool]], ...] = ()
     yields_to: Tuple[int, ...] = ()
     """Indexes of preferred commands: while one of them is enabled, this one is not sent."""
+    during: Tuple[str, ...] = ()
+    unless: Tuple[str, ...] = ()
     read: Optional[Callable[[Any, Any], Any]] = None
     correct: Optional[Callable[[Any, Any], Optional[Tuple[Dict[str, Any], str, str]]]] = None
+
+    def possible(self, state: Mapping[str, Any]) -> bool:
+        """Whether the phase of the communication permits it, given the controller's attributes."""
+        for name in self.unless:
+            if state[name]:
+                return False
+        for name in self.during:
+            if state[name]:
+                return True
+        return not self.during
 
 
 class Tau(NamedTuple):
@@ -202,6 +216,12 @@ class Controller:
     def parameters(self) -> Dict[str, Any]:
         """Return the values of the model's parameters, by name."""
         return {p.name: getattr(self, p.attribute) for p in self.PARAMETERS}
+
+    def phase(self, communication: Communication) -> str:
+        """Return the phase that a communication is in; empty if it has none."""
+        flags = zip(communication.flags, communication.phases[1:])
+        first = communication.phases[0] if communication.phases else ""
+        return next((phase for flag, phase in flags if getattr(self, flag)), first)
 
     def copy(self) -> Controller:
         """Return an independent controller in the same state."""

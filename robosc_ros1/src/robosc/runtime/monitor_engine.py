@@ -111,7 +111,8 @@ class MonitorEngine(JudgingEngine):
         self._submit(lambda: self._take_command(key, kind, message))
 
     def answer(self, key: str, kind: str, message: Any = None, former: bool = False) -> None:
-        """Take feedback, a response or an error (a :class:`~.calls.Failure`) that was seen.
+        """Take feedback, a response, or an error or the end of a cancelled goal (both are a
+        :class:`~.calls.Failure`) that was seen.
 
         ``former``: it belongs to the request before the last one.
         """
@@ -166,7 +167,7 @@ class MonitorEngine(JudgingEngine):
         if former:
             if waits:  # it crossed the request that waits for it; else another one took its place
                 self._answer(entry, message)
-        elif waits:
+        elif waits or self._may_cross(entry):
             now = self._port.now()
             self._seen.append(
                 _Seen(entry.key, entry.kind, message, now, self.recorder.now(), entry=entry)
@@ -174,13 +175,19 @@ class MonitorEngine(JudgingEngine):
         else:
             self._answer(entry, message)
 
+    def _may_cross(self, entry: BoundInput) -> bool:
+        """Whether the cancel may come later that an answer says was obeyed."""
+        is_withdrawn = entry.key in self._withdrawn
+        return entry.kind == "cancelled" and self._phase(entry.key) == "busy" and not is_withdrawn
+
     def _answer(self, entry: BoundInput, message: Any) -> None:
         request = self._scheduled[entry.key, "request"]
-        if request.possible:
+        if request.possible or self._is_ignored(entry):
             self.recorder.counters["late"] += 1
             return
         if entry.ends is not None:
             self._withdrawn.discard(entry.key)
+            entry, message = self._end_of(entry, message)
         self._input((entry,), message)
 
     def _judge(self) -> None:
@@ -196,10 +203,11 @@ class MonitorEngine(JudgingEngine):
     def _next_decided(self) -> Optional[int]:
         """Apply the first command that need not wait, and return its place; or that of an answer to
         one that was applied; None: all have to wait."""
-        waiting = set()
+        waiting: Set[str] = set()
         for place, seen in enumerate(self._seen):
             topic = self._topic(seen)
-            if topic not in waiting and (seen.entry is not None or self._is_decided(seen)):
+            before = {topic} if seen.entry is None else {topic, seen.key + "cancel"}
+            if waiting.isdisjoint(before) and self._is_decided(seen):
                 return place
             waiting.add(topic)
         return None
@@ -210,9 +218,11 @@ class MonitorEngine(JudgingEngine):
         )
 
     def _is_decided(self, seen: _Seen) -> bool:
-        """Apply a command, unless it has to wait for what may come."""
-        command = self._scheduled[seen.key, seen.kind]
+        """Apply a command, unless it has to wait for what may come; an answer is not applied."""
         over = self._port.now() - seen.time >= self.tolerance
+        if seen.entry is not None:
+            return over or not self._may_cross(seen.entry)
+        command = self._scheduled[seen.key, seen.kind]
         if command.is_cancel:
             return self._is_cancelled(seen, command, over)
         if seen.key in self._withdrawn and not command.possible:

@@ -22,11 +22,13 @@ _SUCCEEDED = 3
 _EARLY = 10
 """The answers that are kept for goals that were not seen yet."""
 _WITH_RESULT = (2, 4)
+_CANCELLED = (2, 8)
 
 _RUNNING_2 = (1, 2, 3)
 _CANCELING_2 = 3
 _SUCCEEDED_2 = 4
-_FAILURES_2 = {5: "canceled", 6: "aborted"}
+_CANCELLED_2 = 5
+_FAILURES_2 = {_CANCELLED_2: "canceled", 6: "aborted"}
 """By the status of action_msgs/GoalStatus."""
 
 
@@ -84,7 +86,8 @@ class SeenAction:
         else:
             reason = _FAILURES.get(status, "ended without result")
             result = message.result if status in _WITH_RESULT else None
-            self._answer(message, "error", Failure(reason, result))
+            kind = "cancelled" if status in _CANCELLED else "error"
+            self._answer(message, kind, Failure(reason, result))
 
     def _is_known(self, message: Any, handle: Handler) -> bool:
         """Whether the goal of an answer was seen; an answer that overtook it is kept."""
@@ -134,7 +137,8 @@ class SeenActionOfRos2:
             elif status == _SUCCEEDED_2:
                 self._engine.answer(self._key, "response")
             elif status in _FAILURES_2:
-                self._engine.answer(self._key, "error", Failure(_FAILURES_2[status]))
+                kind = "cancelled" if status == _CANCELLED_2 else "error"
+                self._engine.answer(self._key, kind, Failure(_FAILURES_2[status]))
         self._has_begun = True
 
     def _feedback(self, message: Any) -> None:

@@ -11,6 +11,7 @@ _EVENTS = {
     "response": "u_response",
     "feedback": "u_feedback",
     "error": "u_error",
+    "cancelled": "u_cancelled",
     "timeout": "u_timeout",
 }
 

@@ -44,11 +44,12 @@ class Port:
         raise NotImplementedError
 
     def start(self, key: str, data: Data, token: int, timeout: float) -> None:
-        """Send a goal; report "accepted", "feedback", then "response" or "error"."""
+        """Send a goal; report "accepted", "feedback", then "response", "error" or "cancelled"."""
         raise NotImplementedError
 
     def cancel(self, key: str, token: int) -> None:
-        """Ask the server to cancel the goal, even if it has not been sent yet."""
+        """Ask the server to cancel the goal until it has ended, which is reported; one that has not
+        been sent yet is not sent, and ends at once. Does nothing if it was asked before."""
         raise NotImplementedError
 
     def abandon(self, key: str, token: int) -> None:
@@ -63,6 +64,11 @@ class Port:
         """Return that there is no server for a request whose deadline is over, as text; None if
         there is one, or that is unknown."""
         return None
+
+    def lost(self, key: str) -> bool:
+        """Whether the server of a cancelled goal has been gone for so long that it must have ended
+        (silence does not count)."""
+        return False
 
     def faults(self) -> List[str]:
         """Return the current faults of servers, as texts."""

@@ -27,9 +27,9 @@ def blocked_by(controller: Controller, command: Command, *data: Any) -> List[Dic
     allow it.
     """
     reasons = []
-    if command.busy is not None and getattr(controller, command.busy) is (command.kind != "cancel"):
-        word = "busy" if command.kind == "request" else "idle"
-        reasons.append({"kind": "phase", "text": "it is " + word})
+    if not command.possible(vars(controller)):
+        (own,) = (c for c in controller.COMMUNICATIONS if c.key == command.key)
+        reasons.append({"kind": "phase", "text": "it is " + controller.phase(own)})
     if command.read is not None and not data:
         return reasons + violated(controller, command)
     if command.synchronisation is not None and not command.synchronisation(controller, *data):

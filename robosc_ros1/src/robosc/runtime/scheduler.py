@@ -6,7 +6,7 @@ of its own service or action), and no command preferred to it can be sent. When 
 allowed (a *rising edge*), it is due at once; while it stays allowed, it is due every period. Two
 rules prevent a command that is always allowed from flooding the robot:
 
-* the end of a request (response, error, cancel) is not a rising edge for the next request of the
+* the end of a request (response, error, cancelled) is not a rising edge for the next request of the
 same communication, even if a component mirrors its phase: the request waits for the period;
 * a command with a rising edge while the communication's phase forbids it, or after it was performed
 in this round, waits for the period, too.
@@ -32,7 +32,7 @@ class ScheduledCommand:
     """A command with its methods bound to the controller, and its scheduling state."""
 
     __slots__ = (
-        "_state", "allowed", "apply", "authorised", "busy", "count", "data", "due", "index",
+        "_state", "allowed", "apply", "authorised", "count", "data", "due", "index",
         "is_cancel", "key", "kind", "period", "reads", "ready", "rising", "round", "row", "sort",
         "synchronisation", "turn", "waits_for", "was", "writes",
     )  # fmt: skip
@@ -52,11 +52,10 @@ class ScheduledCommand:
         self.key = command.key
         self.kind = command.kind
         self.sort = sort
-        self.busy = command.busy
         self.is_cancel = command.kind == "cancel"
         self.data = method(command.data)
         self.apply = method(command.apply)
-        self.reads = frozenset(command.reads) | ({command.busy} if command.busy else set())
+        self.reads = frozenset((*command.reads, *command.during, *command.unless))
         self.writes = frozenset(command.writes)
         self.index = index
         self.period = 1.0 / rate
@@ -82,7 +81,7 @@ class ScheduledCommand:
     @property
     def possible(self) -> bool:
         """Whether the phase of its communication permits it."""
-        return self.busy is None or bool(self._state[self.busy]) is self.is_cancel
+        return self.row.possible(self._state)
 
 
 def _never() -> bool:

@@ -201,7 +201,7 @@ class SupervisorEngine(JudgingEngine):
         if correction is not None:
             self.recorder.counters["corrected"] += 1
         self.recorder.record(kind, name, told(data), writes=command.writes, correction=correction)
-        writes = super()._after(command.writes, key if kind == "cancel" else None)
+        writes = super()._after(command.writes, None)
         if not self.settings.stop_command:
             return True
         if kind == "cancel":

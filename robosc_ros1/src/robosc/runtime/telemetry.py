@@ -125,11 +125,7 @@ def state_document(
     """Return the document of ``~state``, with whole values or short forms of them."""
     controller: Controller = snapshot["controller"]
     names = {c.key: c.name for c in controller.COMMUNICATIONS}
-    phases = {
-        c.name: c.phases[bool(getattr(controller, c.phase))]
-        for c in controller.COMMUNICATIONS
-        if c.phase is not None
-    }
+    phases = {c.name: controller.phase(c) for c in controller.COMMUNICATIONS if c.phases}
     commands: List[Dict[str, Any]] = [
         {
             "event": {"kind": command.kind, "name": names[command.key], "value": None},

@@ -2,8 +2,8 @@
 
 Nothing happens between two lines. What the robot sends is taken at once, with all that it makes the
 controller do; commands that are repeated at ``rate`` wait until the clock goes on. Requests to
-services and actions stay open until they are answered, or until their deadline. Goals are accepted
-at once.
+services stay open until they are answered, or until their deadline. Goals are accepted at once, and
+open until they are answered, even if they were cancelled.
 """
 
 from __future__ import annotations
@@ -60,6 +60,7 @@ class _Clockwork(Port):
     def __init__(self) -> None:
         self.time = 0.0
         self.open: dict[str, int] = {}
+        self.withdrawn: set[int] = set()
         self.accept: Callable[[str, int], None] = lambda key, token: None
 
     def now(self) -> float:
@@ -76,7 +77,7 @@ class _Clockwork(Port):
         self.accept(key, token)
 
     def cancel(self, key: str, token: int) -> None:
-        """A goal that is cancelled still ends, unless the engine lets go of it."""
+        self.withdrawn.add(token)
 
     def abandon(self, key: str, token: int) -> None:
         if self.open.get(key) == token:
@@ -150,7 +151,24 @@ class Execution:
         if event.controllable or event.kind.clocked:
             return False
         calling = self.plant.robot.communications[event.key].kind in (Kind.SERVICE, Kind.ACTION)
-        return not calling or event.key in self._clock.open
+        return not calling or self._may_end(event)
+
+    def _may_end(self, event: Event) -> bool:
+        """Whether a service or an action can answer so: a goal that missed a deadline was cancelled
+        by the node, too."""
+        if event.key not in self._clock.open:
+            return False
+        if event.kind is EventKind.CANCELLED:
+            return self._clock.open[event.key] in self._clock.withdrawn
+        return event.phase is None or self._phase(event) in self._sources(event)
+
+    def _phase(self, event: Event) -> str:
+        return self.state.phases[event.key]
+
+    def _sources(self, event: Event) -> list[str]:
+        assert event.phase is not None
+        phases = self.plant.variables[event.phase.variable].values
+        return [str(phases[source]) for source in event.phase.sources]
 
     def choices(self) -> list[Choice]:
         found = []
@@ -189,9 +207,9 @@ class Execution:
 
     def fire(self, event: Event, given: Given) -> list[Happening]:
         if not self.can(event, given):
-            raise Refused(f"{label(event)} cannot happen now: {event.name} is idle")
+            raise Refused(f"{label(event)} cannot happen now: {event.name} is {self._phase(event)}")
         payload: Any = given
-        if event.kind is EventKind.ERROR:
+        if event.kind in (EventKind.ERROR, EventKind.CANCELLED):
             payload = Failure("simulated", given)
         token = self._clock.open.get(event.key)
         if event.phase is None or token is None:

@@ -25,9 +25,5 @@ def make_controller(supervisor: Supervisor) -> Controller:
 
 
 def state_of_controller(controller: Controller) -> SystemState:
-    phases = {
-        c.key: c.phases[getattr(controller, c.phase)]
-        for c in controller.COMMUNICATIONS
-        if c.phase is not None
-    }
+    phases = {c.key: controller.phase(c) for c in controller.COMMUNICATIONS if c.phases}
     return SystemState(controller.components(), controller.variables(), phases)

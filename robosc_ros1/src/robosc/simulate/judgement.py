@@ -22,6 +22,9 @@ from robosc.supervisor import Supervisor
 _PAUSE = 1.0
 """Seconds without a finding after which one of the same kind counts as another."""
 
+_GOING_ON = (EventKind.FEEDBACK.value, EventKind.CANCEL.value)
+"""The events of a goal that do not end it."""
+
 
 @dataclass
 class Finding:
@@ -168,11 +171,11 @@ class _Collector:
             goals.count += 1
             goals.since = entry.time
             return
-        if entry.kind == EventKind.FEEDBACK.value or goals.since is None:
+        if entry.kind in _GOING_ON or goals.since is None:
             return
         goals.succeeded += entry.kind == EventKind.RESPONSE.value
         goals.failed += entry.kind == EventKind.ERROR.value
-        goals.cancelled += entry.kind == EventKind.CANCEL.value
+        goals.cancelled += entry.kind == EventKind.CANCELLED.value
         goals.longest = max(goals.longest, entry.time - goals.since)
         goals.since = None
 

@@ -287,8 +287,7 @@ def _perform(
 
 def _fits(controller: Controller, command: Command) -> bool:
     """Whether the components have a command now, whatever the requirements say."""
-    phase = command.busy is None or getattr(controller, command.busy) is (command.kind == "cancel")
-    return phase and _synchronises(controller, command)
+    return command.possible(vars(controller)) and _synchronises(controller, command)
 
 
 def _synchronises(controller: Controller, command: Command, *given: Any) -> bool:

@@ -241,7 +241,9 @@ class SingleEvents:
     def _why_not(self, event: Event) -> str:
         guard = self._guards.get(event.identity)
         if guard is None:
-            return "it is idle" if event.phase is not None else "no state allows it"
+            if event.phase is None:
+                return "no state allows it"
+            return f"it is {self.state.phases[event.key]}"
         return "; ".join(map(str, reasons(self.supervisor, guard, self.plant_state)))
 
     def _assigned(self, event: Event, given: Given) -> Iterator[tuple[str, Value]]:

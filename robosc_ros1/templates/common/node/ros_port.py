@@ -28,6 +28,11 @@ class Caller:
         """Return whether there is a server."""
         raise NotImplementedError
 
+    def is_gone(self):
+        """Return whether the server of a cancelled goal is gone, so that the goal has ended. A
+        subclass that reports that by itself need not tell."""
+        return False
+
     def fault(self):
         """Return what is wrong with the server, as text; None: nothing."""
         self.missed = self.missed and not self.is_served()
@@ -71,6 +76,9 @@ class CallingPort(Port):
         caller = self._services.get(key) or self._actions[key]
         caller.missed = not caller.is_served()
         return UNSERVED % caller.label if caller.missed else None
+
+    def lost(self, key):
+        return self._actions[key].is_gone()
 
     def callers(self):
         return [*self._services.values(), *self._actions.values()]

@@ -22,7 +22,7 @@ _COMING = {
     "incoming message": (),
     "outgoing message": ("response",),
     "service": ("response", "error"),
-    "action": ("response", "feedback", "error"),
+    "action": ("response", "feedback", "error", "cancelled"),
 }
 _ANY = "any state"
 TRUE = ["literal", True]
@@ -128,7 +128,7 @@ class Cases:
         return {(kind, key, *case) for case in self._of(shadow, kind, key)}
 
     def _of(self, shadow, kind, key):
-        busy = shadow.busy.get(key, False)
+        possible = shadow.is_possible(kind, key)
         met = [
             (number, decision, shadow.is_met(self._plant["requirements"][number]))
             for number, (keys, decision) in enumerate(self._requirements)
@@ -142,14 +142,14 @@ class Cases:
                 for component in shadow.mentions.get((kind, key), ())
                 if not shadow.transitions(component, kind, key, None)
             ]
-        if (kind == "cancel") == busy and not blocked and len(failed) < 2:
+        if possible and not blocked and len(failed) < 2:
             yield ("possible", bool(failed))
             for number, decision, _ in met:
                 if failed in ([], [number]):
                     for case in decision.cases(shadow):
                         yield ("requirement", number, *case)
-        if kind == "request" and not failed and len(blocked) + busy == 1:
-            yield ("blocked", blocked[0] if blocked else "busy")
+        if kind == "request" and not failed and len(blocked) + (not possible) == 1:
+            yield ("blocked", blocked[0] if blocked else shadow.phase[key])
 
     def of_request(self, shadow, key):
         """Return the cases of the data that a request carries."""

@@ -103,7 +103,7 @@ def reads_state(tree):
         return any(map(reads_state, tree.values()))
     if not isinstance(tree, (list, tuple)):
         return False
-    own = bool(tree) and tree[0] in ("variable", "state", "busy", "fresh")
+    own = bool(tree) and tree[0] in ("variable", "state", "phase")
     return own or any(map(reads_state, tree))
 
 

@@ -8,7 +8,7 @@ from operations import AGGREGATES, FUNCTIONS, OPERATORS, Undefined
 class Expressions:
     """Evaluates expressions in the state of a subclass.
 
-    Its attributes are ``states``, ``variables``, ``busy`` and ``fresh``, and of the model
+    Its attributes are ``states``, ``variables`` and ``phase``, and of the model
     ``plant``, ``enums`` and ``communications``.
     """
 
@@ -26,10 +26,8 @@ class Expressions:
             return self.plant["parameters"][arguments[0]]
         if operator == "state":
             return self.states[arguments[0]] == arguments[1]
-        if operator == "busy":
-            return self.busy[arguments[0]]
-        if operator == "fresh":
-            return self.fresh[arguments[0]]
+        if operator == "phase":
+            return self.phase[arguments[0]] == arguments[1]
         if operator == "value":
             return self.value(arguments[0], arguments[1], message)
         if operator == "!":

@@ -243,7 +243,7 @@ class Guide:
     def _node(self, shadow):
         state = tuple(shadow.states.values())
         data = tuple(shadow.variables[key] for key in self._kept)
-        phases = (*shadow.busy.values(), *shadow.fresh.values(), *shadow.lapsed.values())
+        phases = (*shadow.phase.values(), *shadow.lapsed.values())
         key = repr(
             (state, data, phases, self._compared(shadow), self.cases.telling_numbers(shadow))
         )
@@ -299,9 +299,9 @@ class Guide:
             for message in self._tried(keys[0], "response", turn):
                 contents = [(k, shadow.content(k, "response", message)) for k in keys]
                 yield ("publish", keys, message), [("response", k, c) for k, c in contents]
-        for key, busy in shadow.busy.items():
+        for key in shadow.calls:
             kinds = ["response", "feedback"] + ["error"] * (key in self._results_of_errors)
-            for kind in kinds if busy else ():
+            for kind in (kind for kind in kinds if shadow.is_possible(kind, key)):
                 for message in self._tried(key, part_of(kind), turn):
                     content = shadow.content(key, kind, message)
                     yield ("answer", key, kind, message), [(kind, key, content)]
@@ -312,14 +312,16 @@ class Guide:
         return self._samples.get((key, kind), ())[turn * TRIED : (turn + 1) * TRIED]
 
     def _other_steps(self, shadow):
-        for key, busy in shadow.busy.items():
-            if busy and key not in self._results_of_errors:
+        for key in shadow.calls:
+            if shadow.is_possible("error", key) and key not in self._results_of_errors:
                 yield ("answer", key, "error", None), [("error", key, None)]
+            if shadow.is_possible("cancelled", key):
+                yield ("answer", key, "cancelled", None), [("cancelled", key, None)]
         for kind, key in self.cases.commands:
-            if (kind == "cancel" and shadow.busy[key]) or kind == "request":
+            if shadow.is_possible(kind, key):
                 yield (kind, key), [(kind, key, None)]
-        for key, fresh in shadow.fresh.items():
-            if fresh:
+        for key in shadow.watched:
+            if shadow.is_possible("timeout", key):
                 yield ("wait", key), [("timeout", key, None)]
         for component in shadow.clocked:
             for waiting in shadow.waiting(component):

@@ -34,8 +34,8 @@ class Judge:
     ``guide`` gets the cases that were checked, and leads to others. ``log`` is the controller's
     event log, if it writes one. ``robot`` has ``sent``, protected by its ``lock``: by communication
     and kind, the messages that the controller must still report as events, in order; ``received``,
-    the messages by topic; and ``requests``, those by service and action. ``publications`` is the
-    table of topics with their communications.
+    the messages by topic; ``requests``, those by service and action; and ``goals``, the actions
+    whose goals it carries out. ``publications`` is the table of topics with their communications.
     """
 
     def __init__(self, robot, publications, guide, is_shutdown=lambda: False, log=""):
@@ -51,7 +51,7 @@ class Judge:
         self.lapses = 0  # the number of timeouts and delayed transitions
         self.expected = {topic: deque() for topic, _, _ in publications}
         self.topics = {key: topic for topic, _, keys in publications for key in keys}
-        self.asked = {key: [] for key in self.shadow.busy}  # [data, certainly arrived?]
+        self.asked = {key: [] for key in self.shadow.calls}  # [data, certainly arrived?]
         self._orders = [
             CancelOrder(c["key"]) for c in PLANT["communications"] if c["kind"] == "action"
         ]
@@ -80,7 +80,8 @@ class Judge:
     def await_silence(self):
         """Wait, while the robot is silent, for the fresh message with fewest timeouts."""
         with self._lock:
-            heard = [key for key, fresh in self.shadow.fresh.items() if fresh]
+            shadow = self.shadow
+            heard = [key for key in shadow.watched if shadow.is_possible("timeout", key)]
             if not heard:
                 return
             key = min(heard, key=self.silences)
@@ -92,9 +93,9 @@ class Judge:
         transition (of a component) has occurred since, or is no longer possible; and a text for
         it."""
         with self._lock:
-            if what in self.shadow.fresh:
+            if what in self.shadow.watched:
                 # It may have occurred since the step was chosen.
-                silences = self.silences(what) - (not self.shadow.fresh[what])
+                silences = self.silences(what) - (not self.shadow.is_possible("timeout", what))
                 return lambda: self.silences(what) > silences, "the timeout of " + what
             lapses, entered = self.lapses, self.shadow.entries(what)
 
@@ -156,9 +157,10 @@ class Judge:
         # Messages sent until now may not have been received.
         self.expected = {topic: deque() for topic in self.expected}
         self.asked = {key: [] for key in self.asked}
-        for key, busy in self.shadow.busy.items():
+        for key in self.shadow.calls:
             some = len(self.robot.requests.get(key, ()))
-            self._first[key] = range(some + 2) if some else range(1 + busy)
+            runs = self.shadow.phase[key] != "idle"
+            self._first[key] = range(some + 2) if some else range(1 + runs)
         for number in sorted(n for n in early if n > document["number"]):
             self._follow(early[number])
 
@@ -306,7 +308,10 @@ class Judge:
             if self._drops(key):
                 while queue and not self._fits(kind, key, value, message):
                     message = queue.popleft()
-        if kind == "error" and not has_come(value):
+            goes_on = key in self.robot.goals
+        if kind == "cancelled" and goes_on:
+            raise Wrong("%s ended as cancelled, but the robot goes on" % key)
+        if kind == "cancelled" or (kind == "error" and not has_come(value)):
             self._happen(kind, key)
             return
         if message is None:

@@ -30,7 +30,7 @@ class LawlessShadow(Shadow):
 
     def fits(self, key):
         """Whether the components allow a request, whatever the requirements say."""
-        return not self.busy.get(key, False) and self.synchronises("request", key)
+        return self.is_possible("request", key) and self.synchronises("request", key)
 
 
 class MonitorJudge(Judge):

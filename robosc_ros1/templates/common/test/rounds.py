@@ -82,7 +82,7 @@ class RequestMatcher:
 
     def _may_be_of(self, key, request):
         told = self._judge.asked[key]
-        is_new = self._judge.shadow.busy[key] and self._claimed.get(key) != len(told)
+        is_new = self._judge.shadow.phase[key] != "idle" and self._claimed.get(key) != len(told)
         return is_new and carries(request, told[-1][0] or {} if told else {})
 
 
@@ -154,7 +154,7 @@ def _let_time_pass(robot, judge, what):
 def _repeat_all_but(robot, judge, silent):
     before, events = judge.inputs, 0
     for keys, message in list(robot.last.values()):
-        if silent not in keys and any(judge.shadow.fresh.get(key) for key in keys):
+        if silent not in keys and any(judge.shadow.phase.get(key) == "fresh" for key in keys):
             events += robot.publish(keys, message)
     judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
 

@@ -18,7 +18,7 @@ def coverage(judge):
         name = communication["name"]
         for kind in KINDS[communication["kind"]]:
             yield "event", "%s %s" % (name, kind), judge.events.get((kind, name, 0), 0)
-        if communication["key"] in judge.shadow.fresh:
+        if communication["key"] in judge.shadow.watched:
             yield "event", "%s timeout" % name, judge.events.get(("timeout", name, 0), 0)
     for component in PLANT["components"]:
         name = component["name"]

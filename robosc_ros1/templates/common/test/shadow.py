@@ -10,6 +10,7 @@ import copy
 from contents import told_as
 from delays import Delays, stands_in
 from operations import Undefined
+from phases import first_phases, is_possible, phase_after
 
 
 class Wrong(Exception):
@@ -26,7 +27,8 @@ def step_text(sort, component, index):
 
 
 class Shadow(Delays):
-    """The state of the model: ``states``, ``variables``, ``busy``, ``fresh``.
+    """The state of the model: ``states``, ``variables``, and each ``phase`` of a communication that
+    has phases: of the ``calls`` (services and actions), and of the ``watched`` messages.
 
     The caller sets ``now`` to the time of the next event.
     """
@@ -49,12 +51,9 @@ class Shadow(Delays):
                 self.types[key] = variable["type"]
                 if variable["in_state"]:
                     self.in_state.add(key)
-        self.busy = {
-            c["key"]: False for c in plant["communications"] if c["kind"] in ("service", "action")
-        }
-        self.fresh = {c["key"]: False for c in plant["communications"] if c["timeout"]}
-        for key in self.busy:
-            self.fresh.pop(key, None)  # their timeout is a deadline
+        self.phase = first_phases(plant["communications"])
+        self.calls = [key for key, phase in self.phase.items() if phase == "idle"]
+        self.watched = [key for key, phase in self.phase.items() if phase == "silent"]
         self.start_delays(plant)
         self.mentions = {}  # (kind, communication) -> components with their transitions for it
         for component in plant["components"]:
@@ -71,7 +70,7 @@ class Shadow(Delays):
     def copy(self):
         """Return a copy of the state; counters are shared."""
         found = copy.copy(self)
-        for part in ("states", "variables", "busy", "fresh", "entered", "lapsed"):
+        for part in ("states", "variables", "phase", "entered", "lapsed"):
             setattr(found, part, dict(getattr(self, part)))
         return found
 
@@ -89,7 +88,7 @@ class Shadow(Delays):
             for key, told in document["variables"].items()
         }
         for name, phase in document["communications"].items():
-            self._phases(name)[self.keys[name]] = phase in ("busy", "fresh")
+            self.phase[self.keys[name]] = phase
         for component, place in self.entered:
             self.entered[component, place], self.lapsed[component, place] = None, ()
             if "%s.%s" % (component, place) not in document["clocks"]:
@@ -106,18 +105,16 @@ class Shadow(Delays):
             if not told_as(value, self.variables[key]):
                 found.append("%s is %r, not %r" % (key, value, self.variables[key]))
         for name, phase in document["communications"].items():
-            if self._phases(name)[self.keys[name]] != (phase in ("busy", "fresh")):
-                found.append("%s is %s" % (name, phase))
+            if self.phase[self.keys[name]] != phase:
+                found.append("%s is %s, not %s" % (name, phase, self.phase[self.keys[name]]))
         return found
 
     def happen(self, kind, key, content=None):
         """Apply an event of a communication.
 
         Raises: Wrong: it is not possible or not allowed."""
-        if key in self.busy and (kind == "request") == self.busy[key]:
-            raise Wrong("%s of %s while it is %s" % (kind, key, self._phase(key)))
-        if kind == "timeout" and not self.fresh[key]:
-            raise Wrong("timeout of %s, which is already silent" % key)
+        if not self.is_possible(kind, key):
+            raise Wrong("%s of %s while it is %s" % (kind, key, self.phase[key]))
         if kind == "request":
             self._check_request(key, content)
         elif kind == "cancel":
@@ -128,10 +125,8 @@ class Shadow(Delays):
             taken = self.transitions(component, kind, key, content)
             self._follow(component, taken, content, states, variables)
             moved += [(component, transition) for transition in taken]
-        if key in self.busy and kind != "feedback":
-            self.busy[key] = kind == "request"
-        if key in self.fresh:
-            self.fresh[key] = kind == "response"
+        if key in self.phase:
+            self.phase[key] = phase_after(kind, self.phase[key])
         before, self.states, self.variables = self.states, states, variables
         for component, transition in moved:
             self.enter(component, transition, before[component])
@@ -186,11 +181,9 @@ class Shadow(Delays):
         """Whether a pending delayed transition of a component has a true guard."""
         return bool(self._possible(self.waiting(component), None))
 
-    def _phases(self, name):
-        return self.fresh if self.keys[name] in self.fresh else self.busy
-
-    def _phase(self, key):
-        return "busy" if self.busy[key] else "idle"
+    def is_possible(self, kind, key):
+        """Whether the phase of a communication permits an event."""
+        return key not in self.phase or is_possible(kind, self.phase[key])
 
     def transitions(self, component, kind, key, content):
         """Return the transitions that a component takes; assignments of later ones take precedence.
@@ -293,7 +286,7 @@ class Shadow(Delays):
 
     def is_enabled(self, kind, key):
         """Whether a command is possible and allowed."""
-        if self.busy.get(key, False) != (kind == "cancel") or not self.synchronises(kind, key):
+        if not self.is_possible(kind, key) or not self.synchronises(kind, key):
             return False
         return bool(self.violated(key, kind)) == (kind == "cancel") and self.is_safe(kind, key)
 

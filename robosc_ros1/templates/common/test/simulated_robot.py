@@ -12,6 +12,9 @@ from collections import deque
 from guide import SAMPLES
 from rounds import Advice, RequestMatcher
 
+IGNORED = 0.3
+"""The fraction of goals that end as if they were not cancelled."""
+
 
 class SimulatedRobot:
     """The robot, with the messages that it sent and received.
@@ -29,6 +32,7 @@ class SimulatedRobot:
         self.sent = {}  # key and kind -> what the controller must still report, in order
         self.received = {topic: deque() for topic, _, _ in tables.publications}
         self.requests = {key: deque() for _, _, key in (*tables.services, *tables.actions)}
+        self.goals = set()  # the actions whose goals go on
         self.last = {}  # by topic: its communications and the latest message
         self.publishers = []
         self._matcher = None
@@ -55,12 +59,12 @@ class SimulatedRobot:
         """Return a message as it is kept: its fields have plain values."""
         return message
 
-    def is_over(self, goal):
-        """Whether a goal is no longer active, for instance because it was cancelled."""
+    def is_cancelled(self, goal):
+        """Whether the controller has cancelled a goal."""
         raise NotImplementedError
 
     def end_goal(self, goal, kind, result):
-        """End a goal: it succeeds ("response") or fails ("error")."""
+        """End a goal: it succeeds ("response"), fails ("error") or is "cancelled"."""
         raise NotImplementedError
 
     # What the robot sends
@@ -119,15 +123,20 @@ class SimulatedRobot:
         if self.random.random() < 0.1:
             self.note(key, "error", None)
             return None
+        with self.lock:
+            self.goals.add(key)
         return key
 
     def act(self, key, goal):
-        """Carry out a goal until it ends; return its result."""
+        """Carry out a goal until it ends; return its result. It ignores some cancels."""
+        heeds = self.random.random() >= IGNORED
         for left in reversed(range(self.random.randint(1, 4))):
             advised = self._advised(key)
-            if self.is_over(goal):
-                return self._types[key, "response"]()
-            if advised is not None:
+            if advised is not None and advised[0] == "cancelled":
+                heeds, advised = True, None
+            if heeds and self.is_cancelled(goal):
+                kind, message = "cancelled", None
+            elif advised is not None:
                 kind, message = advised
             elif left:
                 kind, message = "feedback", self._message(key, "feedback")
@@ -146,6 +155,8 @@ class SimulatedRobot:
         return self.plain(self._types[key, "response"]())
 
     def _ended(self, key, goal, kind, result):
+        with self.lock:
+            self.goals.discard(key)
         self.note(key, kind, result)
         self.end_goal(goal, kind, result)
         return result

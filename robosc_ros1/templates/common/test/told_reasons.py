@@ -9,7 +9,7 @@ def wrong_request(key, told, state, content):
     requirements = {"%(text)s (%(place)s)" % reason for reason in told["requirement"]}
     violated = set(state.violated(key, "request", content))
     elsewhere = bool(told["phase"] or told["synchronisation"] or told["range"])
-    if bool(told["phase"]) != state.busy.get(key, False):
+    if bool(told["phase"]) == state.is_possible("request", key):
         yield "the phase"
     if content is None and key in PLANT.get("reads_data", ()):
         if requirements != violated:  # the rest is told of data that are sent only
@@ -35,4 +35,4 @@ def wrong_request(key, told, state, content):
 def wrong_cancel(key, told, state, content):
     """Yield what is wrong with the reasons for which a cancel is blocked."""
     if any(told.values()) == state.is_enabled("cancel", key):
-        yield "the requirements" if state.busy[key] else "the phase"
+        yield "the requirements" if state.is_possible("cancel", key) else "the phase"

@@ -15,6 +15,7 @@ from robosc.emit.controller.attribute_names import (
     counting_entries,
     word_of,
 )
+from robosc.emit.controller.comments import PERMITTED, PHASES, described
 from robosc.emit.controller.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.controller.guard_methods import GuardTexts, holds_where
 from robosc.emit.controller.indexed_copies import with_copies
@@ -50,7 +51,7 @@ from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.package.config import ATTRIBUTES, declared_communications, declared_parameters
 from robosc.emit.package.rendering import instantiated
 from robosc.expr.tree import TRUE, Expr
-from robosc.language.events import EventKind, Kind
+from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
 from robosc.names import snake_case
 from robosc.plant.automaton import Event, Plant
@@ -58,8 +59,6 @@ from robosc.plant.conjuncts import conjuncts
 from robosc.plant.part_names import NamedExpr
 from robosc.runtime.model import Communication as Declared
 from robosc.supervisor import Guard, Supervisor
-
-_PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
 
 # What the module imports or defines, and what the base class has.
 _RESERVED = """
@@ -155,8 +154,9 @@ class _Builder:
         parts = [literal(part) for part in (declared.key, declared.name, declared.sort)]
         phases = self.robot.communications[declared.key].phases
         if phases is not None:
-            parts.append(literal(self.attributes.phases[declared.key]))
-            parts.append(f"phases={python_literals.literal(phases.names)}")
+            flags = tuple(self.attributes.phases[declared.key, phase] for phase in phases.active)
+            for field, names in (("flags", flags), ("phases", phases.names)):
+                parts.append(f"{field}={python_literals.literal(names)}")
         more = [(field, getattr(declared, field)) for field in ATTRIBUTES]
         parts += [f"{field}={literal(value)}" for field, value in more if value is not None]
         return ", ".join(parts)
@@ -191,10 +191,8 @@ class _Builder:
             yield ComponentView(component.name, place(component.span), tuple(attributes))
 
     def _phase_views(self) -> Iterator[AttributeView]:
-        for key, attribute in self.attributes.phases.items():
-            name = self.robot.display_names[key]
-            calling = self.robot.communications[key].kind is not Kind.OUTGOING
-            comment = f"{name} is under way" if calling else f"{name} came within its timeout"
+        for (key, phase), attribute in self.attributes.phases.items():
+            comment = f"{self.robot.display_names[key]} {PHASES[phase]}"
             yield AttributeView(attribute, "False", comment)
 
     def _requirement(self, number: int) -> RequirementView:
@@ -226,10 +224,6 @@ class _Builder:
 
     # --- events --------------------------------------------------------------------------------
 
-    def _description(self, event: Event) -> str:
-        communication = self.robot.communications[event.key]
-        return f"{event.kind.value} of the {communication.kind.value} {communication.name}"
-
     def _input(self, event: Event) -> InputView:
         word = self._word(event.key)
         read, lines = reading(event, self.robot, self.attributes)
@@ -240,7 +234,7 @@ class _Builder:
             key=event.key,
             kind=event.kind.value,
             place=place(event.span),
-            description=self._description(event),
+            description=described(event.kind, self.robot.communications[event.key]),
             read=read,
             read_lines=lines,
             reader=reader,
@@ -262,12 +256,13 @@ class _Builder:
         changes = reaction.body or reaction.writes
         read, lines = reading(event, self.robot, self.attributes)
         corrections = corrected_data(event.key, self.robot, self.attributes)
+        during, unless = self.reactions.phases(event)
         return CommandView(
             key=event.key,
             kind=kind,
             place=place(event.span),
-            description=self._description(event),
-            permission=f"{event.name} may be {_PERMITTED[event.kind]}",
+            description=described(event.kind, self.robot.communications[event.key]),
+            permission=f"{event.name} may be {PERMITTED[event.kind]}",
             read=read,
             read_lines=lines,
             reader=self.names.take(f"read_{kind}_of_{word}") if read is not None else None,
@@ -280,7 +275,8 @@ class _Builder:
                 self.names.take(f"synchronises_{kind}_of_{word}") if synchronisation else None
             ),
             synchronisation_text=synchronisation.text,
-            busy=self.attributes.phases.get(event.key),
+            during=during,
+            unless=unless,
             data=self.names.take(f"data_for_{word}") if data else None,
             data_body=data,
             applier=self.names.take(f"{kind}_{word}") if changes else None,

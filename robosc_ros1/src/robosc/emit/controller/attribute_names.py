@@ -32,9 +32,10 @@ def attributes_of(
         for name in counting_entries(component)
     }
     phases = {
-        c.key: names.take(f"{word_of(c.key, robot)}_{c.phases.active[0]}")
+        (c.key, phase): names.take(f"{word_of(c.key, robot)}_{phase}")
         for c in robot.communications.values()
         if c.phases is not None
+        for phase in c.phases.active
     }
     parameters = {
         p.key: names.take("_".join(snake_case(part) for part in p.key.split(".")))

@@ -141,7 +141,7 @@ def _owners(
     """By table, what each of its entries belongs to."""
     component = {key: c.component for key, c in robot.communications.items()}
     yield "components", [_owner(c.name) for c in context.components]
-    yield "phases", [_owner(component[key]) for key in attributes.phases]
+    yield "phases", [_owner(component[key]) for key, _ in attributes.phases]
     yield "locations", [_owner(name) for name, _ in context.locations]
     yield "variables", [_owner(key.rpartition(".")[0]) for key, _ in context.variables]
     yield "communications", [_owner(name) for name in component.values()]

@@ -90,7 +90,8 @@ def joined(operator: str, codes: Iterable[PythonCode]) -> PythonCode:
 class Attributes:
     """The controller's attributes, and expressions over them as Python source.
 
-    They are given by component (its state), ``Component.variable``, and key (its phase).
+    They are given by component (its state), ``Component.variable``, and key and phase (whether the
+    communication is in it; in its first phase it is in none of the others).
 
     ``entries`` are those that count how often a component entered a state, or entered or left one
     with states in it (``Component.state``), ``parameters`` those
@@ -99,7 +100,7 @@ class Attributes:
 
     locations: Mapping[str, str]
     variables: Mapping[str, str]
-    phases: Mapping[str, str]
+    phases: Mapping[tuple[str, str], str]
     enums: Mapping[EnumType, str]
     entries: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
@@ -148,8 +149,8 @@ class Attributes:
                     yield self.locations[component]
                 case VariableRef(key=key):
                     yield self.variables[key]
-                case PhaseRef(communication=key):
-                    yield self.phases[key]
+                case PhaseRef(communication=key, phase=phase):
+                    yield self.phases[key, phase]
 
 
 def _ranged(type_: Type) -> bool:
@@ -191,8 +192,8 @@ def _in_controller(node: Leaf, attributes: Attributes) -> str:
             return f"given({text})" if isinstance(node.type, ArrayType | ObjectType) else text
         case StateRef() | TestRef():
             raise AssertionError("states and tests are spread before")
-        case PhaseRef(communication=key):
-            return f"self.{attributes.phases[key]}"
+        case PhaseRef(communication=key, phase=phase):
+            return f"self.{attributes.phases[key, phase]}"
         case ParameterRef(parameter=parameter):
             return f"self.{attributes.parameters[parameter.key]}"
         case Count(conditions=conditions, least=least, negated=negated):

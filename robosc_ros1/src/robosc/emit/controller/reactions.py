@@ -23,6 +23,9 @@ from robosc.model.automata import Variable
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.plant.formulas import exact, may_be_huge
 
+_IMPOSSIBLE = {EventKind.TIMEOUT: "silent", EventKind.CANCELLED: "not being cancelled"}
+"""What a communication is where an event of it is not possible, if it is not just idle."""
+
 
 @dataclass(frozen=True)
 class _Effect:
@@ -81,15 +84,36 @@ class Reactions:
         changed = {e.attribute: None for part in parts for b in part.branches for e in b.effects}
         phase = event.phase
         if phase is not None:
-            busy = self.attributes.phases[event.key]
-            if phase.sources == (1,):
-                wrong = "silent" if event.kind is EventKind.TIMEOUT else "not under way"
+            during, _ = self.phases(event)
+            if during:
+                wrong = _IMPOSSIBLE.get(event.kind, "not under way")
                 mismatch = f'    raise Mismatch("{event.name} is {wrong}")'
-                body = [f"if not self.{busy}:", mismatch, *body]
-            if phase.sources != (phase.target,):
-                body.append(f"self.{busy} = {phase.target == 1}")
-                changed[busy] = None
+                body = [f"if {_none_of(during)}:", mismatch, *body]
+            for number, flag in self._flags(event).items():
+                was, becomes = phase.sources == (number,), number == phase.target
+                if not was if becomes else number in phase.sources:
+                    body.append(f"self.{flag} = {becomes}")
+                    changed[flag] = None
         return ReactionView(tuple(body), tuple(changed))
+
+    def phases(self, event: Event) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The attributes of the phases in which an event is possible; where it is possible in the
+        first one, too, which has none, those of the phases in which it is not."""
+        if event.phase is None:
+            return (), ()
+        sources, flags = event.phase.sources, self._flags(event)
+        if 0 in sources:
+            return (), tuple(flag for number, flag in flags.items() if number not in sources)
+        return tuple(flag for number, flag in flags.items() if number in sources), ()
+
+    def _flags(self, event: Event) -> dict[int, str]:
+        """The attributes of the phases of an event's communication, by their numbers."""
+        phases = self.plant.robot.communications[event.key].phases
+        assert phases is not None
+        return {
+            number: self.attributes.phases[event.key, phase]
+            for number, phase in enumerate(phases.active, 1)
+        }
 
     def effects(self, event: Event, edges: list[Edge]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The statements of an event's one transition, where it is taken, and what they write."""
@@ -237,6 +261,11 @@ class Reactions:
                 low, high = variable.type.bounds
                 code = self.attributes.code(expr)
                 yield replace(code, text=f"{low} <= {code.text} <= {high}")
+
+
+def _none_of(flags: Iterable[str]) -> str:
+    one, *more = [f"self.{flag}" for flag in flags]
+    return f"not ({' or '.join([one, *more])})" if more else f"not {one}"
 
 
 def alike(edges: Iterable[Edge]) -> list[list[Edge]]:

@@ -86,7 +86,9 @@ class CommandView:
     guard_text: str
     synchronisation: str | None
     synchronisation_text: str
-    busy: str | None
+    during: tuple[str, ...]
+    """It is possible in these phases, given by attributes; empty: in all except ``unless``."""
+    unless: tuple[str, ...]
     data: str | None
     data_body: tuple[str, ...]
     applier: str | None

@@ -233,7 +233,7 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
             case ParameterRef(parameter=parameter):
                 return ["parameter", parameter.key]
             case PhaseRef(communication=key, phase=phase):
-                return [phase, key]
+                return ["phase", key, phase]
 
     def operation(node: Operation, operands: tuple[Json, ...]) -> Json:
         if isinstance(node, Convert):

@@ -147,7 +147,7 @@ PLANT = {
                 },
                 {
                     "from": "moving",
-                    "event": "cancel",
+                    "event": "cancelled",
                     "communication": "Arm.reach",
                     "guard": None,
                     "assign": [],

@@ -164,7 +164,7 @@ PLANT = {
             "communications": ["Heater.heat"],
             "condition": [
                 "and",
-                ["fresh", "Sensor.reading"],
+                ["phase", "Sensor.reading", "fresh"],
                 [
                     "or",
                     ["parameter", "Heater.eager"],

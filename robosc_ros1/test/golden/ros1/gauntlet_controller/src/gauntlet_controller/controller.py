@@ -73,6 +73,7 @@ class GauntletController(Controller):
 
         # services and actions
         self.reach_busy = False  # reach is under way
+        self.reach_cancelling = False  # reach was cancelled, and has not ended
         self.set_level_busy = False  # set_level is under way
 
     def components(self):
@@ -162,13 +163,14 @@ class GauntletController(Controller):
 
     def on_response_of_reach(self, value):
         """Apply the response of the action reach (gauntlet.rscd:42)."""
-        if not self.reach_busy:
+        if not (self.reach_busy or self.reach_cancelling):
             raise Mismatch("reach is not under way")
         # Arm
         if self.arm == "moving":  # gauntlet.rscd:55
             self.arm_grade = value
             self.arm = "initial"
         self.reach_busy = False
+        self.reach_cancelling = False
 
     def read_feedback_of_reach(self, message):
         return message.progress
@@ -186,13 +188,23 @@ class GauntletController(Controller):
 
     def on_error_of_reach(self, value):
         """Apply the error of the action reach (gauntlet.rscd:42)."""
-        if not self.reach_busy:
+        if not (self.reach_busy or self.reach_cancelling):
             raise Mismatch("reach is not under way")
         # Arm
         if self.arm == "moving":  # gauntlet.rscd:56
             self.arm_grade = self.assigned(lambda: given(value), self.arm_grade, "gauntlet.rscd:56")
             self.arm = "initial"
         self.reach_busy = False
+        self.reach_cancelling = False
+
+    def on_cancelled_of_reach(self, value):
+        """Apply the end of the cancelled action reach (gauntlet.rscd:42)."""
+        if not self.reach_cancelling:
+            raise Mismatch("reach is not being cancelled")
+        # Arm
+        if self.arm == "moving":  # gauntlet.rscd:57
+            self.arm = "initial"
+        self.reach_cancelling = False
 
     def read_response_of_set_level(self, message):
         return {
@@ -325,10 +337,8 @@ class GauntletController(Controller):
         """Apply the cancel of the action reach."""
         if not self.reach_busy:
             raise Mismatch("reach is not under way")
-        # Arm
-        if self.arm == "moving":  # gauntlet.rscd:57
-            self.arm = "initial"
         self.reach_busy = False
+        self.reach_cancelling = True
 
     def can_request_set_level(self):
         """Return whether set_level may be requested (gauntlet.rscd:63)."""
@@ -422,12 +432,18 @@ class GauntletController(Controller):
         Communication("Eye.spots", "spots", "outgoing"),
         Communication("Count.up", "up", "outgoing"),
         Communication("Count.down", "down", "outgoing"),
-        Communication("Arm.reach", "reach", "action", "reach_busy", phases=("idle", "busy")),
+        Communication(
+            "Arm.reach",
+            "reach",
+            "action",
+            flags=("reach_busy", "reach_cancelling"),
+            phases=("idle", "busy", "cancelling"),
+        ),
         Communication(
             "Lamp.set_level",
             "set_level",
             "service",
-            "set_level_busy",
+            flags=("set_level_busy",),
             phases=("idle", "busy"),
         ),
         Communication("Speaker.say", "say", "incoming"),
@@ -472,7 +488,7 @@ class GauntletController(Controller):
             kind="response",
             read=read_response_of_reach,
             apply=on_response_of_reach,
-            writes=("arm_grade", "arm", "reach_busy"),
+            writes=("arm_grade", "arm", "reach_busy", "reach_cancelling"),
         ),
         Input(
             key="Arm.reach",
@@ -486,7 +502,14 @@ class GauntletController(Controller):
             kind="error",
             read=read_error_of_reach,
             apply=on_error_of_reach,
-            writes=("arm_grade", "arm", "reach_busy"),
+            writes=("arm_grade", "arm", "reach_busy", "reach_cancelling"),
+        ),
+        Input(
+            key="Arm.reach",
+            kind="cancelled",
+            read=None,
+            apply=on_cancelled_of_reach,
+            writes=("arm", "reach_cancelling"),
         ),
         Input(
             key="Lamp.set_level",
@@ -523,12 +546,12 @@ class GauntletController(Controller):
             kind="request",
             guard=can_request_reach,
             synchronisation=synchronises_request_of_reach,
-            busy="reach_busy",
             data=data_for_reach,
             apply=request_reach,
             reads=("arm", "eye_front", "left_slipping", "right_slipping"),
             writes=("arm_tries", "arm", "reach_busy"),
             requirements=(0, 1),
+            unless=("reach_busy", "reach_cancelling"),
             partners=(
                 ("Arm", synchronises_request_of_reach),
             ),
@@ -538,24 +561,24 @@ class GauntletController(Controller):
             kind="cancel",
             guard=can_cancel_reach,
             synchronisation=None,
-            busy="reach_busy",
             data=None,
             apply=cancel_reach,
             reads=("eye_front", "left_slipping", "right_slipping"),
-            writes=("arm", "reach_busy"),
+            writes=("reach_busy", "reach_cancelling"),
             requirements=(0, 1),
+            during=("reach_busy",),
         ),
         Command(
             key="Lamp.set_level",
             kind="request",
             guard=can_request_set_level,
             synchronisation=synchronises_request_of_set_level,
-            busy="set_level_busy",
             data=data_for_set_level,
             apply=request_set_level,
             reads=("count", "count_items", "lamp"),
             writes=("lamp_level", "lamp", "set_level_busy"),
             requirements=(4,),
+            unless=("set_level_busy",),
             partners=(
                 ("Lamp", synchronises_request_of_set_level),
             ),
@@ -565,7 +588,6 @@ class GauntletController(Controller):
             kind="request",
             guard=can_request_say,
             synchronisation=None,
-            busy=None,
             data=data_for_say,
             apply=None,
             reads=("count_items", "eye_lit"),
@@ -577,7 +599,6 @@ class GauntletController(Controller):
             kind="request",
             guard=can_request_count,
             synchronisation=None,
-            busy=None,
             data=data_for_count,
             apply=None,
             reads=("count_items", "eye_lit"),
@@ -589,7 +610,6 @@ class GauntletController(Controller):
             kind="request",
             guard=can_request_shout,
             synchronisation=None,
-            busy=None,
             data=data_for_shout,
             apply=None,
             reads=("arm_grade", "eye_lit"),
@@ -601,7 +621,6 @@ class GauntletController(Controller):
             kind="request",
             guard=can_request_left_turn,
             synchronisation=None,
-            busy=None,
             data=data_for_left_turn,
             apply=None,
             reads=("left_slipping",),
@@ -613,7 +632,6 @@ class GauntletController(Controller):
             kind="request",
             guard=can_request_right_turn,
             synchronisation=None,
-            busy=None,
             data=data_for_right_turn,
             apply=None,
             reads=("right_slipping",),

@@ -142,7 +142,7 @@ MODEL = {
                 {
                     "from": "moving",
                     "to": "initial",
-                    "event": {"kind": "cancel", "name": "reach"},
+                    "event": {"kind": "cancelled", "name": "reach"},
                     "guard": None,
                     "assignments": [],
                     "place": "gauntlet.rscd:57",
