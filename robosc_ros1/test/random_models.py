@@ -215,6 +215,11 @@ class _Builder(RandomBehaviours):
                 texts.append(f"requirement {some} needs {condition}{start}")
             else:
                 texts.append(f"requirement {condition} disables {some}{start}")
+        while self.chance(25):
+            parts = [f"requirement possible {self.boolean(Scope())}"]
+            parts += [f"from {self.boolean(Scope())}"] if self.chance(60) else []
+            parts += [f"while {self.boolean(Scope())}"] if self.chance(30) else []
+            texts.append(" ".join(parts))
         return texts
 
     def work_requirements(self) -> list[str]:

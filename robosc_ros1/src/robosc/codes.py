@@ -69,7 +69,7 @@ _PLANT_WARNINGS = (
     "never-allowed", "restricted-command", "topic-conflict", "provide-overlap", "provide-missing",
     "nothing-to-send", "requirement-always-true", "requirement-never-met", "livelock",
     "properties-unchecked", "synthesis-unchecked", "order-matters", "blocking-under-control",
-    "self-cancelling",
+    "impossible-under-control", "possible-free", "self-cancelling",
 )  # fmt: skip
 _SUPERVISOR_ERRORS = ("commands-alike", "topic-both-ways", "data-of-others")
 

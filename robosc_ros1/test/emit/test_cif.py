@@ -324,7 +324,9 @@ def test_names_inside_an_automaton_hide_none_outside() -> None:
 @pytest.mark.parametrize("chunk", range(4))
 def test_random_robots(chunk: int) -> None:
     for seed in range(500 + 25 * chunk, 500 + 25 * (chunk + 1)):
-        text = random_model(random.Random(seed), 1 + seed % 2)
+        lines = random_model(random.Random(seed), 1 + seed % 2).split("\n")
+        # CIF has no such requirements.
+        text = "\n".join(line for line in lines if "requirement possible" not in line)
         try:
             check(robot_of(text))
         except Exception as error:

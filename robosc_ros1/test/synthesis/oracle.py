@@ -15,10 +15,7 @@ from synthesis.oracle_events import Event, Occurrence, OracleState
 from synthesis.oracle_plant import OraclePlant, Transition
 from synthesis.oracle_values import Path
 
-from robosc.model.entities import (
-    Communication,
-    EventKind,
-)
+from robosc.model.entities import Communication, EventKind, Goal
 
 
 class Oracle(OraclePlant):
@@ -74,9 +71,32 @@ class Oracle(OraclePlant):
                     break
                 reaching |= more
             smaller &= reaching
+            for goal in self.robot.goals:
+                smaller -= self._missing(goal, keep, allowed)
             if smaller == keep:
                 return keep
             keep = smaller
+
+    def _missing(
+        self, goal: Goal, keep: set[OracleState], allowed: list[Transition]
+    ) -> set[OracleState]:
+        """The states of ``keep`` in which something must be possible, and no way in it leads there."""
+        found = {state for state in keep if self.holds(goal.condition, state)}
+        while True:
+            more = {
+                t.source
+                for t in allowed
+                if t.source in keep
+                and t.source not in found
+                and t.target in found
+                and (goal.along is None or self.holds(goal.along, t.source))
+            }
+            if not more:
+                break
+            found |= more
+        return {
+            state for state in keep - found if goal.origin is None or self.holds(goal.origin, state)
+        }
 
     @property
     def empty(self) -> bool:
@@ -178,12 +198,32 @@ class Oracle(OraclePlant):
         reaching = {rest for rest in edges if self.marked(rest)}
         while any(ends & reaching and rest not in reaching for rest, ends in edges.items()):
             reaching |= {rest for rest, ends in edges.items() if ends & reaching}
+        possible = {}
+        if self.robot.goals:
+            kept = all(self._is_kept(goal, edges, others) for goal in self.robot.goals)
+            possible = {"always possible": bounded and kept}
         return {
             "bounded response": bounded,
             "confluence": all(len(self._ends(start)) < 2 for start in settled),
             "nonblocking under control": bounded and reaching == set(edges),
+            **possible,
             "acyclic": not any(self._goes_round(start) for start in settled),
         }
+
+    def _is_kept(
+        self, goal: Goal, edges: dict[OracleState, set[OracleState]], events: list[Event]
+    ) -> bool:
+        """Whether the controller can come to a goal, from each state at rest that asks for it."""
+        found = {rest for rest in edges if self.holds(goal.condition, rest)}
+        ways = {rest for rest in edges if goal.along is None or self.holds(goal.along, rest)}
+        for rest in ways:
+            for start in self.after(rest, self.sent(rest, events)):
+                if any(self.holds(goal.condition, state) for state in self.settle(start) or ()):
+                    found.add(rest)
+        while any(rest not in found and edges[rest] & found for rest in ways):
+            found |= {rest for rest in ways if edges[rest] & found}
+        asked = {rest for rest in edges if goal.origin is None or self.holds(goal.origin, rest)}
+        return asked <= found
 
     def sent(self, state: OracleState, events: list[Event]) -> list[Event]:
         """The events without the requests that another one is preferred to, now."""

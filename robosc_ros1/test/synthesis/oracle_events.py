@@ -152,6 +152,7 @@ class OracleEvents:
         """Read by a guard, a requirement or a provide condition, or on the way to such a one."""
         robot = self.robot
         conditions: list[Expr] = [r.condition for r in robot.requirements]
+        conditions += [e for g in robot.goals for e in g.conditions]
         conditions += [p.condition for p in robot.provides if p.condition is not None]
         conditions += [t.guard for _, t in self.all_transitions if t.guard is not None]
         found = {read for condition in conditions for read in _variables_in(condition)}

@@ -92,9 +92,21 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("default", clause, ("enum",))
     for word in ("object", "enum", "message"):
         yield Keyword(word, declaration)
-    for word in ("if", "do", "goto", "needs", "disables", "never", "always", "with", "links"):
+    for word in (
+        "if",
+        "do",
+        "goto",
+        "needs",
+        "disables",
+        "never",
+        "always",
+        "possible",
+        "while",
+        "with",
+        "links",
+    ):
         yield Keyword(word, clause)
-    for word in ("from", "to", "start", "use", "import", "over", "except", "in"):
+    for word in ("with", "links", "from", "to", "start", "use", "import", "over", "except", "in"):
         yield Keyword(word, clause)
     events = tuple(kind.value for kind in EventKind if not kind.of_component)
     labels = (*(attribute.name for attribute in ATTRIBUTES), "prefix")
@@ -151,6 +163,8 @@ _MEANINGS = {
     "disables": "The commands on the right are not sent while the condition on the left holds.",
     "never": "The supervisor keeps away from all states in which the condition holds.",
     "always": "The supervisor keeps away from all states in which the condition does not hold.",
+    "possible": "From every state under control, one in which the condition holds can be reached.",
+    "while": "What holds on the way to the state that must remain possible.",
     "with": "Introduces attributes: topic and types, data, or what an import sets.",
     "links": "The interface that carries the communication in ROS.",
     "from": "Where something comes from: a communication, a library, a package, or a type.",

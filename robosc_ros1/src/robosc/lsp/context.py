@@ -17,9 +17,9 @@ from robosc.source import Source, common_ends
 _EXPECT_NAME = frozenset({
     ".", "robot", "library", "component", "constant", "parameter", "condition", "function",
     "requirement", "provide", "interface", "message", "service", "action", "variable", "state",
-    "from", "to", "goto", "do", "if", "needs", "disables", "never", "always", "use", "import",
-    "links", "object", "enum", "->", ":=", "(", ",", ":", "[", *symbols(words=True),
-    *symbols(words=False),
+    "from", "to", "goto", "do", "if", "needs", "disables", "never", "always", "possible", "while",
+    "use", "import", "links", "object", "enum", "->", ":=", "(", ",", ":", "[",
+    *symbols(words=True), *symbols(words=False),
 })  # fmt: skip
 """After these a word is a name rather than the beginning of the next declaration."""
 

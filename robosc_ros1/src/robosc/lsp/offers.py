@@ -350,5 +350,17 @@ def ends_operand(word: str) -> bool:
 
 
 _BEFORE_OPERANDS = frozenset(
-    (*symbols(words=True), "needs", "disables", "never", "always", "if", "do", "goto", "with")
+    (
+        *symbols(words=True),
+        "needs",
+        "disables",
+        "never",
+        "always",
+        "possible",
+        "while",
+        "if",
+        "do",
+        "goto",
+        "with",
+    )
 )

@@ -28,6 +28,7 @@ from robosc.syntax.nodes import (
     MessageNode,
     ObjectNode,
     ParameterNode,
+    PossibleNode,
     PreferNode,
     PropertyNode,
     ProvideNode,
@@ -131,7 +132,7 @@ def _item(node: _Node) -> OutlineItem:
         case StateNode():
             detail = " ".join(["initial"] * node.initial + ["marked"] * node.marked)
             return _named(node, "state", detail, node.states)
-        case RequirementNode():
+        case RequirementNode() | PossibleNode():
             label = " ".join(node.span.text.split()).removeprefix("requirement ")
             return OutlineItem(label, "requirement", "requirement", node.span, node.span)
         case ProvideNode(communication=name):

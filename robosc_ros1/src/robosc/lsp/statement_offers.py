@@ -108,13 +108,13 @@ class StatementOffers(MemberOffers):
         if len(words) == 1:
             yield from self._communications(SENT, rank=0)
             yield ALL_COMMANDS
-            yield from keywords(("never", "always"))
+            yield from keywords(("never", "always", "possible"))
             yield from self._expression(None)
             return
         if (
             "needs" not in words
             and "disables" not in words
-            and self._context.word(1) not in ("never", "always")
+            and self._context.word(1) not in ("never", "always", "possible")
         ):
             if ends_operand(last):
                 yield from keywords(("needs", "disables"), rank=0)

@@ -141,6 +141,27 @@ class Requirement:
 
 
 @dataclass(frozen=True, slots=True)
+class Goal:
+    """What must remain possible: ``requirement possible condition from origin while along``.
+
+    Under control, from every state in which ``origin`` holds (None: from every state) one in which
+    ``condition`` holds can be reached; in the states before it ``along`` holds (None: it is not
+    asked). ``text`` is the requirement on one line.
+    """
+
+    condition: Expr
+    origin: Expr | None
+    along: Expr | None
+    text: str
+    span: Span = span_field()
+
+    @property
+    def conditions(self) -> tuple[Expr, ...]:
+        """All that it reads."""
+        return tuple(e for e in (self.condition, self.origin, self.along) if e is not None)
+
+
+@dataclass(frozen=True, slots=True)
 class DataObject:
     """Values for named fields; fields that are not named keep their defaults."""
 
@@ -215,6 +236,7 @@ class Robot:
     parameters: tuple[RosParameter, ...] = ()
     stop: str | None = None
     """The key of the message that is sent at a safe stop and when the node ends."""
+    goals: tuple[Goal, ...] = ()
     supervises: bool = False
     """Whether the data of commands are those that another controller sends."""
     conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)

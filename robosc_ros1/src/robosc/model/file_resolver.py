@@ -328,6 +328,7 @@ class FileResolver:
             tuple(found.preferences),
             tuple(self._parameters()),
             resolver.stop(stops),
+            tuple(found.goals),
             conditions=conditions_over(self.types, self.component_table),
             span=node.name.span,
         )

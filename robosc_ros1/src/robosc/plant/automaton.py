@@ -235,6 +235,24 @@ class Event:
         return frozenset(phase).union(*(automaton.writes for automaton in self.automata))
 
 
+@dataclass(frozen=True, slots=True)
+class PlantGoal:
+    """What must remain possible (:class:`~robosc.model.entities.Goal`), in terms of the plant.
+
+    ``index`` is that of the goal in ``Robot.goals``.
+    """
+
+    condition: Expr
+    origin: Expr
+    along: Expr
+    index: int
+
+    @property
+    def conditions(self) -> tuple[Expr, ...]:
+        """All that it reads."""
+        return self.condition, self.along, self.origin
+
+
 @dataclass(frozen=True)
 class Plant:
     """The uncontrolled system, with its requirements and the model it was made from.
@@ -242,7 +260,8 @@ class Plant:
     ``invariants`` are the conditions of state requirements, each with its index in
     ``Robot.requirements``; they must hold in every state (``never e`` is ``!e``). ``events`` are in
     model order: for each component those of its communications (request, response, feedback, error,
-    cancel), then its taus. ``view`` is the finite view of the data.
+    cancel), then its taus. ``view`` is the finite view of the data. ``goals`` are what must remain
+    possible beside the marked states.
     """
 
     robot: Robot
@@ -250,6 +269,7 @@ class Plant:
     events: tuple[Event, ...]
     invariants: tuple[tuple[Expr, int], ...]
     view: FiniteView = field(compare=False, repr=False)
+    goals: tuple[PlantGoal, ...] = ()
 
     @cached_property
     def variable_index(self) -> dict[tuple[VariableKind, str], int]:

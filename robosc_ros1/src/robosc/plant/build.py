@@ -22,7 +22,7 @@ from robosc.expr.tree import (
 from robosc.expr.types import BooleanType, Value, domain
 from robosc.language.events import EventKind, EventSort
 from robosc.model.automata import After, Behaviour, ResultTransition, Tau, is_in
-from robosc.model.entities import Communication, Component, Robot
+from robosc.model.entities import Communication, Component, Goal, Robot
 from robosc.plant.automaton import (
     Edge,
     Event,
@@ -30,6 +30,7 @@ from robosc.plant.automaton import (
     LocalAutomaton,
     PhaseStep,
     Plant,
+    PlantGoal,
     StateVariable,
     VariableKind,
     values_read,
@@ -56,7 +57,14 @@ def lower(robot: Robot) -> Plant:
         for index, requirement in enumerate(robot.requirements)
         if requirement.kind in ("never", "always")
     )
-    return Plant(robot, lowering.variables, tuple(events), invariants, lowering.view)
+    goals = (_goal(goal, lowering.view, n) for n, goal in enumerate(robot.goals))
+    plant = lowering.variables, tuple(events), invariants, lowering.view, tuple(goals)
+    return Plant(robot, *plant)
+
+
+def _goal(goal: Goal, view: FiniteView, index: int) -> PlantGoal:
+    origin, along = (TRUE if e is None else view.expression(e) for e in (goal.origin, goal.along))
+    return PlantGoal(view.expression(goal.condition), origin, along, index)
 
 
 def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:

@@ -46,6 +46,7 @@ from robosc.syntax.nodes import (
     ComponentNode,
     ForNode,
     ImportNode,
+    PossibleNode,
     PreferNode,
     ProvideNode,
     RequirementNode,
@@ -143,10 +144,17 @@ def _requirement() -> Rule:
     disables = choice("disables", "'disables'") - t.communications(
         "the name of a communication after 'disables'"
     )
-    # 'never' and 'always' may also be names: of a communication, or where an expression begins.
+    # 'never', 'always' and 'possible' may also be names: of a communication, or where an
+    # expression begins.
     named = "needs | disables | and | or | '.' | '[' | INFIX | ')'"
     invariant = choice(f"(?: never | always ) (?! {named} )", "") - Expression(
         "a condition after 'never' or 'always'"
+    )
+    goal = (
+        choice(f"possible (?! {named} )", "")
+        - Expression("a condition after 'possible'")
+        - maybe(keyword("from") - Expression("a condition after 'from'"))
+        - maybe(keyword("while") - Expression("a condition after 'while'"))
     )
     single = (
         Expression(expected) - t.maybe_except() - either([needs, disables], "'needs' or 'disables'")
@@ -154,14 +162,27 @@ def _requirement() -> Rule:
     to_start = keyword("to") - choice("start", "'start' after 'to'")
     on_commands = either([t.braced_communications() - needs, single], expected) - maybe(to_start)
     return Rule(
-        either([invariant, on_commands], expected),
+        either([invariant, goal, on_commands], expected),
         _build_requirement,
-        tail=lambda node: () if node.to_start or not node.communications else ("'to start'",),
+        tail=_clauses_missing,
     )
 
 
-def _build_requirement(reading: Reading, start: int, end: int, parts: list[Any]) -> RequirementNode:
+def _clauses_missing(node: RequirementNode | PossibleNode) -> tuple[str, ...]:
+    """The clauses that could still be added at the end of a requirement, for messages."""
+    if isinstance(node, PossibleNode):
+        if node.along is not None:
+            return ()
+        return ("'while'",) if node.origin is not None else ("'from'", "'while'")
+    return () if node.to_start or not node.communications else ("'to start'",)
+
+
+def _build_requirement(
+    reading: Reading, start: int, end: int, parts: list[Any]
+) -> RequirementNode | PossibleNode:
     span = reading.span(start, end)
+    if parts[0] == "possible":
+        return PossibleNode(*parts[1:], span=span)
     if parts[0] in ("never", "always"):
         return RequirementNode(parts[0], (), parts[1], span=span)
     *parts, start_only = parts

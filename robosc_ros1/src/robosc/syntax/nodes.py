@@ -456,6 +456,7 @@ class ComponentNode(_Node):
         | ValueNode
         | FunctionNode
         | RequirementNode
+        | PossibleNode
         | ProvideNode
         | PreferNode,
         ...,
@@ -514,6 +515,19 @@ class RequirementNode(_Node):
 
 
 @dataclass(frozen=True, slots=True)
+class PossibleNode(_Node):
+    """``requirement possible e from f while g``; ``origin`` is f and ``along`` is g.
+
+    ``place`` is as in :class:`RequirementNode`.
+    """
+
+    condition: ExprNode
+    origin: ExprNode | None
+    along: ExprNode | None
+    place: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class DataFieldNode(_Node):
     """``name: value`` in provided data."""
 
@@ -565,7 +579,7 @@ class ForNode(_Node):
 
 
 StatementNode: TypeAlias = (
-    RequirementNode | ProvideNode | PreferNode | StopNode | ConditionNode | ForNode
+    RequirementNode | PossibleNode | ProvideNode | PreferNode | StopNode | ConditionNode | ForNode
 )
 DeclarationNode: TypeAlias = (
     ComponentNode

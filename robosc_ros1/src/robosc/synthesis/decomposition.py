@@ -10,12 +10,12 @@ a command of one that is preferred to a command of the other.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from math import prod
 from typing import TypeAlias
 
 from robosc.language.events import EventKind, Kind
-from robosc.plant.automaton import Event, Plant, VariableKind
+from robosc.plant.automaton import Event, Plant, PlantGoal, VariableKind
 from robosc.plant.data.disjoint_sets import DisjointSets
 from robosc.plant.data.view import sent_wholes
 from robosc.supervisor import Explanation, Step, Supervisor
@@ -32,16 +32,18 @@ _Identity: TypeAlias = tuple[EventKind, str, int]
 
 @dataclass(frozen=True, slots=True)
 class _Group:
-    """Variables, events and invariants of a plant that belong together, by number."""
+    """Variables, events, invariants and goals of a plant that belong together, by number."""
 
     variables: list[int] = field(default_factory=list)
     events: list[int] = field(default_factory=list)
     invariants: list[int] = field(default_factory=list)
+    goals: list[int] = field(default_factory=list)
 
     def add(self, other: _Group) -> None:
         self.variables.extend(other.variables)
         self.events.extend(other.events)
         self.invariants.extend(other.invariants)
+        self.goals.extend(other.goals)
 
 
 def independent_parts(plant: Plant, size: int) -> list[Plant]:
@@ -60,6 +62,9 @@ def independent_parts(plant: Plant, size: int) -> list[Plant]:
     for number, (condition, _) in enumerate(plant.invariants):
         read = support(plant, condition)
         (groups[sets.find(read[0])] if read else first).invariants.append(number)
+    for number, goal in enumerate(plant.goals):
+        reads = _read_by(plant, goal)
+        (groups[sets.find(reads[0])] if reads else first).goals.append(number)
     bundles = _bundles(plant, groups.values(), size)
     return [plant] if len(bundles) < 2 else [_part(plant, bundle) for bundle in bundles]
 
@@ -78,10 +83,7 @@ def _bundles(plant: Plant, groups: Iterable[_Group], size: int) -> list[_Group]:
             found.append(open_ := _Group())
             total = own
         open_.add(group)
-    return [
-        _Group(sorted(bundle.variables), sorted(bundle.events), sorted(bundle.invariants))
-        for bundle in found
-    ]
+    return [_Group(*(sorted(numbers) for numbers in astuple(bundle))) for bundle in found]
 
 
 def _sets(plant: Plant) -> DisjointSets:
@@ -95,6 +97,8 @@ def _sets(plant: Plant) -> DisjointSets:
         sets.join([event.identity, _component(event.key), *event_support(plant, event)])
     for condition, _ in plant.invariants:
         sets.join(support(plant, condition))
+    for goal in plant.goals:
+        sets.join(_read_by(plant, goal))
     # Warnings are about a command and what its requirements and the conditions of its data read.
     conditions = [(r.communications, r.condition) for r in robot.requirements]
     conditions += [((p.communication,), p.condition) for p in robot.provides if p.condition]
@@ -116,6 +120,10 @@ def _sets(plant: Plant) -> DisjointSets:
     return sets
 
 
+def _read_by(plant: Plant, goal: PlantGoal) -> list[int]:
+    return [variable for expr in goal.conditions for variable in support(plant, expr)]
+
+
 def _component(key: str) -> str:
     return key.partition(".")[0]
 
@@ -131,6 +139,7 @@ def _part(plant: Plant, group: _Group) -> Plant:
         variables=tuple(plant.variables[variable] for variable in group.variables),
         events=tuple(_renumbered(plant.events[event], number) for event in group.events),
         invariants=tuple(plant.invariants[invariant] for invariant in group.invariants),
+        goals=tuple(plant.goals[goal] for goal in group.goals),
     )
 
 

@@ -7,13 +7,17 @@ Of the states that the plant reaches, the supervisor keeps the largest set that 
 *controllable*
     no uncontrollable event leads out of it;
 *nonblocking*
-    from each state a marked state can be reached inside it.
+    from each state a marked state can be reached inside it;
+*always possible*
+    what must remain possible can be reached inside it, from the states in which that is asked.
 
 Such sets are closed under union, so there is a largest one; it is found by removing states until
 nothing changes. P. J. Ramadge and W. M. Wonham, "Supervisory control of a class of discrete event
 processes", SIAM J. Control and Optimization 25(1), 1987; for automata with variables L. Ouedraogo,
 R. Kumar, R. Malik and K. Akesson, "Nonblocking and safe control of discrete-event systems modeled
-as extended finite automata", IEEE Trans. Automation Science and Engineering 8(3), 2011.
+as extended finite automata", IEEE Trans. Automation Science and Engineering 8(3), 2011; for several
+things that must remain possible M. H. de Queiroz, J. E. R. Cury and W. M. Wonham, "Multitasking
+supervisory control of discrete-event systems", Discrete Event Dynamic Systems 15(4), 2005.
 
 The engines differ in how they hold sets: one bit per state (:mod:`robosc.synthesis.dense`), or
 decision diagrams (:mod:`robosc.synthesis.bdd`).
@@ -44,6 +48,10 @@ class SynthesisSets(Protocol[States]):
     def nonblocking(self, states: States) -> States:
         """Return the states from which a marked state can be reached inside the set."""
 
+    def reaching_goals(self, states: States) -> States:
+        """Return the states from which, inside the set, what must remain possible there can be
+        reached."""
+
     def same(self, states: States, subset: States) -> bool:
         """Whether a subset is the whole set."""
 
@@ -52,14 +60,14 @@ class SynthesisSets(Protocol[States]):
 
 
 def supremal(sets: SynthesisSets[States]) -> tuple[States, bool]:
-    """Return the largest safe, controllable and nonblocking set, and whether the robot may start.
+    """Return the largest set that is all of this, and whether the robot may start.
 
     If it may not, the fixpoint ends early: the set is then one that contains the largest one.
     """
     good = sets.reachable()
     good = sets.controllable(sets.safe(good), good)
     while sets.has_start(good):
-        left = sets.nonblocking(good)
+        left = sets.reaching_goals(sets.nonblocking(good))
         if sets.same(good, left):
             return good, True
         good = sets.controllable(left, good)

@@ -32,13 +32,16 @@ class Runs:
     state, then the state after each further event. ``livelock``: the last step ends in a cycle.
     ``differing``: it may end in either of two states, depending on the order of the internal
     transitions. ``stuck``: from the state in which it ends no marked state at rest can be reached.
-    ``longest`` bounds the number of internal transitions of a step; None if there is no bound.
+    ``missed``: what must remain possible cannot be reached from there; with the index of that in
+    ``Plant.goals``. ``longest`` bounds the number of internal transitions of a step; None if there
+    is no bound.
     """
 
     livelock: tuple[PlantState, ...] | None
     differing: tuple[tuple[PlantState, ...], PlantState, PlantState] | None
     stuck: tuple[PlantState, ...] | None
     longest: int | None
+    missed: tuple[tuple[PlantState, ...], int] | None = None
 
 
 def inputs(plant: Plant) -> list[tuple[int, ...]]:

@@ -280,6 +280,8 @@ class _Writer:
         for requirement in self.plant.robot.requirements:
             self.lines += ["", f"// {' '.join(requirement.text.split())}"]
             self.lines += list(self._requirement(requirement))
+        for goal in self.plant.robot.goals:
+            self.lines += ["", f"// {goal.text}", "// CIF has no such requirement."]
         self._cancels()
         self._ranges()
 

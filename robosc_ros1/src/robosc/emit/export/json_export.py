@@ -31,6 +31,7 @@ def export_document(supervisor: Supervisor) -> dict[str, Any]:
             ],
         },
         "requirements": [requirement.text for requirement in plant.robot.requirements],
+        **({"possible": [goal.text for goal in plant.robot.goals]} if plant.robot.goals else {}),
         "supervisor": {
             "empty": supervisor.empty,
             **{name: synthesized[name] for name in kept},

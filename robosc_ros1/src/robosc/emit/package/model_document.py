@@ -65,6 +65,10 @@ def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
                 "communications": [names[key] for key in requirement.communications],
             }
             for requirement in robot.requirements
+        ]
+        + [
+            {"text": goal.text, "place": place(goal.span), "communications": []}
+            for goal in robot.goals
         ],
         "commands": [
             {

@@ -78,6 +78,8 @@ def _deciding(robot: Robot) -> Iterator[Expr]:
         yield from (t.guard for t in component.transitions if t.guard is not None)
     for requirement in robot.requirements:
         yield requirement.condition
+    for goal in robot.goals:
+        yield from goal.conditions
     for provide in robot.provides:
         if provide.condition is not None:
             yield provide.condition

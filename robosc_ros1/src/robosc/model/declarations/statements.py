@@ -11,6 +11,7 @@ from typing import TypeAlias, TypeVar
 from robosc.errors import Note
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.presence import condition_on_data
+from robosc.expr.tree import Expr
 from robosc.expr.types import NoneType
 from robosc.language.events import Kind
 from robosc.model.declarations.datatypes import TypeTable
@@ -18,6 +19,7 @@ from robosc.model.diagnostics import Report
 from robosc.model.entities import (
     Data,
     DataObject,
+    Goal,
     Preference,
     Provide,
     Requirement,
@@ -37,6 +39,7 @@ from robosc.syntax.nodes import (
     CommunicationNode,
     DataObjectNode,
     DeclarationNode,
+    PossibleNode,
     PreferNode,
     ProvideNode,
     RequirementNode,
@@ -44,7 +47,7 @@ from robosc.syntax.nodes import (
 )
 
 _Node: TypeAlias = DeclarationNode | CommunicationNode | BehaviourNode
-_Entity = TypeVar("_Entity", Provide, Preference)
+_Entity = TypeVar("_Entity", Provide, Preference, Goal)
 
 
 @dataclass
@@ -54,6 +57,7 @@ class Statements:
     requirements: list[Requirement] = field(default_factory=list)
     provides: list[Provide] = field(default_factory=list)
     preferences: list[Preference] = field(default_factory=list)
+    goals: list[Goal] = field(default_factory=list)
 
     def add(self, items: Iterable[_Node], resolver: StatementResolver) -> None:
         """Resolve those of the nodes that are statements, and add them."""
@@ -61,6 +65,8 @@ class Statements:
             match item:
                 case RequirementNode():
                     self.requirements += resolver.requirements(item)
+                case PossibleNode():
+                    self.goals += _sound(resolver.goal(item))
                 case ProvideNode():
                     self.provides += _sound(resolver.provide(item))
                 case PreferNode():
@@ -114,6 +120,23 @@ class StatementResolver:
         condition = condition_on_data(condition, self._read)
         text = requirement_text(node)
         return (Requirement(node.kind, keys, condition, text, node.to_start, span=node.span),)
+
+    def goal(self, node: PossibleNode) -> Goal | None:
+        """What must remain possible; None after an error."""
+        parts = (
+            (node.condition, "a requirement"),
+            (node.origin, "the condition after 'from'"),
+            (node.along, "the condition after 'while'"),
+        )
+        found: list[Expr | None] = []
+        for part, what in parts:
+            expr = None if part is None else self._typer.check(part, BOOLEAN, what)
+            found.append(None if expr is None else condition_on_data(expr, self._read))
+        condition, origin, along = found
+        given = sum(part is not None for part, _ in parts)
+        if condition is None or sum(expr is not None for expr in found) < given:
+            return None
+        return Goal(condition, origin, along, requirement_text(node), span=node.span)
 
     def preference(self, node: PreferNode) -> Preference | None:
         """The preference; None after an error."""

@@ -25,6 +25,7 @@ from robosc.syntax.nodes import (
     InterfaceNode,
     Name,
     ObjectNode,
+    PossibleNode,
     PreferNode,
     ProvideNode,
     RequirementNode,
@@ -141,7 +142,9 @@ def _declared(node: DeclarationNode | BehaviourNode | StateNode) -> Iterator[str
             for item in items:
                 if isinstance(item, BehaviourNode):
                     yield from _declared(item)
-                elif not isinstance(item, RequirementNode | ProvideNode | PreferNode):
+                elif not isinstance(
+                    item, RequirementNode | PossibleNode | ProvideNode | PreferNode
+                ):
                     yield item.name.text
         case BehaviourNode(items=items):
             for part in items:

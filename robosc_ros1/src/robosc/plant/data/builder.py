@@ -148,6 +148,7 @@ class ViewBuilder:
                 if variable.in_state and domain(variable.type) is not None:
                     yield scope, kept_where_undefined(reference_to(variable), assignment.value)
         yield from ((data_scope(r), r.condition) for r in self.robot.requirements)
+        yield from ((None, expr) for goal in self.robot.goals for expr in goal.conditions)
         for provide in self.robot.provides:
             if provide.condition is not None and not provide.corrects:
                 yield None, provide.condition

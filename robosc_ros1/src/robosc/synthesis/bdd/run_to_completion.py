@@ -87,6 +87,7 @@ class SymbolicController:
             differing=self._differing(),
             stuck=self._chain(self._leading(self._rests & ~self._reaching())),
             longest=None if livelock != self._false else self._longest(),
+            missed=self._missed(),
         )
 
     # --- events and rounds
@@ -153,15 +154,16 @@ class SymbolicController:
             states = self.manager.union([left, *moved])
         return states
 
-    def _before_round(self, states: Bdd) -> Bdd:
-        """Return the preimage of one round of internal transitions."""
+    def _before_round(self, states: Bdd, also: Bdd | None = None) -> Bdd:
+        """Return the preimage of one round of internal transitions; if given, also the states from
+        which one passes through ``also``."""
         for tau in reversed(self._taus):
             left = states
             came = []
             for move in tau:
                 came.append(self.engine.relations.preimage(move.disjunct, states))
                 left = left & ~move.before
-            states = self.manager.union([left, *came])
+            states = self.manager.union([left, *came, *([] if also is None else [also])])
         return states
 
     def _completed(self, starts: Bdd) -> Bdd:
@@ -222,6 +224,30 @@ class SymbolicController:
             return found
 
         return self._closure(self._rests & self.encoding.marked, step)
+
+    def _missed(self) -> tuple[tuple[PlantState, ...], int] | None:
+        """Return the chain to a step that ends where something must remain possible and is not."""
+        for number, goal in enumerate(self.plant.goals):
+            there, along, origin = (self.encoding.holds(expr) for expr in goal.conditions)
+            passing = self._passing(there & self.states)
+
+            def step(found: Bdd, along: Bdd = along, passing: Bdd = passing) -> Bdd:
+                into = self._leading(found) | passing
+                for steps in self._inputs.values():
+                    found = found | (self._before(steps, into) & self._rests & along)
+                return found
+
+            reaching = self._closure(self._rests & there, step)
+            chain = self._chain(self._leading(self._rests & origin & ~reaching))
+            if chain is not None:
+                return chain, number
+        return None
+
+    def _passing(self, there: Bdd) -> Bdd:
+        """Return the states from which a step passes through ``there``, be it within a round."""
+        return self._closure(
+            there, lambda found: found | (self._before_round(found, there) & self.states)
+        )
 
     def _longest(self) -> int:
         """Return a bound on the internal transitions of a step: rounds times transitions."""

@@ -155,6 +155,15 @@ class SymbolicEngine:
     def nonblocking(self, states: Bdd) -> Bdd:
         return self._coreachable(states)
 
+    def reaching_goals(self, states: Bdd) -> Bdd:
+        for goal in self.plant.goals:
+            there, along, origin = (self.encoding.holds(expr) & states for expr in goal.conditions)
+            inside = self._inside(states)
+            what = "states from which all goals can be reached"
+            back = self._closure(what, there, along | there, inside, self.relations.preimage)
+            states = states & ~(origin & ~back)
+        return states
+
     def same(self, states: Bdd, subset: Bdd) -> bool:
         return states == subset
 

@@ -142,6 +142,15 @@ class DenseEngine:
             np.bitwise_and(back, states, out=back)
         return back
 
+    def reaching_goals(self, states: Bitset) -> Bitset:
+        for goal in self.plant.goals:
+            back = self.meeting(states, goal.condition).copy()
+            via = self.meeting(states, goal.along)
+            self._lead(back, via, self._refused(states), self.layout.size)
+            lost = self.meeting(states, goal.origin) & np.bitwise_not(back)
+            states = np.bitwise_and(states, np.bitwise_not(lost))
+        return states
+
     def same(self, states: Bitset, subset: Bitset) -> bool:
         return count(states) == count(subset)
 
@@ -229,10 +238,16 @@ class DenseEngine:
         intersected with it, and the result may contain further states.
         """
         back = self._regions(good if restricted else self.layout.everything(), [self._marked()])
-        within = good if restricted else None
-        events = self._required_stages()
         refused = self._refused(good) if restricted else {}
         most = count(good) if restricted else self.layout.size
+        self._lead(back, good if restricted else None, refused, most)
+        return back
+
+    def _lead(
+        self, back: Bitset, within: Bitset | None, refused: Mapping[int, Bitset], most: int
+    ) -> None:
+        """Add all states from which ``back`` is reached, if given only those ``within``."""
+        events = self._required_stages()
 
         def sweep() -> None:
             for number, stages in enumerate(events):
@@ -248,7 +263,6 @@ class DenseEngine:
                     np.bitwise_or(back, found, out=back)
 
         self._fixpoint("nonblocking states", back, sweep, most)
-        return back
 
     def _marked(self) -> Condition:
         return Condition(

@@ -8,7 +8,10 @@ controller properties checker of the Eclipse ESCET toolset:
 - *bounded response*: each run-to-completion step ends; the bound caps it at run time;
 - *confluence*: it ends in the same state whatever the order of the internal transitions;
 - *nonblocking under control*: from each reachable state at rest, one that is marked and at rest can
-  be reached, internal transitions taken eagerly.
+  be reached, internal transitions taken eagerly;
+- *always possible*, if the model asks for that: from each state at rest in which it is asked for,
+  the controller can come to it, be it in passing, by steps from states at rest in which the
+  condition for the way holds.
 
 Preferences are taken into account: while a preferred command is enabled, the other one is not sent.
 A message is one input, whatever the number of its communications. Without internal transitions and
@@ -29,13 +32,13 @@ from robosc import limits
 from robosc.errors import Diagnostic, Severity, listing
 from robosc.language.events import EventKind
 from robosc.model.diagnostics import first_of
-from robosc.plant.automaton import PlantState
+from robosc.plant.automaton import Plant, PlantState
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.compiled_steps import CompiledEvent
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explain.local_bound import longest_locally
 from robosc.synthesis.explain.run_to_completion import ExplicitController, tau_targets
-from robosc.synthesis.formatting import amount, step_text, trace_text
+from robosc.synthesis.formatting import amount, quoted, step_text, trace_text
 from robosc.synthesis.system import Runs, System, make_step
 
 _FEW_STATES = 10_000
@@ -58,12 +61,16 @@ class Properties:
 _NAMES = ("bounded response", "confluence", "nonblocking under control")
 
 
+def _names(plant: Plant) -> tuple[str, ...]:
+    return (*_NAMES, "always possible") if plant.goals else _NAMES
+
+
 def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> Properties:
     """Return the properties of the controller of a supervisor that is not empty."""
     stepping = any(g.event.kind is EventKind.TAU and g.status != "never" for g in guards)
     yields_to = system.plant.robot.yields_to
     if not stepping and not any(guard.event.key in yields_to for guard in guards):
-        return Properties(tuple((name, True) for name in _NAMES), 0)
+        return Properties(tuple((name, True) for name in _names(system.plant)), 0)
     if _branching(system) > limits.COMBINATIONS:
         return _of_large(system, guards, controlled_states)
     controller = ExplicitController(system.plant, guards)
@@ -91,8 +98,11 @@ def _of_runs(controller: ExplicitController, runs: Runs, bound: int | None) -> P
         diagnostics.append(reporter.order_matters(*runs.differing))
     if runs.stuck is not None and runs.livelock is None:
         diagnostics.append(reporter.blocking(runs.stuck))
+    if runs.missed is not None and runs.livelock is None:
+        diagnostics.append(reporter.impossible(*runs.missed))
     ends = runs.livelock is None
-    holds = zip(_NAMES, (ends, runs.differing is None, ends and runs.stuck is None), strict=True)
+    found = ends, runs.differing is None, ends and runs.stuck is None, ends and runs.missed is None
+    holds = zip(_names(controller.plant), found, strict=False)
     if bound is None:
         bound = runs.longest
     return Properties(tuple(holds), bound if ends else None, tuple(diagnostics))
@@ -110,7 +120,7 @@ def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -
     holds: tuple[tuple[str, bool], ...] = ()
     if bound is not None or livelock is not None:
         holds = ((_NAMES[0], livelock is None),)
-    left_out = _NAMES[len(holds) :]
+    left_out = _names(system.plant)[len(holds) :]
     unchecked = Diagnostic(
         Severity.WARNING,
         "properties-unchecked",
@@ -171,6 +181,18 @@ class _Reporter:
             f" because {self._order()}",
             self.plant.robot.span,
             "mark the states in which it does come to rest, or guard the steps that leave them",
+        )
+
+    def impossible(self, chain: Sequence[PlantState], goal: int) -> Diagnostic:
+        trace = self._trace(chain) + self._internal(self.controller.complete(chain[-1]).path)
+        written = self.plant.robot.goals[self.plant.goals[goal].index]
+        return Diagnostic(
+            Severity.WARNING,
+            "impossible-under-control",
+            f"{_after(trace)} {quoted(written.text)} fails under the controller,"
+            f" because {self._order()}",
+            written.span,
+            "guard the steps that lead away from it, or give up the preference",
         )
 
     def _difference(self, one: PlantState, other: PlantState) -> str:

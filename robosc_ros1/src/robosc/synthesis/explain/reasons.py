@@ -27,6 +27,7 @@ from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper, Test
 from robosc.synthesis.explain.blocking import Cause, why_blocked
+from robosc.synthesis.explain.goals import why_impossible
 from robosc.synthesis.explain.range_violation import why_out_of_range
 from robosc.synthesis.explain.starts import (
     UNTRACED,
@@ -211,7 +212,14 @@ class _Explainer:
             blocked = why_blocked(self.stepper, path[-1], steps)
             if blocked is not None:
                 return _BadState(path, None, blocked)
-        reason = "each way back to a marked state passes through states that must be avoided"
+        for path in paths if self.plant.goals else ():
+            impossible = why_impossible(self.stepper, path[-1])
+            if impossible is not None:
+                return _BadState(path, None, impossible)
+        where = "a marked state"
+        if self.plant.goals:
+            where += ", or to what must remain possible,"
+        reason = f"each way back to {where} passes through states that must be avoided"
         return _BadState((start,), None, Cause(reason))
 
     def _steps(self, before: tuple[Step, ...], path: tuple[PlantState, ...]) -> tuple[Step, ...]:

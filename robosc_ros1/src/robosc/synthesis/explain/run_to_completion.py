@@ -40,7 +40,8 @@ class ExplicitController:
 
     def __init__(self, plant: Plant, guards: Sequence[Guard]) -> None:
         self.plant = plant
-        events = Stepper(plant).controlled(guards)
+        compiled = Stepper(plant)
+        events = compiled.controlled(guards)
         self.taus = [w for w in events if plant.events[w.number].kind is EventKind.TAU]
         self._inputs = [tuple(events[n] for n in numbers) for numbers in inputs(plant)]
         requests = {e.key: n for n, e in enumerate(plant.events) if e.kind is EventKind.REQUEST}
@@ -54,6 +55,10 @@ class ExplicitController:
         """Per state in which a step starts, the state at rest before it; none for initial ones."""
         self._rests: dict[PlantState, PlantState] = {}
         """Per state at rest, the start of the first step that led to it."""
+        self._went: list[tuple[PlantState, PlantState]] = []
+        """From each state at rest to the starts of the steps that follow, if something must remain
+        possible."""
+        self._goals = [tuple(map(compiled.test, goal.conditions)) for goal in plant.goals]
         self._edges: list[tuple[PlantState, PlantState]] = []
 
     def runs(self) -> Runs:
@@ -65,6 +70,7 @@ class ExplicitController:
             livelock=livelock,
             differing=differing,
             stuck=stuck,
+            missed=self._missed(),
             longest=longest if livelock is None else None,
         )
 
@@ -112,6 +118,8 @@ class ExplicitController:
                 if after not in self._completions:
                     self._came[after] = rest
                 queue.extend(self._completed(after))
+                if self._goals:
+                    self._went.append((rest, after))
                 if self._completions[after].ends:
                     self._edges.append((rest, self._completions[after].rest))
 
@@ -172,6 +180,23 @@ class ExplicitController:
         good = reaching(filter(self.plant.is_marked, self._rests), self._edges)
         stuck = (start for rest, start in self._rests.items() if rest not in good)
         return next(map(self._chain, stuck), None)
+
+    def _missed(self) -> tuple[tuple[PlantState, ...], int] | None:
+        """Return the chain to a step that ends where something must remain possible and is not."""
+        for number, (there, along, origin) in enumerate(self._goals):
+            passing = {
+                start for start, found in self._completions.items() if any(map(there, found.path))
+            }
+            good = set(filter(there, self._rests))
+            left = [(rest, after) for rest, after in self._went if along(rest)]
+            good.update(rest for rest, after in left if after in passing)
+            ended = [(r, self._completions[a]) for r, a in left]
+            good = reaching(good, [(r, found.rest) for r, found in ended if found.ends])
+            missed = (s for rest, s in self._rests.items() if origin(rest) and rest not in good)
+            chain = next(map(self._chain, missed), None)
+            if chain is not None:
+                return chain, number
+        return None
 
 
 def _paths(events: Input, state: PlantState) -> list[_Path]:

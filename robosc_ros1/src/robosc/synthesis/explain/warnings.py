@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import combinations
 
 from robosc.errors import Diagnostic, Note, Severity, listing
+from robosc.expr.traversal import walk_all
 from robosc.expr.tree import TRUE, Expr, StateRef
 from robosc.expr.types import NoneType, ObjectType
 from robosc.language.events import EventKind, Kind
@@ -38,8 +39,26 @@ def warnings(system: System, guards: Sequence[Guard]) -> tuple[Diagnostic, ...]:
         *examiner.provides(),
         *examiner.requirements(),
         *examiner.overlaps(),
+        *_free_goals(system.plant),
         *self_cancelling(system, guards),
     )
+
+
+def _free_goals(plant: Plant) -> Iterator[Diagnostic]:
+    """Yield a warning for each goal that reads what is taken as free."""
+    for goal in plant.goals:
+        written = plant.robot.goals[goal.index]
+        texts = (to_dsl(part, plant.robot) for part in walk_all(written.conditions))
+        free = next((text for text in texts if text in plant.view.free), None)
+        if free is not None:
+            yield Diagnostic(
+                Severity.WARNING,
+                "possible-free",
+                f"{quoted(written.text)} reads '{free}', of which every outcome counts as possible:"
+                " the robot need not come there",
+                written.span,
+                f"compare with a constant, or let a state tell it ({plant.view.free[free]})",
+            )
 
 
 class _Examiner:

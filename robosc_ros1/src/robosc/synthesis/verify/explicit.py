@@ -7,15 +7,16 @@ decides whether the guards forbid more than necessary.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from robosc import limits
 from robosc.errors import StateSpaceError
-from robosc.plant.automaton import PlantState, VariableKind
+from robosc.plant.automaton import Plant, PlantGoal, PlantState, VariableKind
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import remedy
 from robosc.synthesis.vectorised import support
-from robosc.synthesis.verify.findings import Check, Findings, event_phrase
+from robosc.synthesis.verify.findings import MISSING, Check, Findings, event_phrase
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
 from robosc.synthesis.verify.steps import Coding, EventSteps, Successors, condition, grouped
 
@@ -25,6 +26,44 @@ the requirements permit it.
 """
 
 # --- the search ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Goal:
+    """What must remain possible, its conditions compiled."""
+
+    text: str
+    condition: Callable[[PlantState], bool]
+    along: Callable[[PlantState], bool]
+    origin: Callable[[PlantState], bool]
+
+    @classmethod
+    def of(cls, plant: Plant, goal: PlantGoal) -> _Goal:
+        text = plant.robot.goals[goal.index].text
+        return cls(text, *(condition(plant, expr) for expr in goal.conditions))
+
+
+def _lead(
+    graph: CodedGraph,
+    backward: Backward,
+    within: bytearray,
+    along: bytearray,
+    forbidden: bool,
+    reaching: bytearray,
+    todo: list[int],
+) -> None:
+    """Mark as ``reaching`` also what leads to states ``todo`` through states ``along``.
+
+    With ``forbidden``, steps that the guards forbid count, too, and a command counts only where all
+    its outcomes are ``within``.
+    """
+    while todo:
+        for source, label in backward.steps(todo.pop()):
+            if not along[source] or reaching[source]:
+                continue
+            if graph.staying(source, label, within) if forbidden else label >= 0:
+                reaching[source] = 1
+                todo.append(source)
 
 
 class ExplicitVerifier:
@@ -40,6 +79,7 @@ class ExplicitVerifier:
         guards = {guard.event.identity: guard.expr for guard in supervisor.guards}
         self._conditions = [(e.requirement, guards.get(e.identity)) for e in plant.events]
         self._invariants = [(condition(plant, expr), index) for expr, index in plant.invariants]
+        self._goals = [_Goal.of(plant, goal) for goal in plant.goals]
         # Uncontrollable events have the first labels, so one comparison identifies them.
         self._order = sorted(range(len(plant.events)), key=lambda i: plant.events[i].controllable)
         self._labels: dict[int, int] = {}
@@ -95,6 +135,9 @@ class ExplicitVerifier:
             keeps_initial=all(keepable[: graph.starts]),
             safe=self._check_safe(graph, reached),
             nonblocking=self._check_nonblocking(graph, backward, reached),
+            possible=tuple(
+                self._check_possible(goal, graph, backward, reached) for goal in self._goals
+            ),
             permissive=self._check_permissive(graph, reached, keepable),
             states=len(reached.order),
             transitions=sum(graph.allowed[state] for state in reached.order),
@@ -177,7 +220,8 @@ class ExplicitVerifier:
         """Return the supremal safe, controllable and nonblocking set: 1 per state in it, else 0.
 
         Starting from all but the unsafe states, remove in turn those from which uncontrollable
-        events lead out of the set, and those that reach no marked state inside it.
+        events lead out of the set, and those that reach no marked state inside it, or not what must
+        remain possible there.
         """
         kept = bytearray(b"\1" * len(graph.codes))
         fresh = list(graph.unsafe)
@@ -190,6 +234,9 @@ class ExplicitVerifier:
                         kept[source] = 0
                         fresh.append(source)
             fresh = self._blocked(graph, backward, kept, forbidden=True)
+            for goal in self._goals:
+                fresh += self._missing(goal, graph, backward, kept, forbidden=True)
+            fresh = list(dict.fromkeys(fresh))
             if not fresh:
                 return kept
 
@@ -209,14 +256,29 @@ class ExplicitVerifier:
         ]
         for number in todo:
             reaching[number] = 1
-        while todo:
-            for source, label in backward.steps(todo.pop()):
-                if not within[source] or reaching[source]:
-                    continue
-                if graph.staying(source, label, within) if forbidden else label >= 0:
-                    reaching[source] = 1
-                    todo.append(source)
+        _lead(graph, backward, within, within, forbidden, reaching, todo)
         return [n for n in range(len(within)) if within[n] and not reaching[n]]
+
+    def _missing(
+        self, goal: _Goal, graph: CodedGraph, backward: Backward, within: bytearray, forbidden: bool
+    ) -> list[int]:
+        """Return the states ``within`` in which something must be possible, and is not.
+
+        ``forbidden`` is as above.
+        """
+        reaching, along = bytearray(len(within)), bytearray(len(within))
+        wanted, todo = [], []
+        for number, code in enumerate(graph.codes):
+            if within[number]:
+                state = self._coding.decode(code)
+                along[number] = goal.along(state)
+                if goal.condition(state):
+                    reaching[number] = 1
+                    todo.append(number)
+                elif goal.origin(state):
+                    wanted.append(number)
+        _lead(graph, backward, within, along, forbidden, reaching, todo)
+        return [number for number in wanted if not reaching[number]]
 
     # --- the properties --------------------------------------------------------------------------
 
@@ -240,6 +302,16 @@ class ExplicitVerifier:
                 detail = "no marked state can be reached any more"
                 return Check("nonblocking", False, detail, self._trace(graph, reached, state))
         return Check("nonblocking", True)
+
+    def _check_possible(
+        self, goal: _Goal, graph: CodedGraph, backward: Backward, reached: Reached
+    ) -> Check:
+        name = f"always possible ({goal.text})"
+        missing = set(self._missing(goal, graph, backward, reached.among, forbidden=False))
+        for state in reached.order if missing else ():
+            if state in missing:
+                return Check(name, False, MISSING, self._trace(graph, reached, state))
+        return Check(name, True)
 
     def _check_permissive(self, graph: CodedGraph, reached: Reached, keepable: bytearray) -> Check:
         for state in reached.order:

@@ -19,6 +19,10 @@ SHARED: Final = (
 SHARED_BY_SETS: Final = ("the library for decision diagrams", "the order of the variables")
 
 
+MISSING = "it cannot be reached any more"
+"""Of what must remain possible."""
+
+
 @dataclass(frozen=True, slots=True)
 class Check:
     """The result for one property: ``detail`` says what fails, ``trace`` leads to it."""
@@ -60,7 +64,8 @@ class Findings:
     """What a search found under the guards of a supervisor.
 
     ``keeps_initial`` says whether the initial states are in the supremal safe, controllable and
-    nonblocking set. ``nonblocking``, ``permissive``, ``states`` and ``transitions`` count only if
+    nonblocking set. ``nonblocking``, ``possible`` (what must
+    remain so), ``permissive``, ``states`` and ``transitions`` count only if
     ``safe`` holds: no step is followed from an unsafe state. ``plant_states`` is how many states
     the plant reaches; None if that is unknown.
     """
@@ -69,6 +74,7 @@ class Findings:
     keeps_initial: bool
     safe: Check
     nonblocking: Check
+    possible: tuple[Check, ...]
     permissive: Check
     states: int
     transitions: int

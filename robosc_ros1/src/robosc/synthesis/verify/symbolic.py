@@ -19,12 +19,12 @@ from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE
-from robosc.plant.automaton import Plant
+from robosc.plant.automaton import Plant, PlantGoal
 from robosc.progress import Progress
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.verify.closures import Closure, place_of
-from robosc.synthesis.verify.findings import Check, Findings, event_phrase
+from robosc.synthesis.verify.findings import MISSING, Check, Findings, event_phrase
 from robosc.synthesis.verify.state_sets import Relation, StateSets
 
 _SECONDS: Final = 0.05
@@ -82,6 +82,13 @@ class _Proof:
             keeps_initial=initial & ~kept == self.false,
             safe=_check("safe", None if right else self._unsafe(reached)),
             nonblocking=_check("nonblocking", None if right else self._blocking(reached)),
+            possible=tuple(
+                _check(
+                    f"always possible ({self.plant.robot.goals[goal.index].text})",
+                    None if right else self._lacking(goal, reached),
+                )
+                for goal in self.plant.goals
+            ),
             permissive=_check(
                 "maximally permissive", None if right else self._needless(reached, kept)
             ),
@@ -126,6 +133,10 @@ class _Proof:
         steps = self._allowed(self.guards)
         back = self._closed(reached & self.sets.marked, reached, steps, self._preimage)
         return None if back == reached else "no marked state can be reached any more"
+
+    def _lacking(self, goal: PlantGoal, reached: Bdd) -> str | None:
+        missing = self._missing(goal, reached, self._allowed(self.guards))
+        return None if missing == self.false else MISSING
 
     def _needless(self, reached: Bdd, keepable: Bdd) -> str | None:
         for number, relation in enumerate(self.relations):
@@ -207,9 +218,17 @@ class _Proof:
         while True:
             kept = kept & ~self._closed(lost, kept, uncontrollable, self._preimage)
             marked = kept & self.sets.marked
-            lost = kept & ~self._closed(marked, kept, self._keeping(kept), self._preimage)
+            keeping = self._keeping(kept)
+            lost = kept & ~self._closed(marked, kept, keeping, self._preimage)
+            for goal in self.plant.goals:
+                lost = lost | self._missing(goal, kept, keeping)
             if lost == self.false:
                 return kept
+
+    def _missing(self, goal: PlantGoal, within: Bdd, steps: Sequence[Bdd]) -> Bdd:
+        """Return the states ``within`` in which something must be possible, and is not."""
+        there, along, origin = (self.sets.holds(expr) & within for expr in goal.conditions)
+        return origin & ~self._closed(there, there | along, steps, self._preimage)
 
 
 def _check(name: str, failure: str | None) -> Check:

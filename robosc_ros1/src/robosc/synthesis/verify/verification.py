@@ -71,7 +71,8 @@ def verify(
     if not found.safe.holds:
         return VerifyReport(name, (found.safe, controllable), *figures, method=found.method)
     counts = _check_counts(supervisor, *figures, found.plant_states)
-    checks = (found.safe, controllable, found.nonblocking, found.permissive, *counts)
+    reaching = found.nonblocking, *found.possible
+    checks = (found.safe, controllable, *reaching, found.permissive, *counts)
     return VerifyReport(name, checks, *figures, supervisor.properties, found.method)
 
 
