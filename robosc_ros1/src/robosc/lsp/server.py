@@ -25,10 +25,12 @@ from robosc.lsp.analysis import READING, Analysis, Desk
 from robosc.lsp.completion import complete
 from robosc.lsp.definition import definition_of
 from robosc.lsp.hover import hover_text, keyword_hover
+from robosc.lsp.inlay_hints import inlay_hints
 from robosc.lsp.open_texts import OpenTexts
 from robosc.lsp.outline import folds, outline, symbols
 from robosc.lsp.positions import offset_of
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
+from robosc.lsp.signatures import signature_at
 from robosc.model.names.occurrences import Occurrence
 from robosc.pipeline import collector_at_rest
 from robosc.source import Source, Span
@@ -74,6 +76,7 @@ class _Session(OpenTexts):
             types.TEXT_DOCUMENT_REFERENCES: self._references,
             types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: self._highlight,
             types.TEXT_DOCUMENT_PREPARE_RENAME: self._prepare_rename,
+            types.TEXT_DOCUMENT_INLAY_HINT: self._inlay_hints,
         }
         for name, handler in handlers.items():
             self._add(name, handler)
@@ -84,6 +87,11 @@ class _Session(OpenTexts):
             types.TEXT_DOCUMENT_COMPLETION,
             self._completion,
             types.CompletionOptions(trigger_characters=[".", ":", ">", "=", " ", "{", "["]),
+        )
+        self._add_reading(
+            types.TEXT_DOCUMENT_SIGNATURE_HELP,
+            self._signature,
+            types.SignatureHelpOptions(trigger_characters=["(", ","]),
         )
         self._add_reading(
             types.TEXT_DOCUMENT_CODE_ACTION,
@@ -182,6 +190,22 @@ class _Session(OpenTexts):
         if derived is not None and derived.source.text != analysis.source.text:
             derived = None
         return wire.hover(hover_text(analysis, found, derived), found.span, self._encoding)
+
+    def _signature(self, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
+        analysis = self._analysis(params)
+        if analysis is None:
+            return None
+        found = signature_at(analysis, self._offset(analysis.source, params.position))
+        return wire.signature_help(found) if found is not None else None
+
+    def _inlay_hints(self, params: types.InlayHintParams) -> list[types.InlayHint]:
+        analysis = self._analysis(params)
+        if analysis is None:
+            return []
+        start = self._offset(analysis.source, params.range.start)
+        end = self._offset(analysis.source, params.range.end)
+        found = inlay_hints(analysis, start, end)
+        return [wire.inlay_hint(span, text, self._encoding) for span, text in found]
 
     def _keyword_hover(self, params: types.HoverParams) -> types.Hover | None:
         source = self._desk.source(wire.path_of(params.text_document.uri))

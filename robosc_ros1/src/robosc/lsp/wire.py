@@ -14,6 +14,7 @@ from robosc.lsp.kinds import KINDS
 from robosc.lsp.offers import Candidate
 from robosc.lsp.outline import Fold, Found, OutlineItem
 from robosc.lsp.positions import Encoding, range_of
+from robosc.lsp.signatures import Signature
 from robosc.source import Source, Span
 
 _SEVERITY = {
@@ -137,6 +138,17 @@ def completion_item(
             types.InsertTextFormat.Snippet if is_snippet else types.InsertTextFormat.PlainText
         ),
     )
+
+
+def signature_help(signature: Signature) -> types.SignatureHelp:
+    parameters = [types.ParameterInformation(label=place) for place in signature.places]
+    information = types.SignatureInformation(signature.label, parameters=parameters)
+    return types.SignatureHelp([information], 0, signature.active)
+
+
+def inlay_hint(span: Span, text: str, encoding: Encoding) -> types.InlayHint:
+    end = range_(span, encoding).end
+    return types.InlayHint(end, text, types.InlayHintKind.Type, padding_left=True)
 
 
 def legend(token_types: Sequence[str], modifiers: Sequence[str]) -> types.SemanticTokensLegend:

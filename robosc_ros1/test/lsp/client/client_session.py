@@ -187,6 +187,23 @@ async def test_guards_and_requirements_are_told(client: LanguageClient, open_mod
     assert "Synthesis allows it where" in text and "Why: " in text
 
 
+async def test_calls_and_hints(client: LanguageClient, open_model) -> None:
+    text = GOOD.replace("requirement drive needs", "requirement drive needs min(1, 2) = 1 and")
+    document = open_model(text)
+    found = await client.text_document_signature_help_async(
+        types.SignatureHelpParams(document.id, document.at("2) = 1"))
+    )
+    assert found.signatures[0].label.startswith("min(number, number, …)")
+    assert found.active_parameter == 1
+    lines = len(text.splitlines())
+    hints = await client.text_document_inlay_hint_async(
+        types.InlayHintParams(
+            document.id, types.Range(types.Position(0, 0), types.Position(lines, 0))
+        )
+    )
+    assert all(hint.label.startswith("std_msgs/") for hint in hints) and hints
+
+
 async def test_formatting(client: LanguageClient, open_model) -> None:
     document = open_model(GOOD.replace("    component Wheel", "component     Wheel"))
     options = types.FormattingOptions(4, True)
