@@ -49,17 +49,18 @@ class BddCareSet:
         return tuple((variable,) for variable in self.variables)
 
     def without(self, parts: Sequence[tuple[int, ...]]) -> BddCareSet | None:
-        found = self._forgetting({variable for part in parts for variable in part})
-        overlap = found.allowed & found.refused
-        return found if overlap == self.encoding.manager.false else None
-
-    def _forgetting(self, variables: Collection[int]) -> BddCareSet:
-        """Return the projection without some state variables, in which the sets may overlap."""
         manager = self.encoding.manager
+        variables = {variable for part in parts for variable in part}
         cube = self.encoding.now(variables)
+        # Projecting one of the sets is enough to see whether both would overlap: the smaller one.
+        small, large = sorted((self.allowed, self.refused), key=manager.size)
+        projected = manager.exists(small, cube)
+        if projected & large != manager.false:
+            return None
+        other = manager.exists(large, cube)
+        some, none = (projected, other) if small is self.allowed else (other, projected)
         left = tuple(variable for variable in self.variables if variable not in variables)
-        allowed, refused = manager.exists(self.allowed, cube), manager.exists(self.refused, cube)
-        return BddCareSet(self.encoding, left, allowed, refused)
+        return BddCareSet(self.encoding, left, some, none)
 
     def within(self, allowed: Expr, refused: Expr) -> BddCareSet | None:
         try:
