@@ -1,4 +1,5 @@
 """Synthesis: both engines against libFAUDES on the same systems, at sizes of their own, and ``auto``.
+Whole commands on families from the literature.
 
 Each measurement is a process of its own, bound to one core. Counts must be equal: a difference is
 an error, not a figure. libFAUDES (``pip install faudes``) gets the components, services and
@@ -15,6 +16,7 @@ import os
 import resource
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -110,6 +112,10 @@ CHOICES: tuple[tuple[str, tuple[int, ...]], ...] = (
 )
 """Models on which ``auto`` may take twice the processor time of the better engine."""
 _WORST_RATIO = 2.0
+_COMMAND_SECONDS = 3.0
+"""Processor seconds of a whole ``robosc synthesize`` of a published family."""
+_LARGE_COMMANDS = {("cells", (6, 2)): 5.0, ("cells", (12, 2)): 15.0}
+"""The same where more is allowed."""
 _SHORT = 0.5
 """Seconds below which it does not matter what is chosen: loading the library takes about as long."""
 
@@ -132,7 +138,8 @@ def main(arguments: list[str] | None = None) -> int:
     ]
     print("\n".join(missing) + "\n" if missing else "", end="")
     missed = _compare(options.quick) if importlib.util.find_spec("faudes") else 0
-    missed += _choices(options.quick) if len(_engines()) > 1 else 0
+    if len(_engines()) > 1:
+        missed += _choices(options.quick) + _commands(options.quick)
     return int(bool(missed + (0 if options.quick else _alone())))
 
 
@@ -211,6 +218,37 @@ def _choices(quick: bool) -> int:
             flush=True,
         )
     return missed
+
+
+def _commands(quick: bool) -> int:
+    """Whole commands on families from the literature."""
+    import published_families
+
+    print("robosc synthesize: processor seconds and megabytes of the whole command")
+    missed = 0
+    for family, sizes in published_families.SIZES.items():
+        row = f"{family:<14}"
+        for size in sizes[:2] if quick else sizes:
+            seconds, megabytes = _command_time(getattr(published_families, family)(*size))
+            most = _LARGE_COMMANDS.get((family, size), _COMMAND_SECONDS)
+            late = f" (target {most:g} s)" if seconds > most else ""
+            missed += bool(late)
+            row += f"  {'/'.join(map(str, size))}: {seconds:.2f}s {megabytes}MB{late}"
+        print(row, flush=True)
+    return missed
+
+
+def _command_time(text: str) -> tuple[float, int]:
+    with tempfile.NamedTemporaryFile("w", suffix=".rscd") as model:
+        model.write(text)
+        model.flush()
+        command = [sys.executable, "-m", "robosc", "synthesize", model.name]
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
+            _, status, used = os.wait4(run.pid, 0)
+            run.returncode = os.waitstatus_to_exitcode(status)
+    if run.returncode:
+        raise SystemExit(f"{' '.join(command)} failed")
+    return used.ru_utime + used.ru_stime, used.ru_maxrss // 1024
 
 
 def _measure_within(seconds: float, *run: Any) -> Any:
