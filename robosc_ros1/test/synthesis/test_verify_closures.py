@@ -82,8 +82,8 @@ def test_more_variables_than_python_can_recurse() -> None:
 
 def test_a_proof_that_takes_too_long_is_given_up() -> None:
     supervisor = supervisor_of(steep_families.crew(5), "bdd")
-    with pytest.raises(StateSpaceError, match=r"verification stops after 0\.001 s"):
-        verify(supervisor, limit=0, seconds=0.001)
+    with pytest.raises(StateSpaceError, match="verification stops after 0 s"):
+        verify(supervisor, limit=0, seconds=0)
 
 
 def test_the_proof_tells_its_progress() -> None:
