@@ -88,6 +88,16 @@ def test_a_goal_that_takes_too_long_is_cancelled_and_then_ends(played: Played) -
     assert ends(played) == [("error", "deadline exceeded")]
 
 
+def test_the_log_tells_of_the_deadline_and_of_the_end(played: Played) -> None:
+    played.wait(30.1)
+    played.end(ARM, "cancelled", "preempted")
+    texts = [text for _, text in played.port.logs]
+    assert texts[-2:] == [
+        "reach is cancelled: deadline exceeded",
+        "reach failed: deadline exceeded",
+    ]
+
+
 @pytest.mark.parametrize("kind", ["response", "error"])
 def test_how_a_goal_ends_that_took_too_long(played: Played, kind: str) -> None:
     played.wait(30.1)

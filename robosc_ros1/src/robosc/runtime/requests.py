@@ -77,7 +77,8 @@ class Requests(Intake):
             token = self._calls.miss(missed, self._steady())
             if token is not None:
                 text = "%s is cancelled: %s" % (self._names[missed.key], missed.reason)
-                self._log("warning", missed.key, text)
+                # Of another subject than its end, which may come at once and is told, too.
+                self._log("warning", "deadline of " + missed.key, text)
                 self._port.cancel(missed.key, token)
             return
         token = self._calls.end(missed.key)
