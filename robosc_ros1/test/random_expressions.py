@@ -65,9 +65,21 @@ class RandomCommunication:
             "outgoing": ["response"],
             "service": ["request", "response", "error"],
             "action": ["request", "response", "feedback", "error", "cancel"],
+            "outgoing service": ["request", "response", "error"],
         }[self.kind]
 
+    @property
+    def served(self) -> bool:
+        return self.kind == "outgoing service"
+
+    @property
+    def sent(self) -> RandomType:
+        """The type of what the controller gives."""
+        return self.response if self.served else self.request
+
     def value(self, event: str) -> RandomType:
+        if self.served:
+            return self.request if event == "request" else NONE
         return {"response": self.response, "feedback": self.feedback}.get(event, NONE)
 
 

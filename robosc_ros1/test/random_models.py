@@ -37,13 +37,20 @@ def models(
     return st.builds(random_model, st.randoms(use_true_random=False), sizes)
 
 
-def random_model(rng: random.Random, size: int = 2) -> str:
-    """The text of a robot that ``check`` accepts without errors."""
-    return _Builder(rng, BUDGETS[size]).build()
+def random_model(rng: random.Random, size: int = 2, *, served: bool = False) -> str:
+    """The text of a robot that ``check`` accepts without errors.
+
+    ``served``: at least half of what would be services are calls of the robot.
+    """
+    builder = _Builder(rng, BUDGETS[size])
+    builder.serves = served
+    return builder.build()
 
 
 class _Builder(RandomBehaviours):
     """Draws the declarations and requirements of a robot."""
+
+    serves = False
 
     # --- the whole ---------------------------------------------------------------------------
 
@@ -154,7 +161,8 @@ class _Builder(RandomBehaviours):
         return "component Depot {\n" + "".join(map(indented, lines)) + "}"
 
     def communication(self, component: RandomComponent, name: str) -> None:
-        kind = self.pick(("incoming", "outgoing", "outgoing", "service", "action"))
+        kinds = ("incoming", "outgoing", "outgoing", "service", "action")
+        kind = self.pick((*kinds, "service", "service") if self.serves else kinds)
         if kind in ("service", "action") and not self.spend(2):
             kind = "outgoing"
         incoming = [NONE, NONE, BOOLEAN, ranged(0, 2), ranged(-1, 2), INTEGER, DOUBLE]
@@ -165,10 +173,14 @@ class _Builder(RandomBehaviours):
             return options[self.rng.randrange(len(options))]
 
         communication = RandomCommunication(name, kind)
+        sent, received = one(outgoing), one(incoming)
+        if self.serves and kind == "service" and self.chance(70):
+            communication.kind = "outgoing service"
+            sent, received = received, sent
         if kind != "outgoing":
-            communication.request = one(outgoing)
+            communication.request = sent
         if kind != "incoming":
-            communication.response = one(incoming)
+            communication.response = received
         if kind == "action":
             communication.feedback = one(incoming)
         component.communications.append(communication)
@@ -242,7 +254,7 @@ class _Builder(RandomBehaviours):
     def provides(self) -> list[str]:
         texts = []
         for communication in self.requestable():
-            type_ = communication.request
+            type_ = communication.sent
             if type_.kind == "none" or not self.chance(60):
                 continue
             for _ in range(self.number(1, 2)):

@@ -50,7 +50,7 @@ _MODEL_ERRORS = (
     # requirements and data
     "not-over-components", "requirement-on-outgoing", "preference-on-outgoing", "preference-cycle",
     "provide-for-outgoing", "nothing-to-provide", "data-not-given", "stop-not-a-message",
-    "several-stops",
+    "several-stops", "served-twice", "error-is-free",
     # libraries
     "library-not-found", "library-clash", "import-cycle", "import-incomplete",
     # ROS interfaces
@@ -61,8 +61,8 @@ _MODEL_ERRORS = (
 _MODEL_WARNINGS = (
     "unreachable-state", "hidden-transition", "repeated-communication", "unread-field",
     "topic-shared", "stale-data", "undefined-data", "no-stop", "topic-types",
-    "names-differ-in-case", "unused-datatype", "unused-interface", "unused-variable",
-    "unused-value", "unused-timeout", "unused-enum-value",
+    "names-differ-in-case", "call-not-taken", "unused-datatype", "unused-interface",
+    "unused-variable", "unused-value", "unused-timeout", "unused-enum-value",
 )  # fmt: skip
 _PLANT_ERRORS = ("empty-supervisor", "guard-overlap")
 _PLANT_WARNINGS = (
@@ -71,7 +71,7 @@ _PLANT_WARNINGS = (
     "properties-unchecked", "synthesis-unchecked", "order-matters", "blocking-under-control",
     "impossible-under-control", "possible-free", "self-cancelling",
 )  # fmt: skip
-_SUPERVISOR_ERRORS = ("commands-alike", "topic-both-ways", "data-of-others")
+_SUPERVISOR_ERRORS = ("commands-alike", "topic-both-ways", "data-of-others", "calls-to-supervisor")
 
 CODES: Mapping[str, Code] = {
     entry.code: entry

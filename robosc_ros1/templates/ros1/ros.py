@@ -19,6 +19,7 @@ from .ros_backlog import BACKLOG
 from .ros_calls import Service
 from .ros_messages import clean, compose
 from .ros_port import CallingPort, TopicOutlet
+from .ros_served import ServedService
 
 QUEUE = 10
 
@@ -35,7 +36,8 @@ class RosPort(CallingPort):
 
     def __init__(self, tables, lifecycle):
         services = {key: Service(name, type_) for name, type_, key in tables.services}
-        super().__init__(services, self._actions_of(tables))
+        served = [(key, ServedService(name, type_)) for name, type_, key in tables.served]
+        super().__init__(services, self._actions_of(tables), served)
         self._simulated = bool(rospy.get_param("/use_sim_time", False))
         self._subscriptions = tables.subscriptions
         self._publishers = {}

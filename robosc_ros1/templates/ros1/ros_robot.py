@@ -54,6 +54,7 @@ class Robot(SimulatedRobot):
     def __init__(self, seed, tables):
         super().__init__(seed, tables)
         self.values = RosValues(random.Random(seed + 1))
+        self._callers = {}  # of the latest call of each communication
         for topic, type_, keys in tables.subscriptions:
             publisher = rospy.Publisher(resolved(topic), type_, queue_size=100)
             self.publishers.append((publisher, keys))
@@ -85,6 +86,30 @@ class Robot(SimulatedRobot):
 
     def response_type(self, service_type):
         return service_type._response_class
+
+    def request_type(self, service_type):
+        return service_type._request_class
+
+    def begin_call(self, key, message, done):
+        name, type_ = next((n, t) for n, t, of in self.tables.served if of == key)
+        rospy.wait_for_service(resolved(name))
+        proxy = rospy.ServiceProxy(resolved(name), type_, persistent=True)
+
+        def call():
+            try:
+                done(True, proxy.call(message))
+            except (rospy.ServiceException, rospy.ROSException) as error:
+                done(False, str(error))
+            proxy.close()
+
+        self._callers[key] = proxy
+        threading.Thread(target=call, daemon=True).start()
+
+    def end_call(self, key):
+        self._callers[key].close()
+
+    def is_failure(self, key, result):
+        return not result[0] and bool(result[1])
 
     def goal_types(self, action_type):
         parts = action_type()

@@ -19,6 +19,7 @@ from .ros_inputs import Input
 from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
+from .ros_served import ServedService
 
 EVERY_STEP = JumpThreshold(
     min_forward=Duration(nanoseconds=1),
@@ -45,7 +46,11 @@ class RosPort(CallingPort):
         services = {
             key: Service(node, executor_thread, name, type_) for name, type_, key in tables.services
         }
-        super().__init__(services, self._actions_of(tables))
+        served = [
+            (key, ServedService(node, executor_thread, name, type_))
+            for name, type_, key in tables.served
+        ]
+        super().__init__(services, self._actions_of(tables), served)
         self._subscriptions = tables.subscriptions
         self._simulated = self._started_simulated = is_simulated(node)
         self._logger = node.get_logger()

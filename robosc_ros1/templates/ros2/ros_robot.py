@@ -59,6 +59,7 @@ class Robot(SimulatedRobot):
     def __init__(self, node, seed, tables):
         super().__init__(seed, tables)
         self.values = RosValues(random.Random(seed + 1))
+        self._callers = {}  # of each communication
         self._node = node
         profile = ros_parameters.qos_profile("reliable", 1000)
         for topic, type_, keys in tables.subscriptions:
@@ -120,6 +121,30 @@ class Robot(SimulatedRobot):
 
     def response_type(self, service_type):
         return service_type.Response
+
+    def request_type(self, service_type):
+        return service_type.Request
+
+    def begin_call(self, key, message, done):
+        name, type_ = next((n, t) for n, t, of in self.tables.served if of == key)
+        if key not in self._callers:
+            group = ReentrantCallbackGroup()
+            self._callers[key] = self._node.create_client(
+                type_, resolved(name), callback_group=group
+            )
+        self._callers[key].wait_for_service()
+        future = self._callers[key].call_async(message)
+        future.add_done_callback(lambda future: done(True, future.result()))
+
+    def end_call(self, key):
+        self._node.destroy_client(self._callers.pop(key))
+
+    def is_failure(self, key, result):
+        response = self.plain(result[1])
+        default = self.plain(type(response)())
+        if hasattr(response, "message") and isinstance(response.message, str):
+            default.message = response.message
+        return response == default
 
     def goal_types(self, action_type):
         return action_type.Result, action_type.Feedback

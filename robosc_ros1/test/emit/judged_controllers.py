@@ -29,6 +29,7 @@ from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.recorder import EventRecorder
+from robosc.runtime.served import WaitingCall
 from robosc.runtime.settings import read
 from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.supervisor import Supervisor
@@ -99,6 +100,22 @@ class _Message(SimpleNamespace):
     """A message, and for its arrays of messages what makes one."""
 
 
+class _Waiting(WaitingCall):
+    """A call of the robot; it gets one answer."""
+
+    def __init__(self, robot: Robot, key: str, number: int) -> None:
+        self.results, self.number = robot.results[key], number
+        self.spoilt = robot.spoilt
+
+    def answer(self, data: Any) -> None:
+        assert self.results[self.number] is None
+        self.results[self.number] = (True, message_of(self.spoilt(data or {})))
+
+    def refuse(self, text: str) -> None:
+        assert self.results[self.number] is None and text
+        self.results[self.number] = (False, None)
+
+
 class Robot(PlayedPort):
     """The port, and what the judge wants to know of the robot."""
 
@@ -119,6 +136,9 @@ class Robot(PlayedPort):
         self.running: dict[str, int] = {}
         self.withdrawn: set[int] = set()
         self.spoilt = spoilt
+        self.results: dict[str, list[Any]] = {
+            key: [] for key, c in self.plant.items() if c["kind"] == "outgoing service"
+        }
         topics: dict[str, list[str]] = defaultdict(list)
         for key, communication in self.plant.items():
             if communication["kind"] == "outgoing message":
@@ -172,8 +192,8 @@ class Robot(PlayedPort):
 
     def message(self, key: str, kind: str) -> Any:
         """A random message of a communication."""
-        communication = self.plant[key]
-        make = lambda: self.blank(communication[kind], communication[kind + "_field"])  # noqa: E731
+        communication, part = self.plant[key], "request" if kind == "call" else kind
+        make = lambda: self.blank(communication[part], communication[part + "_field"])  # noqa: E731
         return self.values.message(make, key, kind)
 
     def samples(self, count: int) -> dict[tuple[str, str], list[Any]]:
@@ -182,8 +202,9 @@ class Robot(PlayedPort):
             (key, kind)
             for key, c in self.plant.items()
             for kind in ("response", "feedback")
-            if c["kind"] != "incoming message" and (kind == "response" or c["kind"] == "action")
-        }
+            if c["kind"] not in ("incoming message", "outgoing service")
+            and (kind == "response" or c["kind"] == "action")
+        } | {(key, "call") for key in self.results}
         return {sort: [self.message(*sort) for _ in range(count)] for sort in sorted(kinds)}
 
     def boundaries(self, key: str, kind: str) -> Iterator[Any]:
@@ -213,12 +234,17 @@ class Robot(PlayedPort):
             step = self._random_step()
         if step[0] == "publish":
             self._publish(engine, step[1], step[2])
+        elif step[0] == "call":
+            self._call(engine, *step[1:])
         elif step[0] == "answer" and step[1] in self.running:
             if step[2] == "cancelled" and self.running[step[1]] not in self.withdrawn:
                 return
             self._answer(engine, *step[1:])
 
     def _random_step(self) -> Any:
+        called = [k for k in self.results if self.chance.random() < 0.3]
+        if called:
+            return "call", called[0], self.message(called[0], "call")
         running = [k for k in self.running if self.chance.random() < 0.3]
         if running:
             key = self.chance.choice(running)
@@ -248,6 +274,23 @@ class Robot(PlayedPort):
     def deliver(self, engine: Any, keys: list[str], message: Any) -> None:
         """Bring a message that was published to the node."""
         engine.poster(keys)(message)
+
+    def _call(self, engine: Engine, key: str, message: Any) -> None:
+        self.told.setdefault((key, "call"), deque()).append(message)
+        self.results[key].append(None)
+        engine.serve(key, message, _Waiting(self, key, len(self.results[key]) - 1))
+
+    def are_answered(self, key: str, answers: list[Any]) -> bool:
+        """Whether each call has got the answer that the controller reports."""
+        carries = importlib.import_module("arrivals").carries
+
+        def fits(answer: Any, result: Any) -> bool:
+            if answer is None or result is None or not answer[0]:
+                return answer == result
+            return bool(result[0] and carries(result[1], answer[1] or {}))
+
+        results = self.results[key]
+        return len(results) == len(answers) and all(map(fits, answers, results))
 
     def _answer(self, engine: Engine, key: str, kind: str, message: Any) -> None:
         self.told.setdefault((key, kind), deque()).append(message)

@@ -73,7 +73,7 @@ class Run:
                 if (t.component, t.number) == (event.key, event.index)
             ]
             return any(_call(self.controller, tau.step) is not None for tau in steps)
-        entry = next(e for e in table if (e.key, e.kind) == (event.key, event.kind.value))
+        entry = next(e for e in table if (e.key, e.kind) == (event.key, event.kind.word))
         if event.controllable:
             conditions = (entry.guard, entry.synchronisation)
             if not entry.possible(vars(self.controller)):

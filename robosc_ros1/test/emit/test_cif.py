@@ -56,8 +56,8 @@ def event_name(oracle: Oracle, occurrence: Occurrence) -> str:
     prefix = "c" if event.controllable else "u"
     name = oracle.name(event).replace(".", "_")
     if event.kind.of_component:
-        return f"{prefix}_{name}_{event.kind.value}{event.index}"
-    return "_".join([prefix, name, event.kind.value, *(_word(v) for _, v in occurrence.values)])
+        return f"{prefix}_{name}_{event.kind.word}{event.index}"
+    return "_".join([prefix, name, event.kind.word, *(_word(v) for _, v in occurrence.values)])
 
 
 def _word(value: Any) -> str:

@@ -132,7 +132,7 @@ def check_event(
         assert twin.state() == (state if path is None else expected)
         return None if path is None else twin.state()
     if event.controllable:
-        command = twin.commands[event.key, event.kind.value]
+        command = twin.commands[event.key, event.kind.word]
         in_phase = event.phase is None or state[event.phase.variable] in event.phase.sources
         assert command.possible(vars(twin.controller)) == in_phase
         synchronisation = command.synchronisation is None or twin.call(command.synchronisation)
@@ -144,7 +144,7 @@ def check_event(
         twin.call(command.apply)
     else:
         try:
-            method = twin.inputs[event.key, event.kind.value].apply
+            method = twin.inputs[event.key, event.kind.word].apply
             twin.call(method, incoming(twin.plant, event, values))
         except Mismatch:
             assert isinstance(expected, Verdict), event
@@ -248,9 +248,9 @@ def test_the_engine_looks_again_at_all_that_an_event_may_change(seed: int) -> No
         event = rng.choice(inputs)
         value = incoming(twin.plant, event, rng.choice(list(valuations(event))))
         if twin.plant.robot.communications[event.key].phases is not None:
-            engine.report(event.key, port.tokens.get(event.key, 0), event.kind.value, value)
+            engine.report(event.key, port.tokens.get(event.key, 0), event.kind.word, value)
         else:
-            engine.post(event.key, event.kind.value, value)
+            engine.post(event.key, event.kind.word, value)
         engine.cycle()
         port.time += rng.choice([0.0, 0.1, 0.5])
         if engine.stopped:

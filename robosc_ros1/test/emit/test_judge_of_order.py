@@ -79,8 +79,8 @@ def test_it_finds_preferences_that_are_not_kept(judging: Any, source: str) -> No
     planted = [mutant for mutant in mutants(source) if mutant.kind == "preference"]
     found = [judged(judging, mutant.source).faults[0].partition(": ")[2] for mutant in planted]
     assert found == [
-        "Base.halt requested while Base.drive is enabled, which is preferred",
-        "Base.creep requested while Base.drive is enabled, which is preferred",
+        "request of Base.halt while Base.drive is enabled, which is preferred",
+        "request of Base.creep while Base.drive is enabled, which is preferred",
     ]
 
 

@@ -11,13 +11,14 @@ from robosc.language.attributes import ATTRIBUTES, Attribute, Value
 from robosc.model.resolve import load
 from robosc.source import Source
 
-EVERYWHERE = ("incoming", "outgoing", "service", "action")
+SERVED = "outgoing service"
+EVERYWHERE = ("incoming", "outgoing", "service", "action", SERVED)
 HAVE = {
     "identifier": (Value.STRING, EVERYWHERE, False),
     "timeout": (Value.DURATION, ("outgoing", "service", "action"), False),
     "type": (Value.TYPE, ("incoming", "outgoing"), True),
-    "request": (Value.TYPE, ("service", "action"), True),
-    "response": (Value.TYPE, ("service", "action"), True),
+    "request": (Value.TYPE, ("service", "action", SERVED), True),
+    "response": (Value.TYPE, ("service", "action", SERVED), True),
     "feedback": (Value.TYPE, ("action",), True),
 }
 TEXTS = {Value.STRING: '"/name"', Value.DURATION: "2 s", Value.TYPE: "none"}
@@ -25,7 +26,7 @@ TEXTS = {Value.STRING: '"/name"', Value.DURATION: "2 s", Value.TYPE: "none"}
 
 def is_accepted(kind: str, given: dict[str, str]) -> bool:
     labels = ", ".join(f"{name}: {text}" for name, text in given.items())
-    links = " links l" * (kind in ("service", "action"))
+    links = " links l" * (kind in ("service", "action", SERVED))
     head = f"{kind} message" if kind in ("incoming", "outgoing") else kind
     text = f"robot R {{ component A {{ {head} m with {labels}{links} }} interface l use L from p }}"
     _, found = load(Source("model.rscd", text))

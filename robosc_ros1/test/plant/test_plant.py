@@ -54,7 +54,7 @@ SERVICE_AND_ACTION = """
 
 def test_each_communication_has_its_events_in_model_order():
     system = plant(SERVICE_AND_ACTION)
-    assert [(e.name, e.kind.value, e.controllable) for e in system.events] == [
+    assert [(e.name, e.kind.word, e.controllable) for e in system.events] == [
         ("call", "request", True),
         ("call", "response", False),
         ("call", "error", False),

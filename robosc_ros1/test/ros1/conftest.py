@@ -13,6 +13,9 @@ from ros_support import EXAMPLES, Master, Workspace, built_once, run_robosc
 
 from robosc.emit.write.writer import write
 
+CALLED = ("orders", "dispatch")
+"""Models with calls from one controller to another."""
+
 
 @pytest.fixture(scope="session")
 def generated_workspace(ros: None, tmp_path_factory: pytest.TempPathFactory) -> Workspace:
@@ -24,7 +27,7 @@ def _build_generated(folder: Path) -> None:
     workspace = Workspace(folder)
     workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
     workspace.add(EXAMPLES / "robot_common")
-    for model in ("lantern", "gauntlet", "thermostat", "probe", "watch", "shared"):
+    for model in ("lantern", "gauntlet", "thermostat", "probe", "watch", "shared", *CALLED):
         write(package_of(model), folder / "src")
     write(package_of("gauntlet", mode="monitor"), folder / "src")
     workspace.build()

@@ -27,6 +27,7 @@ MODELS = {
     GOLDEN / "models" / "watch.rscd": "watch_controller",
     GOLDEN / "models" / "shared.rscd": "shared_controller",
     GOLDEN / "models" / "thermostat.rscd": "thermostat_controller",
+    GOLDEN / "models" / "orders.rscd": "orders_controller",
 }
 
 
@@ -98,6 +99,8 @@ def _build(bed: Bed, folder: Path) -> None:
     for mode in ("controller", "supervisor"):
         name = ("--package", f"guarded_arm_managed_{mode}")
         generate(folder, arm, "--mode", mode, *name, "--config", str(folder / "managed.yaml"))
+    orders, name = GOLDEN / "models" / "orders.rscd", ("--package", "orders_managed_controller")
+    generate(folder, orders, *name, "--config", str(folder / "managed.yaml"))
     bed.run("colcon", "build", folder=folder, timeout=600)
 
 

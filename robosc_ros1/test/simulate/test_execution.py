@@ -153,7 +153,7 @@ def test_why_a_goal_is_not_cancelled(execute: bool) -> None:
     play(player, "distance 0.1", *([] if execute else ["grab"]))
 
     def reasons() -> list[tuple[str, str]]:
-        (cancel,) = [c for c in player.machine.commands() if c.event.kind.value == "cancel"]
+        (cancel,) = [c for c in player.machine.commands() if c.event.kind.word == "cancel"]
         return [(r.kind, r.text) for r in cancel.reasons]
 
     requirement = "requirement DistanceSensor.current = free disables grab"
@@ -174,7 +174,7 @@ def test_a_busy_command_is_refused_for_the_same_reasons_in_every_mode(
         (command,) = [
             c
             for c in player.machine.commands()
-            if (c.event.name, c.event.kind.value) == (event, "request")
+            if (c.event.name, c.event.kind.word) == (event, "request")
         ]
         return [(r.kind, r.text) for r in command.reasons]
 

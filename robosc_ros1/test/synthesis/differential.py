@@ -12,7 +12,7 @@ from synthesis.oracle import Event, Oracle
 
 from robosc import pipeline
 from robosc.errors import has_errors
-from robosc.model.entities import EventKind, Robot
+from robosc.model.entities import Robot
 from robosc.supervisor import Supervisor
 from robosc.synthesis import compute, explore
 from robosc.synthesis.documents import synthesize_document
@@ -123,7 +123,7 @@ def _graphs(what: str, ours: Document, theirs: Document, oracle: Oracle) -> Iter
 
 def _order(document: Document, oracle: Oracle) -> Iterator[str]:
     """States breadth-first from the initial one, the steps of each in model order."""
-    events = [(e.kind.value, oracle.name(e), e.index or None) for e in oracle.events]
+    events = [(e.kind.word, oracle.name(e), e.index or None) for e in oracle.events]
     place = {event: i for i, event in enumerate(events)}
     order = []
     seen = {document["initial"]: None}
@@ -135,8 +135,9 @@ def _order(document: Document, oracle: Oracle) -> Iterator[str]:
         yield "the steps are not in model order"
     if document["states"] and list(seen) != list(range(len(document["states"]))):
         yield "the states are not numbered breadth-first"
+    decided = {(e.kind.word, oracle.name(e)) for e in oracle.events if e.controllable}
     for t in document["transitions"]:
-        if t["controllable"] != (t["event"]["kind"] in ("request", "cancel", EventKind.TAU.value)):
+        if t["controllable"] != ((t["event"]["kind"], t["event"]["name"]) in decided):
             yield f"controllable is wrong in {t}"
 
 

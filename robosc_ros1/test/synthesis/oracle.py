@@ -17,6 +17,9 @@ from synthesis.oracle_values import Path
 
 from robosc.model.entities import Communication, EventKind, Goal
 
+SENT = (EventKind.REQUEST, EventKind.ANSWER)
+"""What carries data of the controller; an error is restricted by no requirement."""
+
 
 class Oracle(OraclePlant):
     """The plant of a robot, its supervisor and its controller, by exhaustive search."""
@@ -25,7 +28,7 @@ class Oracle(OraclePlant):
 
     def required(self, state: OracleState, event: Event) -> bool:
         """What the requirements on communications say about an event in a state."""
-        if event.kind not in (EventKind.REQUEST, EventKind.CANCEL):
+        if event.kind not in (*SENT, EventKind.CANCEL):
             return True
         kept = []
         for requirement in self.robot.requirements:
@@ -34,7 +37,7 @@ class Oracle(OraclePlant):
             if event.key in requirement.communications:
                 condition = self.holds(requirement.condition, state)
                 kept.append(condition if requirement.kind == "needs" else not condition)
-        return all(kept) if event.kind is EventKind.REQUEST else not all(kept)
+        return all(kept) if event.kind in SENT else not all(kept)
 
     def unsafe(self, state: OracleState) -> bool:
         """A state requirement fails, or an uncontrollable event would leave a range."""
@@ -227,10 +230,10 @@ class Oracle(OraclePlant):
 
     def sent(self, state: OracleState, events: list[Event]) -> list[Event]:
         """The events without the requests that another one is preferred to, now."""
-        enabled = {e.key for e in self.enabled(state) if e.kind is EventKind.REQUEST}
+        enabled = {e.key for e in self.enabled(state) if e.kind in SENT}
 
         def held_back(event: Event) -> bool:
-            return event.kind is EventKind.REQUEST and any(
+            return event.kind in SENT and any(
                 event.key in preference.over and enabled & set(preference.preferred)
                 for preference in self.robot.preferences
             )
@@ -302,7 +305,7 @@ class Oracle(OraclePlant):
             after = dict(zip(self.slots, self.step(state, occurrence), strict=True))
             there = after["at", event.key]
             return {
-                "kind": event.kind.value,
+                "kind": event.kind.word,
                 "name": event.key,
                 "value": f"{here}->{there}",
                 "index": event.index,
@@ -313,7 +316,7 @@ class Oracle(OraclePlant):
                 value = occurrence.values[0][1]
             else:
                 value = {path_text(path): v for path, v in occurrence.values}
-        return {"kind": event.kind.value, "name": self.name(event), "value": value}
+        return {"kind": event.kind.word, "name": self.name(event), "value": value}
 
     def name(self, event: Event) -> str:
         """The bare name of a communication, qualified only where several have it."""

@@ -28,6 +28,7 @@ OracleState = tuple[Any, ...]
 KINDS = {
     Kind.OUTGOING: (EventKind.RESPONSE,),
     Kind.INCOMING: (EventKind.REQUEST,),
+    Kind.SERVED_SERVICE: (EventKind.CALL, EventKind.ANSWER, EventKind.REFUSAL),
     Kind.SERVICE: (EventKind.REQUEST, EventKind.RESPONSE, EventKind.ERROR),
     Kind.ACTION: (
         EventKind.REQUEST,
@@ -38,7 +39,10 @@ KINDS = {
         EventKind.CANCELLED,
     ),
 }
-CONTROLLABLE = (EventKind.REQUEST, EventKind.CANCEL, EventKind.TAU)
+ANSWERS = (EventKind.ANSWER, EventKind.REFUSAL)
+AGREED = (EventKind.REQUEST, *ANSWERS)
+"""What all components must agree on that mention it."""
+CONTROLLABLE = (*AGREED, EventKind.CANCEL, EventKind.TAU)
 
 
 @dataclass(frozen=True)
@@ -94,7 +98,7 @@ def _counting(
 
 def first_phase(communication: Communication) -> str | None:
     """The phase in which a communication begins; None: it has no phases."""
-    if communication.kind in (Kind.SERVICE, Kind.ACTION):
+    if communication.kind in (Kind.SERVICE, Kind.ACTION, Kind.SERVED_SERVICE):
         return "idle"
     if communication.kind is Kind.OUTGOING and communication.timeout is not None:
         return "silent"
@@ -181,7 +185,9 @@ class OracleEvents:
         events = []
         for component in self.robot.components:
             for communication in component.communications:
-                events += [Event(kind, communication.key) for kind in KINDS[communication.kind]]
+                own = [Event(kind, communication.key) for kind in KINDS[communication.kind]]
+                # Nobody answers with an error of itself.
+                events += [e for e in own if e.kind is not EventKind.REFUSAL or self.concerned(e)]
                 if first_phase(communication) == "silent":
                     events.append(Event(EventKind.TIMEOUT, communication.key))
             if component.behaviour is not None:
@@ -233,7 +239,7 @@ class OracleEvents:
         found: list[tuple[ResultTransition, set[str]]] = []
         for state in component.behaviour.states:
             levels = self._transitions_for(component, state.name, event)
-            if event.kind is EventKind.REQUEST:
+            if event.kind in AGREED:
                 found += [(t, set()) for t in next(filter(None, levels), [])]
             else:
                 found += _counting(levels, None)
@@ -273,7 +279,7 @@ class OracleEvents:
 
         here = self.get(state, "at", component.name)
         levels = self._transitions_for(component, here, occurrence.event)
-        if occurrence.event.kind is EventKind.REQUEST:
+        if occurrence.event.kind in AGREED:
             return holding(next(filter(None, levels), []))
         taken: list[ResultTransition] = []
         for level in levels:

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from synthesis.oracle_events import Event, Occurrence, OracleEvents, OracleState, first_phase
+from synthesis.oracle_events import (
+    AGREED,
+    Event,
+    Occurrence,
+    OracleEvents,
+    OracleState,
+    first_phase,
+)
 from synthesis.oracle_values import Impossible, OutOfRange, UndefinedValue
 
 from robosc.expr.types import IntegerType
@@ -35,8 +42,13 @@ class OraclePlant(OracleEvents):
             self._step_after(state, occurrence, after)
         else:
             self._step_phase(state, event, after)
-            for component in self.concerned(event):
+            concerned = self.concerned(event)
+            for component in concerned:
                 self._step_component(component, state, occurrence, after)
+            if event.kind is EventKind.CALL and not any(
+                self._taken(component, state, occurrence) for component in concerned
+            ):
+                raise Impossible
         changed = list(state)
         for slot, value in after.items():
             changed[self.where[slot]] = value
@@ -90,7 +102,7 @@ class OraclePlant(OracleEvents):
                 raise Impossible
             after["phase", event.key] = "fresh" if event.kind is EventKind.RESPONSE else "silent"
             return
-        if event.kind is EventKind.REQUEST:
+        if event.kind in (EventKind.REQUEST, EventKind.CALL):
             follows = {"idle": "busy"}
         elif event.kind is EventKind.FEEDBACK:
             follows = {"busy": "busy"}
@@ -113,7 +125,7 @@ class OraclePlant(OracleEvents):
     ) -> None:
         taken = self._taken(component, state, occurrence)
         if not taken:
-            if occurrence.event.kind is EventKind.REQUEST:
+            if occurrence.event.kind in AGREED:
                 raise Impossible
             return
         levels = self._transitions_for(

@@ -38,7 +38,7 @@ def supervisor_of(body: str, engine: str = "dense", max_states: int = 2**28) -> 
 def event_of(plant: Plant, name: str) -> Event:
     """``grab.request``; ``Comp.tau1`` for a tau."""
     for event in plant.events:
-        kind = f"{event.kind.value}{event.index or ''}"
+        kind = f"{event.kind.word}{event.index or ''}"
         if f"{event.name}.{kind}" == name:
             return event
     raise AssertionError(f"no event {name}")
@@ -61,7 +61,7 @@ def explanation_of(supervisor: Supervisor, name: str) -> Explanation:
 
 
 def trace_text_of(steps: Sequence[Step]) -> list[str]:
-    return [f"{step.event.name}.{step.event.kind.value}" for step in steps]
+    return [f"{step.event.name}.{step.event.kind.word}" for step in steps]
 
 
 def replay(plant: Plant, steps: Sequence[Step]) -> PlantState | Verdict:

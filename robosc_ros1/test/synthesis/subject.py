@@ -63,7 +63,7 @@ class Reference:
     def statuses(self) -> dict[str, str]:
         oracle = self.oracle
         return {
-            f"{oracle.name(event)}.{event.kind.value}{event.index or ''}": oracle.status(event)
+            f"{oracle.name(event)}.{event.kind.word}{event.index or ''}": oracle.status(event)
             for event in oracle.events
             if event.controllable
         }

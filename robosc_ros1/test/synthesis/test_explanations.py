@@ -61,7 +61,7 @@ def test_the_remedy_helps() -> None:
     )
     found = supervisor_of(mended)
     assert guard_text(found, "grab.request") == ("true", "as required")
-    assert [e.event.kind.value for e in found.explanations if e.event] == ["cancel"]
+    assert [e.event.kind.word for e in found.explanations if e.event] == ["cancel"]
     assert found.diagnostics == ()
 
 

@@ -238,7 +238,7 @@ requirement { go, reach } needs A.on and A.x < 5 and A.x != 4
 def test_what_requirements_share_is_said_once(engine: str) -> None:
     supervisor = synthesize(plant_of(SHARED), engine)
     said = {
-        (g.event.name, g.event.kind.value): to_dsl(g.expr, supervisor.plant.robot)
+        (g.event.name, g.event.kind.word): to_dsl(g.expr, supervisor.plant.robot)
         for g in supervisor.guards
     }
     assert said["go", "request"] == "A.on and A.x > 2 and A.x < 5 and A.x != 4"

@@ -139,7 +139,7 @@ def log_of(supervisor: Supervisor, *lines: tuple[str, str, Any] | float) -> list
             happened += machine.wait(line)
             continue
         name, kind, value = line
-        event = next(e for e in machine.plant.events if (e.name, e.kind.value) == (name, kind))
+        event = next(e for e in machine.plant.events if (e.name, e.kind.word) == (name, kind))
         happened += machine.fire(event, {} if value is None else {(): value})
     documents = [happening.document() for happening in happened]
     return [

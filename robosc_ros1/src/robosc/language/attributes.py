@@ -34,15 +34,16 @@ class Attribute:
 
 _MESSAGES = ("incoming", "outgoing")
 _CALLS = ("service", "action")
+_SERVED = ("outgoing service",)
 
 ATTRIBUTES = (
-    Attribute("identifier", Value.STRING, (*_MESSAGES, *_CALLS), False,
+    Attribute("identifier", Value.STRING, (*_MESSAGES, *_CALLS, *_SERVED), False,
               "the name of the topic, service or action in ROS"),
     Attribute("timeout", Value.DURATION, ("outgoing", *_CALLS), False,
               "the time after which a message is silent, or the deadline of a service or action"),
     Attribute("type", Value.TYPE, _MESSAGES, True, "the type of a message"),
-    Attribute("request", Value.TYPE, _CALLS, True, "the type of what is sent"),
-    Attribute("response", Value.TYPE, _CALLS, True, "the type of what comes back"),
+    Attribute("request", Value.TYPE, (*_CALLS, *_SERVED), True, "the type of what is sent"),
+    Attribute("response", Value.TYPE, (*_CALLS, *_SERVED), True, "the type of what comes back"),
     Attribute("feedback", Value.TYPE, ("action",), True, "the type of what is reported"),
 )  # fmt: skip
 """All attributes, in the order in which models have them."""

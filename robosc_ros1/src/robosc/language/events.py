@@ -19,16 +19,17 @@ Folder: TypeAlias = Literal["msg", "srv", "action"]
 
 
 class Kind(Enum):
-    """The four kinds of communication, seen from the component."""
+    """The kinds of communication, seen from the component."""
 
     INCOMING = "incoming message"
     OUTGOING = "outgoing message"
     SERVICE = "service"
     ACTION = "action"
+    SERVED_SERVICE = "outgoing service"
 
 
 class EventKind(Enum):
-    """The kinds of event; the value is the name in the language, in JSON documents and in logs."""
+    """The kinds of event. ``word`` is the name in the language, in JSON documents and in logs."""
 
     REQUEST = "request"
     RESPONSE = "response"
@@ -37,13 +38,41 @@ class EventKind(Enum):
     CANCEL = "cancel"
     CANCELLED = "cancelled"
     TIMEOUT = "timeout"
+    CALL = "call"
+    ANSWER = "answer"
+    REFUSAL = "refusal"
     TAU = "tau"
     AFTER = "after"
 
     @property
+    def word(self) -> str:
+        """The name for users: what the robot calls has the words of what the controller calls."""
+        return _SERVED.get(self, self.value)
+
+    @property
     def controllable(self) -> bool:
         """Whether the controller decides when it occurs."""
-        return self in (EventKind.REQUEST, EventKind.CANCEL, EventKind.TAU)
+        return self in (EventKind.CANCEL, EventKind.TAU) or self.sent or self.served
+
+    @property
+    def sent(self) -> bool:
+        """Whether it carries data that the controller gives."""
+        return self in (EventKind.REQUEST, EventKind.ANSWER)
+
+    @property
+    def served(self) -> bool:
+        """Whether it ends a call that the robot has made."""
+        return self in (EventKind.ANSWER, EventKind.REFUSAL)
+
+    @property
+    def restricted(self) -> bool:
+        """Whether requirements on its communication are about it: what is refused is free."""
+        return self.controllable and self is not EventKind.REFUSAL
+
+    @property
+    def to_component(self) -> bool:
+        """Whether it goes to the component, as a command does: ``on request to``."""
+        return self is EventKind.REQUEST or self.served
 
     @property
     def of_component(self) -> bool:
@@ -53,12 +82,24 @@ class EventKind(Enum):
     @property
     def synchronised(self) -> bool:
         """Whether a component that mentions it can block it."""
-        return self is EventKind.REQUEST or self.of_component
+        return self is EventKind.REQUEST or self.served or self.of_component
 
     @property
     def clocked(self) -> bool:
         """Whether the passing of time causes it."""
         return self in (EventKind.TIMEOUT, EventKind.AFTER)
+
+
+_SERVED = {
+    EventKind.CALL: "request",
+    EventKind.ANSWER: "response",
+    EventKind.REFUSAL: "error",
+}
+
+
+def words_of_events() -> tuple[str, ...]:
+    """The names of events of communications, each once."""
+    return tuple(dict.fromkeys(kind.word for kind in EventKind if not kind.of_component))
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +163,30 @@ class CommunicationSort:
     def event(self, kind: EventKind) -> EventSort | None:
         return next((e for e in self.events if e.kind is kind), None)
 
+    def named(self, word: str) -> EventKind | None:
+        """The kind of event that a word means for this communication; None if it has none."""
+        return next((e.kind for e in self.events if e.kind.word == word), None)
+
+    @property
+    def command(self) -> EventKind | None:
+        """The event with which the controller sends data."""
+        return next((e.kind for e in self.events if e.kind.sent), None)
+
+    @property
+    def sends(self) -> Direction:
+        """The data that the controller gives."""
+        return "response" if self.served else "request"
+
+    @property
+    def received(self) -> tuple[Direction, ...]:
+        """The data that the controller gets."""
+        return tuple(part for part in self.parts if part != self.sends)
+
+    @property
+    def served(self) -> bool:
+        """Whether the controller is what is called."""
+        return any(e.kind.served for e in self.events)
+
 
 _CALL = Phases(("idle", "busy"), marked=("idle",))
 # What is cancelled goes on until its server says that it has ended: what moves is not idle.
@@ -167,6 +232,17 @@ COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
             EventSort(EventKind.CANCELLED, ("cancelling",), "idle"),
         ),
         _GOAL,
+    ),
+    Kind.SERVED_SERVICE: CommunicationSort(
+        "outgoing service",
+        "srv",
+        ("request", "response"),
+        (
+            EventSort(EventKind.CALL, ("idle",), "busy", brings="request"),
+            EventSort(EventKind.ANSWER, ("busy",), "idle", brings="response"),
+            EventSort(EventKind.REFUSAL, ("busy",), "idle"),
+        ),
+        _CALL,
     ),
 }
 

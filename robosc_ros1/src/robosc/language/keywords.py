@@ -13,7 +13,7 @@ from enum import Enum
 from functools import cache
 
 from robosc.language.attributes import ATTRIBUTES
-from robosc.language.events import EventKind
+from robosc.language.events import words_of_events
 from robosc.language.operators import symbols
 
 
@@ -108,7 +108,7 @@ def _table() -> Iterator[Keyword]:
         yield Keyword(word, clause)
     for word in ("with", "links", "from", "to", "start", "use", "import", "over", "except", "in"):
         yield Keyword(word, clause)
-    events = tuple(kind.value for kind in EventKind if not kind.of_component)
+    events = words_of_events()
     labels = (*(attribute.name for attribute in ATTRIBUTES), "prefix")
     for word in dict.fromkeys((*events, *labels)):
         roles = ((Role.EVENT, events), (Role.LABEL, labels))
@@ -143,9 +143,11 @@ _MEANINGS = {
     "object": "The fields of a message that the model uses.",
     "enum": "Maps data of messages to finitely many values: the first rule that holds decides.",
     "incoming": "A message that the component receives: a command of the controller.",
-    "outgoing": "A message that the component sends: the controller reacts to it.",
+    "outgoing": "A message that the component sends: the controller reacts to it. Or a service that"
+    " it calls: the controller answers it.",
     "message": "A topic: outgoing if the component sends it, incoming if it receives it.",
-    "service": "A ROS service of the component, which the controller calls.",
+    "service": "A ROS service of the component, which the controller calls; with `outgoing`, one of"
+    " the controller, which the component calls.",
     "action": "A ROS action of the component, whose goals the controller sends and cancels.",
     "behaviour": "The variables and states of a component, and what makes them change.",
     "variable": "What a component remembers besides its state.",
@@ -177,11 +179,12 @@ _MEANINGS = {
     "over": "The commands that are not sent while a preferred one is enabled.",
     "in": "`E in { a, b }` is true if E equals one of them; in `for` and `any` the range.",
     "request": "A command to the component: sending a message, calling a service, starting an"
-    " action.",
+    " action. Of an outgoing service, the call of the component.",
     "response": "What the component sends: a message, the answer of a service, the result of an"
-    " action.",
+    " action. Of an outgoing service, the answer of the controller.",
     "feedback": "What an action reports while it runs.",
-    "error": "A service or action failed, was aborted, or missed its deadline.",
+    "error": "A service or action failed, was aborted, or missed its deadline. Of an outgoing"
+    " service: the controller answers that it failed.",
     "cancel": "A running goal of an action is cancelled; it goes on until its server has ended it.",
     "cancelled": "The server of an action has ended the goal that was cancelled.",
     "timeout": "No message was received for the time that its `timeout:` gives.",

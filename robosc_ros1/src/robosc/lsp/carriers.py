@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
-from robosc.language.events import Kind
 from robosc.model.file_resolver import FileContents
 from robosc.model.names.tables import CommunicationInfo
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
@@ -38,11 +37,9 @@ def fits(info: CommunicationInfo, node: InterfaceNode, definitions: MessageDefin
     interface = _definition(info, node, definitions)
     if interface is None:
         return False
-    sending = info.kind is not Kind.OUTGOING
-    for type_, part in zip(info.types.values(), interface.parts, strict=True):
-        if not _fits_into(type_, part, sending):
+    for (direction, type_), part in zip(info.types.items(), interface.parts, strict=True):
+        if not _fits_into(type_, part, direction == info.sort.sends):
             return False
-        sending = False
     return True
 
 

@@ -25,7 +25,7 @@ from robosc.lsp.statement_offers import ALL_COMMANDS, SENT, StatementOffers
 _TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
 _LABELS = {
     word: tuple(attribute.name for attribute in _TYPES if word in attribute.communications)
-    for word in ("service", "action")
+    for word in ("service", "action", "outgoing service")
 }
 
 
@@ -84,8 +84,10 @@ class _Completer(StatementOffers):
     def _communication(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
         first = self._context.word(0)
+        served = first == "outgoing" and self._context.word(1) == "service"
+        sort = "outgoing service" if served else first
         if first in ("incoming", "outgoing") and len(words) == 1:
-            yield from keywords(("message",))
+            yield from keywords(("message", "service") if first == "outgoing" else ("message",))
         elif first == "behaviour":
             return
         elif first in ("constant", "parameter", "function"):
@@ -95,21 +97,21 @@ class _Completer(StatementOffers):
         elif last == "links":
             yield from self._interfaces()
         elif last == ":" and self._context.word(-2) in (a.name for a in _TYPES):
-            if first in _LABELS and self._context.word(-2) == "type":
-                yield from self._ros_packages(FOLDERS[first])
+            if sort in _LABELS and self._context.word(-2) == "type":
+                yield from self._ros_packages(FOLDERS[sort])
             else:
                 yield from self._types()
         elif last in ("with", ","):
-            wanted = _LABELS.get(first, ("type",))
-            missing = [w for w in wanted if w not in words[2:]]
-            if first in _LABELS and wanted[0] in missing:
+            wanted = _LABELS.get(sort, ("type",))
+            missing = [w for w in wanted if w not in words[2 + served :]]
+            if sort in _LABELS and wanted[0] in missing:
                 missing.insert(1, "type")  # of a service or action: all of its types at once
             labels = missing[:2] if missing[1:2] == ["type"] else missing[:1]
             yield from (Candidate(f"{w}:", "keyword", rank=0) for w in labels)
             if "identifier" not in words:
                 yield Candidate("identifier:", "keyword", text='identifier: "')
         elif "with" not in words:
-            if len(words) == (3 if "message" in words else 2):
+            if len(words) == (3 if served or "message" in words else 2):
                 yield from keywords(("with",))
         elif ends_operand(last) or last == ")":
             yield from keywords(("links",))

@@ -196,7 +196,7 @@ def _guards(supervisor: Supervisor) -> list[ShownGuard]:
     return [
         ShownGuard(
             guard.event.key,
-            guard.event.kind.value,
+            guard.event.kind.word,
             "\n".join(supervisor.part_names.lines(guard.expr)),
             guard.status,
             tuple((e.reason, e.remedy) for e in supervisor.explanations if e.event == guard.event),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import takewhile
 
 from robosc.expr.types import BooleanType, EnumType, Type
-from robosc.language.events import FOLDERS, EventKind, Kind
+from robosc.language.events import FOLDERS, Kind
 from robosc.language.keywords import Role, starts_of, words_of
 from robosc.language.operators import BINARY, symbols
 from robosc.lsp.analysis import Analysis, Desk
@@ -50,7 +50,7 @@ class Candidate:
 _MORE = {
     "datatype": ("datatype object", "datatype enum"),
     "incoming": ("incoming message",),
-    "outgoing": ("outgoing message",),
+    "outgoing": ("outgoing message", "outgoing service"),
     "initial": ("initial state", "initial marked state"),
     "marked": ("marked state",),
     "default": ("default ->", "value"),
@@ -133,15 +133,16 @@ class Offers:
                 if not self._is_further_copy(instance):
                     yield from instance.communications.values()
 
-    def _communications(self, events: tuple[EventKind, ...], rank: int = 1) -> Iterator[Candidate]:
+    def _communications(self, events: tuple[str, ...], rank: int = 1) -> Iterator[Candidate]:
         """Those that have one of the events; own ones first."""
         names: dict[str, set[str]] = {}
         for info in self._infos():
             names.setdefault(info.name, set()).add(info.key)
         for info in self._infos():
-            if events and not any(event in info.events for event in events):
+            known = {kind.word for kind in info.events}
+            if events and not known.intersection(events):
                 continue
-            if EventKind.REQUEST in events and info.kind is Kind.OUTGOING:
+            if "request" in events and info.kind is Kind.OUTGOING:
                 continue
             own = info.instance.name == self._own
             alone = len(names[info.name]) == 1 and "[" not in info.key
@@ -305,7 +306,7 @@ class Offers:
                     return known.source
         if words[:1] == ("requirement",) and "needs" in words:
             command = self._communication_of(words[1 : words.index("needs")])
-            return None if command is None else command.request
+            return None if command is None else command.sent
         events = listed_events(words)
         if not events:
             return None
@@ -313,15 +314,16 @@ class Offers:
             (i for i, w in enumerate(words) if w in ("if", "else", "do", "goto")), len(words)
         )
         info = self._communication_of(words[2 * len(events) + 1 : end])
-        return None if info is None else info.brought(events[0])
+        kind = None if info is None else info.sort.named(events[0])
+        return None if info is None or kind is None else info.brought(kind)
 
 
-def listed_events(words: Sequence[str]) -> tuple[EventKind, ...]:
+def listed_events(words: Sequence[str]) -> tuple[str, ...]:
     """The events that the words of a transition list between ``on`` and ``from`` or ``to``."""
     if not words or words[0] != "on":
         return ()
     names = takewhile(lambda word: word not in ("from", "to"), words[1:])
-    return tuple(EventKind(name) for name in names if name in EVENTS)
+    return tuple(name for name in names if name in EVENTS)
 
 
 def several(contents: FileContents) -> Mapping[str, RangeNode]:

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Analysis, Desk
+from robosc.model.names.data_directions import kind_of
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -127,8 +128,7 @@ def _item(node: _Node) -> OutlineItem:
         case MessageNode():
             return _named(node, "communication", f"{node.direction} message")
         case ServiceNode() | ActionNode():
-            kind = "service" if isinstance(node, ServiceNode) else "action"
-            return _named(node, "communication", kind)
+            return _named(node, "communication", kind_of(node).value)
         case StateNode():
             detail = " ".join(["initial"] * node.initial + ["marked"] * node.marked)
             return _named(node, "state", detail, node.states)

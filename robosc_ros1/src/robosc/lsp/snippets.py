@@ -77,6 +77,24 @@ component ${1:Server} {
     }
 }""",
 )
+_CALLER = Snippet(
+    "component … outgoing service",
+    "A component that calls the controller, and is answered",
+    """\
+component ${1:Orders} {
+    outgoing service ${2:order} with identifier: "/${2:order}", type: ${3:std_srvs/Trigger}
+
+    behaviour {
+        initial marked state idle {
+            on request from ${2:order} goto asked
+        }
+
+        state asked {
+            on response to ${2:order} goto idle
+        }
+    }
+}""",
+)
 _COMPONENT = Snippet(
     "component { … }",
     "A component with its states",
@@ -134,6 +152,11 @@ _SERVICE = Snippet(
     "A service that the controller calls",
     "service ${1:call} with request: ${2:none}, response: ${3:none} links ${4:interface}",
 )
+_SERVED = Snippet(
+    "outgoing service … with",
+    "A service that the component calls and the controller serves",
+    'outgoing service ${1:order} with identifier: "/${1:order}", type: ${2:std_srvs/Trigger}',
+)
 _ACTION = Snippet(
     "action … with",
     "An action whose goals the controller sends",
@@ -141,7 +164,7 @@ _ACTION = Snippet(
     " links ${5:interface}",
 )
 
-_DECLARATIONS = (_COMPONENT, _SENSOR, _SERVER, _ACTION_SERVER, _OBJECT, _ENUM)
+_DECLARATIONS = (_COMPONENT, _SENSOR, _SERVER, _ACTION_SERVER, _CALLER, _OBJECT, _ENUM)
 _STATEMENTS = (_NEEDS, _DISABLES, _PROVIDE)
 
 SNIPPETS: Mapping[str, tuple[Snippet, ...]] = {
@@ -149,5 +172,5 @@ SNIPPETS: Mapping[str, tuple[Snippet, ...]] = {
     "robot": (*_DECLARATIONS, *_STATEMENTS),
     "library": _DECLARATIONS,
     "for": _STATEMENTS,
-    "component": (_OUTGOING, _INCOMING, _SERVICE, _ACTION, *_STATEMENTS),
+    "component": (_OUTGOING, _INCOMING, _SERVICE, _ACTION, _SERVED, *_STATEMENTS),
 }

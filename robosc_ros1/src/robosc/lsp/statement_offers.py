@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.expr.types import Type
-from robosc.language.events import EventKind
 from robosc.lsp.interfaces import offered_types
 from robosc.lsp.member_offers import MemberOffers
 from robosc.lsp.offers import Candidate, block_words, ends_operand, keywords
@@ -13,7 +12,7 @@ from robosc.lsp.snippets import SNIPPETS
 from robosc.model.file_resolver import FileContents
 
 ALL_COMMANDS = Candidate("all", "keyword", "all commands of the robot", rank=2)
-SENT = (EventKind.REQUEST, EventKind.CANCEL)
+SENT = ("request", "cancel")
 """The events of what the controller sends."""
 
 
@@ -38,7 +37,7 @@ class StatementOffers(MemberOffers):
             case "stop" if self._context.last == "stop":
                 yield from keywords(("with",))
             case "stop":
-                yield from self._communications((EventKind.REQUEST,))
+                yield from self._communications(("request",))
             case "provide":
                 yield from self._provide()
             case "datatype":
@@ -140,7 +139,7 @@ class StatementOffers(MemberOffers):
     def _provide(self) -> Iterator[Candidate]:
         words = self._context.words
         if len(words) == 1:
-            yield from self._communications((EventKind.REQUEST,))
+            yield from self._communications(("request",))
         elif "with" not in words:
             yield from keywords(("with",))
         elif self._context.word(-1) == "with":
@@ -185,4 +184,4 @@ class StatementOffers(MemberOffers):
 
     def _request(self, words: tuple[str, ...]) -> Type | None:
         info = self._communication_of(words)
-        return info.request if info is not None else None
+        return info.sent if info is not None else None

@@ -78,6 +78,17 @@ class Communication:
     def phases(self) -> Phases | None:
         return self.sort.phases_of(self.timeout is not None)
 
+    @property
+    def sent(self) -> Type:
+        """The type of the data that the controller gives."""
+        return self.response if self.sort.served else self.request
+
+    @property
+    def sent_field(self) -> str | None:
+        """The data field that carries them, if one does."""
+        binding = self.binding
+        return binding.response_field if self.sort.served else binding.request_field
+
     def value_type(self, event: EventKind) -> Type:
         """The type of the value of an event of this communication, or ``none``."""
         found = self.sort.event(event)

@@ -12,6 +12,7 @@ from robosc.model.checks.command_data import with_command_data
 from robosc.model.checks.freshness import check_freshness
 from robosc.model.checks.indexes import check_indexes
 from robosc.model.checks.overlap import check_overlaps
+from robosc.model.checks.served import check_served
 from robosc.model.checks.similar_names import check_case, check_topics
 from robosc.model.checks.stopping import check_stop
 from robosc.model.checks.undefined_data import check_undefined_data
@@ -146,6 +147,7 @@ class FileResolver:
             check_undefined_data(robot, lengths, self._scope.source, self._report)
             if not library:
                 check_stop(robot, self._report)
+                check_served(robot, self._report)
             check_unused(
                 self._scope,
                 self.types.values,

@@ -350,7 +350,7 @@ def value_type(robot: Robot, event: Event) -> Type:
     another controller sends."""
     if event.kind.of_component:
         return NoneType()
-    unread = is_optional(robot, event) or event.kind is EventKind.REQUEST
+    unread = is_optional(robot, event) or event.kind.sent
     if unread and not value_parts(robot, event):
         return NoneType()
     return robot.communications[event.key].value_type(event.kind)

@@ -23,6 +23,7 @@ from robosc.expr.types import BooleanType, Value, domain
 from robosc.language.events import EventKind, EventSort
 from robosc.model.automata import After, Behaviour, ResultTransition, Tau, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
+from robosc.plant.acceptance import acceptance
 from robosc.plant.automaton import (
     Edge,
     Event,
@@ -117,10 +118,16 @@ class _Lowering:
     def events_of(self, component: Component) -> Iterator[Event]:
         for communication in component.communications:
             for sort in communication.sort.events_of(communication.timeout is not None):
+                if self._is_left_out(sort.kind, communication.key):
+                    continue
                 yield from by_data(self._communication_event(communication, sort))
         if component.behaviour is not None:
             yield from self._tau_events(component, component.behaviour)
             yield from self._after_events(component, component.behaviour)
+
+    def _is_left_out(self, kind: EventKind, key: str) -> bool:
+        """Whether nobody makes an event happen: a call is refused only where a component does."""
+        return kind is EventKind.REFUSAL and (kind, key) not in self.listeners
 
     def _communication_event(self, communication: Communication, sort: EventSort) -> Event:
         key, kind = communication.key, sort.kind
@@ -136,6 +143,9 @@ class _Lowering:
                 tuple(index(name) for name in sort.sources),
                 index(sort.target),
             )
+        if kind is EventKind.CALL and phase is not None:
+            accepts = acceptance(key, phase, automata, self.variables, communication.span)
+            automata, phase = (*automata, accepts), None
         requirement, indexes = self._requirement(key, kind)
         return Event(
             kind=kind,
@@ -152,7 +162,7 @@ class _Lowering:
         )
 
     def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:
-        if not kind.controllable:
+        if not kind.restricted:
             return None, ()
         found = {
             i: r

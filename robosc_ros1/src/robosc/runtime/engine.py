@@ -21,8 +21,8 @@ from .clocks import Timer, Watch
 from .inbox import Inbox
 from .intake import BoundInput, Inputs, Item
 from .recorder import STOP_COMMAND
-from .requests import Requests
 from .scheduler import ScheduledCommand
+from .served import Serving
 from .values import Mismatch, Undefined, demand_finite, without_gaps
 
 INACTIVE = "not active"
@@ -31,7 +31,7 @@ _BATCH = 100
 """The most items that are handled before commands and deadlines."""
 
 
-class Engine(Requests):
+class Engine(Serving):
     """Executes a controller on a port. Public methods may be called from any thread, except
     ``run``, ``begin``, ``cycle``, ``restart_clocks`` and ``snapshot``: only the thread that has the
     turn may call these (the engine's own thread, or a thread that replaces it)."""
@@ -333,7 +333,9 @@ class Engine(Requests):
             self.changed.set()
 
     def _withdraw(self) -> None:
-        """Cancel running goals, whose end is still reported, and send the stop command."""
+        """Cancel running goals, whose end is still reported, refuse calls, and send the stop
+        command."""
+        self._refuse_waiting("the controller stopped: %s" % (self.stopped or "the node ends"))
         sorts = {c.key: c.sort for c in self.controller.COMMUNICATIONS}
         for key, token in self._calls.running():
             if sorts[key] == "action":

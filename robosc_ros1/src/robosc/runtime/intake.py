@@ -12,7 +12,7 @@ from .clocks import Clocks
 from .deadlines import Deadlines
 from .inbox import Inbox
 from .internal import InternalTransitions
-from .model import Controller, Input
+from .model import SERVED, Controller, Input
 from .pauses import Pauses
 from .port import Port, steady_time
 from .recorder import EventRecorder, Throttle
@@ -101,6 +101,9 @@ class Intake:
         self._pauses = Pauses(self._clocks.delays, steady, port.await_inputs, self._turns.put)
         self._queue: Deque[Item] = self._turns.queue
         self._inboxes: Dict[Tuple[str, ...], Inbox] = {}
+        self._waiting: Dict[str, Any] = {}
+        if SERVED in sorts.values():
+            self.recorder.counters["refused"] = 0
         self._undefined = 0
         self._lost = 0
         self._closing = False

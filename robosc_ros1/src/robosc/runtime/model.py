@@ -13,6 +13,9 @@ from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional,
 
 from .values import Undefined, as_read
 
+SERVED = "outgoing service"
+"""The sort of the services that the robot calls and the controller serves."""
+
 
 class Parameter(NamedTuple):
     """A parameter of the node.
@@ -36,7 +39,8 @@ class Parameter(NamedTuple):
 
 
 class Communication(NamedTuple):
-    """A message, service or action; ``sort`` is "incoming", "outgoing", "service" or "action".
+    """A message, service or action; ``sort`` is "incoming", "outgoing", "service" or "action", or
+    "outgoing service" if the robot calls it.
 
     ``phases`` are empty for a message without timeout; one with a timeout is silent or fresh, a
     service idle or busy, an action idle, busy or cancelling. ``flags`` are the attributes that are
@@ -54,8 +58,8 @@ class Communication(NamedTuple):
 
 
 class Input(NamedTuple):
-    """An uncontrollable event of a communication: "response", "feedback", "error", "cancelled" or
-    "timeout".
+    """An uncontrollable event of a communication: "request" of what the robot calls,
+    "response", "feedback", "error", "cancelled" or "timeout".
 
     ``read`` returns the event's value from the ROS message (None: it has none); ``apply`` changes
     the state for this value, or raises :class:`~.values.Mismatch` and changes nothing.
@@ -69,7 +73,8 @@ class Input(NamedTuple):
 
 
 class Command(NamedTuple):
-    """A controllable event: "request" of a communication or "cancel" of an action.
+    """A controllable event: "request" of a communication, "cancel" of an action, or "response" or
+    "error" that answers a call of the robot.
 
     ``guard`` tells whether requirements and synthesis allow it, ``synchronisation`` whether it is
     enabled in the components that mention it (None: always). Neither depends on the phase of the

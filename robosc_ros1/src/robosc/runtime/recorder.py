@@ -30,7 +30,8 @@ STOP_COMMAND = "stop command"
 
 
 class Entry(NamedTuple):
-    """One event. ``outcome`` is "applied", "mismatch", "failed" or "stopped"; of a monitor also
+    """One event. ``outcome`` is "applied", "mismatch", "failed", "stopped" or
+    "refused"; of a monitor also
     "forbidden" or "violated" (``blocked_by`` tells why), and ``seen`` tells that the command is one
     of another node. ``tau`` is the number of an internal transition, else 0.
     ``shortened`` tells whether the value is a short form; ``effect`` is what the event did then, or

@@ -20,12 +20,13 @@ writes. Commands wait in two heaps, ordered by time and by turn.
 from __future__ import annotations
 
 import random
+from functools import partial
 from heapq import heappop, heappush
 from itertools import count
 from types import MethodType
 from typing import Any, Callable, Dict, FrozenSet, Iterable, List, Optional, Tuple
 
-from .model import Command, Controller
+from .model import SERVED, Command, Controller
 
 
 class ScheduledCommand:
@@ -46,6 +47,10 @@ class ScheduledCommand:
         guard: Callable[..., bool] = MethodType(command.guard, controller)
         synchronisation = method(command.synchronisation)
         self.authorised = guard if synchronisation is None else _both(synchronisation, guard)
+        self._state = controller.__dict__
+        if sort == SERVED:
+            # An answer is due as soon as there is somebody who waits for it.
+            self.authorised = _both(partial(command.possible, self._state), self.authorised)
         self.allowed = self.authorised
         self.synchronisation = synchronisation
         self.row = command
@@ -67,7 +72,6 @@ class ScheduledCommand:
         self.ready = False  # whether it is in the heap of due commands
         self.waits_for: Optional[float] = None  # its time in the heap of waiting commands
         self.count = 0
-        self._state = controller.__dict__
 
     def yield_to(self, preferred: List[ScheduledCommand]) -> None:
         """Disallow the command while one of these is enabled."""

@@ -26,7 +26,7 @@ from typing import (
     Union,
 )
 
-from .model import Communication, Parameter
+from .model import SERVED, Communication, Parameter
 from .shapes import ShapeFault, fitted, gathered
 from .values import widen
 
@@ -163,7 +163,7 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
     result = list(_GENERAL)
     for communication in communications:
         name = parameter_name(communication.name)
-        if communication.sort != "outgoing":
+        if communication.sort not in _UNREPEATED:
             meaning = (
                 "how often %s is repeated, in Hz (at least 0; 0: the default rate)"
                 % communication.name
@@ -184,6 +184,8 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
     return result
 
 
+_UNREPEATED = ("outgoing", SERVED)
+"""The sorts of communications that the controller does not begin."""
 _TIMEOUTS = {
     "outgoing": "silence after which %s is no longer fresh, in seconds",
     "service": "deadline of a call of %s, in seconds",
@@ -193,7 +195,7 @@ _TIMEOUTS = {
 
 def _timeout(communication: Communication) -> Optional[float]:
     """Return the default of a communication's timeout parameter; None if it has none."""
-    if communication.sort == "incoming" or isinstance(communication.timeout, str):
+    if communication.sort in ("incoming", SERVED) or isinstance(communication.timeout, str):
         return None
     if communication.timeout is None and communication.sort != "outgoing":
         return 5.0
@@ -271,7 +273,7 @@ def read(
             faults.append("parameter %s must be %s, not %s" % (shown, fault, excerpt(value)))
         else:
             values[parameter.name] = float(value) if parameter.type == "number" else value
-    names = {c.name: c.key for c in communications if c.sort != "outgoing"}
+    names = {c.name: c.key for c in communications if c.sort not in _UNREPEATED}
     faults += _wrong_names(values, names, spelled)
     if faults:
         raise ParameterError("\n".join(faults))
@@ -385,7 +387,7 @@ def _settings(communications: Sequence[Communication], values: Dict[str, Any]) -
     rates = {}
     for communication in communications:
         name = parameter_name(communication.name)
-        if communication.sort != "outgoing":
+        if communication.sort not in _UNREPEATED:
             rates[communication.key] = values.pop("rate/" + name)
         if isinstance(communication.timeout, str):
             timeouts[communication.key] = values["more"][communication.timeout]

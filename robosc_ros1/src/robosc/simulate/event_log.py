@@ -14,8 +14,8 @@ from robosc.errors import UsageError
 from robosc.language.events import EventKind
 from robosc.source import opened
 
-_KINDS = (*(kind.value for kind in EventKind), "stop", "state")
-_OUTCOMES = ("applied", "mismatch", "failed", "stopped", "forbidden", "violated")
+_KINDS = (*(kind.word for kind in EventKind), "stop", "state")
+_OUTCOMES = ("applied", "mismatch", "failed", "stopped", "refused", "forbidden", "violated")
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from robosc.expr.traversal import path_text
 from robosc.expr.tree import Expr
 from robosc.expr.types import IntegerType, ObjectType
 from robosc.language.events import EventKind, Kind
+from robosc.model.decisions import decides
 from robosc.model.entities import Robot
 from robosc.plant.automaton import Event, Plant, value_parts, value_type
 from robosc.plant.step import valuations
@@ -28,7 +29,8 @@ from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
 from robosc.runtime.reasons import blocked_by
-from robosc.runtime.recorder import EventRecorder
+from robosc.runtime.recorder import Entry, EventRecorder
+from robosc.runtime.served import WaitingCall
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.runtime.values import Undefined, in_range
 from robosc.simulate.drawn_values import random_raw
@@ -87,13 +89,23 @@ class _Clockwork(Port):
         """What matters is in the recorder."""
 
 
+class _Call(WaitingCall):
+    """A call of which the recorder has how it ended."""
+
+    def answer(self, data: Any) -> None:
+        pass
+
+    def refuse(self, text: str) -> None:
+        pass
+
+
 class Execution:
     """A :class:`~robosc.simulate.machine.Machine` that executes the controller."""
 
     def __init__(self, supervisor: Supervisor, settings: Settings) -> None:
         self.supervisor = supervisor
         self._events = {
-            (e.key, e.kind.value): e for e in self.plant.events if not e.kind.of_component
+            (e.key, e.kind.word): e for e in self.plant.events if not e.kind.of_component
         }
         self._inputs = tuple(e for e in self.plant.events if not (e.controllable or e.kind.clocked))
         self._settings = settings
@@ -150,6 +162,8 @@ class Execution:
     def can(self, event: Event, given: Given | None) -> bool:
         if event.controllable or event.kind.clocked:
             return False
+        if event.kind is EventKind.CALL:  # the node refuses it where no component takes it
+            return True
         calling = self.plant.robot.communications[event.key].kind in (Kind.SERVICE, Kind.ACTION)
         return not calling or self._may_end(event)
 
@@ -208,16 +222,21 @@ class Execution:
     def fire(self, event: Event, given: Given) -> list[Happening]:
         if not self.can(event, given):
             raise Refused(f"{label(event)} cannot happen now: {event.name} is {self._phase(event)}")
+        if event.kind is EventKind.CALL:
+            self._engine.serve(event.key, given, _Call())
+            self._engine.cycle()
+            self._past.append((event, given))
+            return self._happened()
         payload: Any = given
         if event.kind in (EventKind.ERROR, EventKind.CANCELLED):
             payload = Failure("simulated", given)
         token = self._clock.open.get(event.key)
         if event.phase is None or token is None:
-            self._engine.post(event.key, event.kind.value, payload)
+            self._engine.post(event.key, event.kind.word, payload)
         else:
             if event.kind is not EventKind.FEEDBACK:
                 del self._clock.open[event.key]
-            self._engine.report(event.key, token, event.kind.value, payload)
+            self._engine.report(event.key, token, event.kind.word, payload)
         self._engine.cycle()
         self._past.append((event, given))
         return self._happened()
@@ -242,10 +261,12 @@ class Execution:
         return happenings + self._happened()
 
     def _happened(self) -> list[Happening]:
-        return [
-            Happening(e.kind, e.name, e.value, e.tau, e.outcome, e.detail, e.time)
-            for e in self._engine.recorder.take()
-        ]
+        return [self._happening(e) for e in self._engine.recorder.take()]
+
+    def _happening(self, entry: Entry) -> Happening:
+        decided = decides(self.plant.robot, entry.kind, entry.name)
+        told = (entry.kind, entry.name, entry.value, entry.tau, entry.outcome, entry.detail)
+        return Happening(*told, entry.time, decided)
 
     def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
         raise InvalidLine("goto is for single events: here the controller decides where it goes")
@@ -288,7 +309,7 @@ def _read_given(controller: Controller, plant: Plant) -> None:
     What a message says was found out before, by the same rules; that a value lies in its range is
     for the controller to check.
     """
-    events = {(e.key, e.kind.value): e for e in plant.events}
+    events = {(e.key, e.kind.word): e for e in plant.events}
     controller.INPUTS = tuple(
         entry
         if entry.read is None

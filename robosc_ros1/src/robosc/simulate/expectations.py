@@ -11,7 +11,6 @@ from typing import Any
 from robosc.errors import listing
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
-from robosc.language.events import EventKind
 from robosc.plant.automaton import Event
 from robosc.plant.formulas import to_dsl
 from robosc.runtime.values import jsonable
@@ -20,7 +19,6 @@ from robosc.simulate.event_data import complete
 from robosc.simulate.faults import Failed, InvalidLine
 from robosc.simulate.literals import literal_text, parse_raw, path_in
 from robosc.simulate.machine import (
-    COMMANDS,
     EVENT_NAME,
     Happening,
     Machine,
@@ -107,7 +105,7 @@ def _any_event(text: str, machine: Machine) -> Event:
     named = [e for e in machine.plant.events if is_name(e, plain)] or find_events(machine, text)
     named = without_timeouts(named)
     if len(named) > 1:
-        requests = [e for e in named if e.kind is EventKind.REQUEST]
+        requests = [e for e in named if e.kind.sent]
         if len(requests) != 1:
             raise InvalidLine(f"'{text}' can mean {listing([label(e) for e in named], 'or')}")
         named = requests
@@ -122,10 +120,10 @@ def _sent(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
             if match is None:
                 raise InvalidLine("write commands in order: expect sent stop, move * 3; or nothing")
             event = _any_event(match[1], machine)
-            if event.kind.value not in COMMANDS:
+            if not event.controllable:
                 raise InvalidLine(f"{label(event)} is not sent by a controller")
             wanted += [label(event)] * int(match[2] or 1)
-    sent = [f"{h.name}.{h.kind}" for h in latest if h.kind in COMMANDS and h.outcome == "applied"]
+    sent = [f"{h.name}.{h.kind}" for h in latest if h.is_command and h.outcome == "applied"]
     if sent != wanted:
         raise Failed(f"sent: {_folded(sent)}; expected: {_folded(wanted)}")
 
@@ -140,7 +138,7 @@ def _data(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
     name, _, rest = text.partition(" ")
     event = _any_event(name, machine)
     wanted = parse_raw(rest)
-    sent = [h for h in latest if h.name == event.name and h.kind == "request"]
+    sent = [h for h in latest if h.name == event.name and h.kind == event.kind.word]
     if wanted is None:
         raise InvalidLine("write what is sent: expect data move linear.x: 0.4")
     if not sent:

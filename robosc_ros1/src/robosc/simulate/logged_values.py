@@ -60,7 +60,7 @@ def carried_parts(supervisor: Supervisor) -> dict[tuple[str, str], dict[str, Log
     """By communication and kind, the parts of an input's value; that of a whole one is ``""``."""
     robot = supervisor.plant.robot
     return {
-        (event.key, event.kind.value): _parts(robot, event)
+        (event.key, event.kind.word): _parts(robot, event)
         for event in supervisor.plant.events
         if not isinstance(value_type(robot, event), NoneType)
     }

@@ -22,11 +22,6 @@ from robosc.simulate.faults import InvalidLine
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Supervisor
 
-CONTROLLABLE = frozenset(kind.value for kind in EventKind if kind.controllable)
-"""The names of the kinds of event that the controller decides on."""
-COMMANDS = CONTROLLABLE - {EventKind.TAU.value}
-"""Those that are sent to the robot."""
-
 EVENT_NAME = r"(?:[\w.^]|\[-?\d+\])+"
 """A regular expression: how the name of an event is written."""
 _EVENT_AND_VALUE = re.compile(rf"({EVENT_NAME})\s*(?:\((.*)\)|\s(.*))?", re.DOTALL | re.ASCII)
@@ -90,11 +85,11 @@ def with_preferences(commands: list[CommandState], robot: Robot) -> list[Command
     enabled = {
         command.event.key: command.event.name
         for command in commands
-        if command.enabled and command.event.kind is EventKind.REQUEST
+        if command.enabled and command.event.kind.sent
     }
 
     def waits_for(event: Event) -> tuple[str, ...]:
-        if event.kind is not EventKind.REQUEST or event.key not in enabled:
+        if not event.kind.sent or event.key not in enabled:
             return ()
         preferred = robot.yields_to.get(event.key, ())
         return tuple(name for key, name in enabled.items() if key in preferred)
@@ -106,7 +101,8 @@ def with_preferences(commands: list[CommandState], robot: Robot) -> list[Command
 class Happening:
     """One event that took place: as in the event log of a running controller.
 
-    ``time`` is that of the virtual clock, in seconds; None where there is none.
+    ``controllable``: the controller decided on it. ``time`` is that of the virtual clock, in
+    seconds; None where there is none.
     """
 
     kind: str
@@ -116,11 +112,12 @@ class Happening:
     outcome: str = "applied"
     detail: str | None = None
     time: float | None = None
+    controllable: bool = False
 
     @property
-    def controllable(self) -> bool:
-        """Whether the controller decided on it."""
-        return self.kind in CONTROLLABLE
+    def is_command(self) -> bool:
+        """Whether the controller sent it."""
+        return self.controllable and self.kind != EventKind.TAU.word
 
     def document(self) -> dict[str, Any]:
         event: dict[str, Any] = {"kind": self.kind, "name": self.name}
@@ -188,7 +185,7 @@ def label(event: Event) -> str:
 
 def _label(event: Event, name: str) -> str:
     index = event.index if event.kind.of_component else ""
-    return f"{name}.{event.kind.value}{index}"
+    return f"{name}.{event.kind.word}{index}"
 
 
 def typed_text(event: Event, given: Given) -> str:
@@ -250,7 +247,7 @@ def event_of_document(machine: Machine, document: Mapping[str, Any]) -> Event:
         InvalidLine: there is none.
     """
     kind = document["kind"]
-    if kind in (EventKind.TAU.value, EventKind.AFTER.value):
+    if kind in (EventKind.TAU.word, EventKind.AFTER.word):
         kind = f"{kind}{document.get('index', 1)}"
     text = f"{document['name']}.{kind}"
     for event in machine.typeable:

@@ -62,7 +62,7 @@ def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iter
 
 
 def _violated(supervisor: Supervisor, event: Event, state: PlantState) -> Iterator[Reason]:
-    if event.kind is not EventKind.REQUEST:
+    if not event.kind.sent:
         return
     plant = supervisor.plant
     for index in event.requirements:

@@ -13,6 +13,7 @@ from typing import Any
 
 from robosc.errors import UsageError, counted
 from robosc.language.events import EventKind
+from robosc.model.entities import Robot
 from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.reasons import blocked_by, reason_text
 from robosc.runtime.recorder import STOP_COMMAND
@@ -95,7 +96,7 @@ class Follower:
             for key, variable in supervisor.plant.robot.variables.items()
         }
         self._plant = supervisor.plant
-        self._events = {(e.name, e.kind.value): e for e in self._plant.events}
+        self._events = {(e.name, e.kind.word): e for e in self._plant.events}
         self._controller: Controller | None = None
         self._stopped = False
         self._next = 1
@@ -114,6 +115,10 @@ class Follower:
     def controller(self) -> Controller | None:
         """In the state after the last event; None where that is not known (any more)."""
         return self._controller
+
+    @property
+    def robot(self) -> Robot:
+        return self._plant.robot
 
     def fork(self) -> Follower:
         """Another one that goes on from here by itself."""
@@ -156,7 +161,7 @@ class Follower:
     def _told(self, entry: LogEntry) -> str:
         """An event with the value that it brings, and the classes that this is in."""
         event = self._events.get((entry.name, entry.kind))
-        parts = {} if event is None else self._carried.get((event.key, event.kind.value), {})
+        parts = {} if event is None else self._carried.get((event.key, event.kind.word), {})
         if event is None or not parts:
             return entry.text
         try:
@@ -195,14 +200,14 @@ class Follower:
         Raises:
             UnknownValue: that depends on values that the log has only in a short form.
         """
-        if entry.kind == EventKind.TAU.value:
+        if entry.kind == EventKind.TAU.word:
             tau = self._taus.get((entry.name, entry.index))
             return _step(controller, tau, entry.value)
         owed = next((t for t in controller.TAUS if _can_step(controller, t)), None)
         # Steps that never end are broken off by a stop: some are still owed then.
         if owed is not None and not self._stopped:
             return f"{owed.component} had to take its internal transition {owed.number} before"
-        if entry.kind == EventKind.AFTER.value:
+        if entry.kind == EventKind.AFTER.word:
             after = self._afters.get((entry.name, entry.index))
             return _step(controller, after, entry.value)
         input_ = self._inputs.get((entry.name, entry.kind))

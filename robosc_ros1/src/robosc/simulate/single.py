@@ -18,8 +18,8 @@ from robosc.expr.presence import condition_on_data
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Binary, Expr, Leaf, Literal, TestRef, ValueRef, VariableRef
 from robosc.expr.types import DoubleType, IntegerType, Value, domain
-from robosc.language.events import EventKind
 from robosc.language.operators import MIRRORED
+from robosc.plant.acceptance import components_of, phase_of
 from robosc.plant.automaton import (
     Edge,
     Event,
@@ -143,7 +143,7 @@ class SingleEvents:
 
     def _happens(self, event: Event) -> bool:
         """Whether an event can happen, with some value."""
-        phase = event.phase
+        phase = phase_of(event)
         if phase is not None and self.plant_state[phase.variable] not in phase.sources:
             return False  # whatever its value, and these may be very many
         return any(True for _ in self._under_control(event).targets(self.plant_state))
@@ -182,7 +182,7 @@ class SingleEvents:
 
     def _sent(self, event: Event, state: SystemState) -> dict[str, Any] | None:
         """What a request carries now; None for other events."""
-        is_request = event.kind is EventKind.REQUEST and not self.plant.robot.supervises
+        is_request = event.kind.sent and not self.plant.robot.supervises
         return sent_data(self.plant.robot, event.key, state) if is_request else None
 
     def _lookup(self, given: Given) -> Callable[[Leaf], Value | None]:
@@ -230,26 +230,31 @@ class SingleEvents:
         value = given_json(given)
         if event.kind.of_component:
             (value,) = tau_values(self.plant, event, before, after)
-        elif event.kind is EventKind.REQUEST and not self.plant.robot.supervises:
+        elif event.kind.sent and not self.plant.robot.supervises:
             value = self._sent(event, self.state)
         assigned = dict(self._assigned(event, {**by_path(event, values), **given}))
         self._past.append(self._now)
         self._now = after, {**data, **assigned}
         number = event.index if event.kind.of_component else 0
-        return [Happening(event.kind.value, event.name, value, number)]
+        return [
+            Happening(event.kind.word, event.name, value, number, controllable=event.controllable)
+        ]
 
     def _why_not(self, event: Event) -> str:
         guard = self._guards.get(event.identity)
         if guard is None:
-            if event.phase is None:
+            phase = phase_of(event)
+            if phase is None:
                 return "no state allows it"
+            if self.plant_state[phase.variable] in phase.sources:
+                return "no component takes it"
             return f"it is {self.state.phases[event.key]}"
         return "; ".join(map(str, reasons(self.supervisor, guard, self.plant_state)))
 
     def _assigned(self, event: Event, given: Given) -> Iterator[tuple[str, Value]]:
         """What the event does to data: the right-hand sides see the state before."""
         look = self._lookup(given)
-        for automaton in (event.whole or event).automata:
+        for automaton in components_of(event.whole or event):
             edge = taken_edge(automaton, self.plant_state, look)
             if edge is not None:
                 yield from self._data_of(automaton.component, edge, look)

@@ -94,12 +94,12 @@ def sent_data(robot: Robot, key: str, state: SystemState) -> dict[str, Any] | No
         if provide.condition is not None and not state.holds(provide.condition):
             continue
         try:
-            data = _plain(provide.data, communication.request, state)
+            data = _plain(provide.data, communication.sent, state)
         except Undefined:
             return None
-        if isinstance(communication.request, ObjectType):
+        if isinstance(communication.sent, ObjectType):
             return cast(dict[str, Any], data)
-        return {communication.binding.request_field or "": data}
+        return {communication.sent_field or "": data}
     return None
 
 

@@ -83,7 +83,7 @@ class Items:
 
 _IN_MESSAGES = {
     "incoming": ("'incoming message'",),
-    "outgoing": ("'outgoing message'",),
+    "outgoing": ("'outgoing message'", "'outgoing service'"),
     "initial": (),
     "marked": (),
 }

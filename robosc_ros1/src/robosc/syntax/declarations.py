@@ -49,6 +49,7 @@ from robosc.syntax.nodes import (
     ParameterNode,
     PropertyNode,
     RosTypeNode,
+    ServedServiceNode,
     ServiceNode,
 )
 from robosc.syntax.reading import Build, Reading
@@ -130,26 +131,51 @@ def interface_rule() -> Rule:
 
 def communication_rule(word: str) -> Rule:
     """A message, service or action, with its attributes from the table of the language."""
-    if word in ("incoming", "outgoing"):
-        kind: Any = partial(cast(Any, MessageNode), word)
-        named = keyword("message", f"'message' after '{word}'") - t.name("a name for the message")
+    if word == "outgoing":
+        grammar = either(
+            [keyword(noun) - _declared(noun, sort) for noun, sort in _OUTGOING.items()],
+            "'message' or 'service' after 'outgoing'",
+        )
+    elif word == "incoming":
+        grammar = keyword("message", f"'message' after '{word}'") - _declared("message", word)
     else:
-        kind = ServiceNode if word == "service" else ActionNode
-        named = t.name(f"a name for the {word}")
-    attributes = attributes_of(word)
+        grammar = _declared(word, word)
+
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> CommunicationNode:
+        (made,) = parts
+        return cast(CommunicationNode, replace(made, span=reading.span(start, end)))
+
+    return Rule(grammar, build, tail=_links_missing)
+
+
+_OUTGOING = {"message": "outgoing", "service": "outgoing service"}
+"""What may follow 'outgoing', and the sort of communication that it is then."""
+
+_NODES: dict[str, Any] = {
+    "incoming": partial(cast(Any, MessageNode), "incoming"),
+    "outgoing": partial(cast(Any, MessageNode), "outgoing"),
+    "service": ServiceNode,
+    "action": ActionNode,
+    "outgoing service": ServedServiceNode,
+}
+
+
+def _declared(noun: str, sort: str) -> ParserElement:
+    """The name and the attributes of one sort of communication; leaves its node."""
+    attributes = attributes_of(sort)
     types = [attribute.name for attribute in attributes if attribute.value is Value.TYPE]
-    start = keyword("with", f"'with' and '{types[0]}:'")
 
     def build(reading: Reading, start: int, end: int, parts: list[Any]) -> CommunicationNode:
         name, *pairs = parts
         given = {"identifier": None, "links": None, **dict(pairs)}
         if "type" in given and "type" not in types:
-            definition = replace(given.pop("type"), folder=FOLDERS[word])
+            definition = replace(given.pop("type"), folder=FOLDERS[sort])
             given |= {type_: replace(definition, part=n) for n, type_ in enumerate(types)}
-        node: CommunicationNode = kind(name=name, **given, span=reading.span(start, end))
+        node: CommunicationNode = _NODES[sort](name=name, **given, span=reading.span(start, end))
         return node
 
-    return Rule(named - start - _attributes(attributes, 0), build, tail=_links_missing)
+    named = t.name(f"a name for the {noun}") - keyword("with", f"'with' and '{types[0]}:'")
+    return built(named - _attributes(attributes, 0), build)
 
 
 def _attributes(attributes: Sequence[Attribute], place: int) -> ParserElement:

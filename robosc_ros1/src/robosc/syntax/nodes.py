@@ -298,6 +298,11 @@ class ServiceNode(_Node):
 
 
 @dataclass(frozen=True, slots=True)
+class ServedServiceNode(ServiceNode):
+    """``outgoing service name with …``: the component calls it, the controller serves it."""
+
+
+@dataclass(frozen=True, slots=True)
 class ActionNode(_Node):
     """``action name with …``; written with ``type:``, the three types are its parts."""
 

@@ -90,6 +90,10 @@ def _sets(plant: Plant) -> DisjointSets:
     """Return which state variables (numbers), events, components and topics belong together."""
     sets = DisjointSets()
     robot = plant.robot
+
+    def request(key: str) -> _Identity:
+        return robot.communications[key].sort.command or EventKind.REQUEST, key, 0
+
     for number, variable in enumerate(plant.variables):
         if variable.kind is not VariableKind.TEST:
             sets.join([number, _component(variable.name)])
@@ -103,20 +107,20 @@ def _sets(plant: Plant) -> DisjointSets:
     conditions = [(r.communications, r.condition) for r in robot.requirements]
     conditions += [((p.communication,), p.condition) for p in robot.provides if p.condition]
     for keys, condition in conditions:
-        sets.join([*map(_request, keys), *support(plant, plant.view.expression(condition))])
+        sets.join([*map(request, keys), *support(plant, plant.view.expression(condition))])
     # Others are about a command and the objects and arrays that it sends.
     for provide in robot.provides:
         for whole in sent_wholes(provide):
             there = support(plant, plant.view.is_there(whole))
-            sets.join([_request(provide.communication), *there])
+            sets.join([request(provide.communication), *there])
     # The controller handles the events of one message together, and compares preferred commands.
     for numbers in inputs(plant):
         sets.join(plant.events[number].identity for number in numbers)
     for key, communication in robot.communications.items():
         if communication.kind is Kind.INCOMING:
-            sets.join([_request(key), ("topic", communication.identifier.lstrip("/"))])
+            sets.join([request(key), ("topic", communication.identifier.lstrip("/"))])
     for key, preferred in robot.yields_to.items():
-        sets.join(map(_request, (key, *preferred)))
+        sets.join(map(request, (key, *preferred)))
     return sets
 
 
@@ -126,10 +130,6 @@ def _read_by(plant: Plant, goal: PlantGoal) -> list[int]:
 
 def _component(key: str) -> str:
     return key.partition(".")[0]
-
-
-def _request(key: str) -> _Identity:
-    return EventKind.REQUEST, key, 0
 
 
 def _part(plant: Plant, group: _Group) -> Plant:

@@ -18,7 +18,7 @@ from robosc.synthesis.listing import Listed, listed
 
 def event_document(event: Event) -> dict[str, Any]:
     """Return the document of an event without its values; a tau with its number."""
-    found: dict[str, Any] = {"kind": event.kind.value, "name": event.name}
+    found: dict[str, Any] = {"kind": event.kind.word, "name": event.name}
     if event.kind.of_component:
         found["index"] = event.index
     return found

@@ -28,7 +28,7 @@ def event_text(event: Event) -> str:
 
 
 def _name(event: Event) -> str:
-    return f"{event.name}.{event.kind.value}"
+    return f"{event.name}.{event.kind.word}"
 
 
 def step_text(step: Step) -> str:

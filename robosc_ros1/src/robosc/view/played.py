@@ -87,7 +87,7 @@ class Played:
         return {}
 
     def _begin(self, happenings: Iterable[Happening]) -> None:
-        self._tally = Tally()
+        self._tally = Tally(self._machine.plant.robot)
         self._undoable = 0
         self._number = 0
         self._epoch = time.time()
@@ -173,7 +173,7 @@ class Played:
         document = command_document(command)
         event = command.event
         return {
-            "count": self._tally.counts[event.name, event.kind.value],
+            "count": self._tally.counts[event.name, event.kind.word],
             **document,
             "event": {**document["event"], "value": None},
         }

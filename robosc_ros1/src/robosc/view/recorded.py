@@ -17,13 +17,14 @@ from robosc.emit.controller.naming import file_of
 from robosc.emit.package.model_document import model_document
 from robosc.errors import UsageError
 from robosc.language.events import EventKind
+from robosc.model.decisions import decides
+from robosc.model.entities import Robot
 from robosc.runtime.model import Controller
 from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.runtime.values import jsonable
 from robosc.simulate.bag_files import is_bag, opened_bag
 from robosc.simulate.bag_run import BagRun, settings_of
 from robosc.simulate.event_log import LogEntry, entry_of, read_log
-from robosc.simulate.machine import COMMANDS
 from robosc.simulate.replay import Follower
 from robosc.simulate.shortened_values import UnknownValue
 from robosc.supervisor import Supervisor
@@ -45,7 +46,7 @@ class _Moment:
     def __init__(self, follower: Follower) -> None:
         self.follower = follower
         self.shown: Controller | None = None
-        self.tally = Tally()
+        self.tally = Tally(follower.robot)
         self.stopped: str | None = None
 
     def fork(self) -> _Moment:
@@ -60,7 +61,7 @@ class _Moment:
         runs = self.follower.runs
         self.follower.take(entry)
         if self.follower.runs > runs:
-            self.tally = Tally()
+            self.tally = Tally(self.follower.robot)
             self.stopped = None
             if entry.number == 1:  # which may leave the model itself
                 self.shown = self.follower.initial
@@ -123,10 +124,11 @@ class Recording:
         the log leaves the model: ``at`` an event, and the state is not known ``until`` another.
         """
         names: dict[str, int] = {}
+        robot = self._supervisor.plant.robot
         name = [names.setdefault(e.name or e.kind, len(names)) for e in self._entries]
         return {
             "times": [_time(entry) for entry in self._entries],
-            "sorts": "".join(map(_sort, self._entries)),
+            "sorts": "".join(_sort(entry, robot) for entry in self._entries),
             "names": list(names),
             "name": name,
             "departures": self._departures,
@@ -230,14 +232,14 @@ def _time(entry: LogEntry) -> float:
     return float(time) if isinstance(time, (int, float)) else 0.0
 
 
-def _sort(entry: LogEntry) -> str:
+def _sort(entry: LogEntry, robot: Robot) -> str:
     """``x`` for what did not go well, ``t`` for an internal transition, ``c`` for the controller,
     ``r`` for the robot."""
     if entry.outcome != "applied":
         return "x"
-    if entry.kind == EventKind.TAU.value:
+    if entry.kind == EventKind.TAU.word:
         return "t"
-    return "c" if entry.kind in COMMANDS else "r"
+    return "c" if decides(robot, entry.kind, entry.name) else "r"
 
 
 def _text(entry: LogEntry) -> str:

@@ -11,7 +11,9 @@ class Tables:
     (name, type, key of the communication).
     """
 
-    def __init__(self, subscriptions, publications, services, actions):
+    def __init__(self, subscriptions, publications, services, actions, served=()):
+        self.served = served
+        """The services that the robot calls, as (name, type, key of the communication)."""
         self.subscriptions = subscriptions
         self.publications = publications
         self.services = services

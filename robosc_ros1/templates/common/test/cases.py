@@ -8,11 +8,12 @@ A case is a tuple. It starts with the element of the model: a command and a requ
 
 import contextlib
 
-from contents import field_of, plain
+from contents import field_of, part_of, plain
 from decisions import Decision, Places, differing, holds_in
 from delays import stands_in
 from expressions import trees_of, variables_of
 from operations import Undefined
+from phases import AGREED, SENT
 from shadow import Wrong, step_text
 
 KNOWN = 500
@@ -21,9 +22,11 @@ _COMMANDED = ("incoming message", "service", "action")
 _COMING = {
     "incoming message": (),
     "outgoing message": ("response",),
+    "outgoing service": ("call",),
     "service": ("response", "error"),
     "action": ("response", "feedback", "error", "cancelled"),
 }
+_CALLED = ("outgoing service",)
 _ANY = "any state"
 TRUE = ["literal", True]
 
@@ -71,6 +74,12 @@ class Cases:
             for kind in ("request", "cancel")
             if c["kind"] in (("action",) if kind == "cancel" else _COMMANDED)
         ]
+        self.commands += [
+            (kind, key)
+            for key, answers in _answers(plant).items()
+            for kind in ("answer", "refusal")
+            if kind in answers
+        ]
 
     def wanted(self, shadow):
         """Yield all that a test should cover: a text, and the common beginning of its cases."""
@@ -110,7 +119,8 @@ class Cases:
 
     def _concerns(self, number, keys, kind, key):
         """Whether a requirement on some commands decides about one."""
-        return key in keys and not (kind == "cancel" and number in self._of_starts)
+        restricts = kind in SENT or (kind == "cancel" and number not in self._of_starts)
+        return key in keys and restricts
 
     def of_state(self, shadow):
         """Return the cases that a state covers."""
@@ -136,7 +146,7 @@ class Cases:
         ]
         failed = [number for number, _, holds in met if not holds]
         blocked = []
-        if kind == "request":
+        if kind in AGREED:
             blocked = [
                 (component, shadow.states[component])
                 for component in shadow.mentions.get((kind, key), ())
@@ -148,7 +158,7 @@ class Cases:
                 if failed in ([], [number]):
                     for case in decision.cases(shadow):
                         yield ("requirement", number, *case)
-        if kind == "request" and not failed and len(blocked) + (not possible) == 1:
+        if kind in AGREED and not failed and len(blocked) + (not possible) == 1:
             yield ("blocked", blocked[0] if blocked else shadow.phase[key])
 
     def of_request(self, shadow, key):
@@ -165,9 +175,8 @@ class Cases:
 
     def of_enabled(self, shadow):
         """Return the cases of the data of the requests that are enabled."""
-        enabled = {key for kind, key in self.commands if kind == "request"}
-        enabled = {key for key in enabled if shadow.is_enabled("request", key)}
-        return {case for key in enabled for case in self.of_request(shadow, key)}
+        enabled = [c for c in self.commands if c[0] in SENT and shadow.is_enabled(*c)]
+        return {case for _, key in enabled for case in self.of_request(shadow, key)}
 
     def telling_numbers(self, shadow):
         """Return the numbers in provided data that affect the data in this state, as (index of the
@@ -191,8 +200,9 @@ class Cases:
         once.
         """
         found = {("event", kind, key)}
-        if kind in ("response", "feedback"):
-            found |= set(self._of_value(shadow, shadow.communications[key][kind], content))
+        if kind in ("response", "feedback", "call"):
+            type_ = shadow.communications[key][part_of(kind)]
+            found |= set(self._of_value(shadow, type_, content))
         for component, transitions in shadow.mentions.get((kind, key), {}).items():
             state = shadow.states[component]
             taken = shadow.transitions(component, kind, key, content)
@@ -277,6 +287,16 @@ class Cases:
         return cases | {name} if holds_in(shadow, decision.tree) else cases
 
 
+def _answers(plant):
+    """Return the kinds of answers to each call of the robot: all have a response, those an error
+    that a component answers with one."""
+    found = {c["key"]: {"answer"} for c in plant["communications"] if c["kind"] in _CALLED}
+    for transition in (t for component in plant["components"] for t in component["transitions"]):
+        if transition["communication"] in found:
+            found[transition["communication"]].add(transition["event"])
+    return found
+
+
 def _with_other_numbers(tree):
     """Yield copies of an expression, each with another one of its numbers changed."""
     if not isinstance(tree, (list, tuple)):
@@ -298,7 +318,7 @@ def _step(component, transition):
 
 def _matters(shadow, component, transition, content):
     """Whether taking a transition has an effect."""
-    if transition["event"] == "request" or transition["goto"] not in (
+    if transition["event"] in AGREED or transition["goto"] not in (
         None,
         shadow.states[component],
     ):

@@ -23,8 +23,8 @@ def field_of(message, name):
 
 def part_of(kind):
     """Return the attribute that gives the type of an event's value; an error has that of the
-    result."""
-    return "response" if kind == "error" else kind
+    result, a call of the robot that of the request."""
+    return {"error": "response", "call": "request"}.get(kind, kind)
 
 
 def plain(value):

@@ -17,6 +17,7 @@ from decisions import abstraction, nearness
 from delays import stands_in
 from expressions import reads_value
 from operations import Undefined
+from phases import AGREED, COMMANDS, SENT
 from shadow import Wrong
 
 SAMPLES = 64
@@ -127,11 +128,15 @@ class Guide:
     def see_event(self, shadow, kind, key, content):
         """Record that an event occurs in a state; if it is a command, it was allowed."""
         found = self.cases.of_event(shadow, kind, key, content)
-        if kind in ("request", "cancel"):
+        if kind in COMMANDS:
             found |= self.cases.of_command(shadow, kind, key)
-        if kind == "request":
+        if kind in SENT:
             found |= self.cases.of_request(shadow, key)
         self._see(found)
+
+    def see_refused(self, shadow, key, content):
+        """Record that a call of the robot was refused."""
+        self._see({("refused", key, shadow.phase[key])})
 
     def see_step(self, shadow, sort, component, index):
         """Record that a component takes an internal or delayed transition."""
@@ -148,9 +153,9 @@ class Guide:
     def next(self, shadow):
         """Return the first step of a shortest path to an uncovered case; None if none is near.
 
-        A step is ("publish", keys, message), ("answer", key, kind, message), ("request", key),
-        ("cancel", key), or ("wait", what): for the timeout of a message, by its key, or for a
-        delayed transition, by its component.
+        A step is ("publish", keys, message), ("call", key, message), ("answer", key, kind,
+        message), ("request", key), ("cancel", key), or ("wait", what): for the timeout of a
+        message, by its key, or for a delayed transition, by its component.
         """
         self._expansions = 0
         found = self._search(shadow, 1)
@@ -275,7 +280,7 @@ class Guide:
                         cases |= self.cases.of_step(after, key, content)
                         after.wait_over(key, content["index"], _path(after, key, content))
                         continue
-                    if kind == "request":
+                    if kind in SENT:
                         cases |= self.cases.of_request(after, key)
                     cases |= self.cases.of_event(after, kind, key, content)
                     after.happen(kind, key, content)
@@ -299,6 +304,10 @@ class Guide:
             for message in self._tried(keys[0], "response", turn):
                 contents = [(k, shadow.content(k, "response", message)) for k in keys]
                 yield ("publish", keys, message), [("response", k, c) for k, c in contents]
+        for key in shadow.served:
+            for message in self._tried(key, "call", turn):
+                content = shadow.content(key, "call", message)
+                yield ("call", key, message), [("call", key, content)]
         for key in shadow.calls:
             kinds = ["response", "feedback"] + ["error"] * (key in self._results_of_errors)
             for kind in (kind for kind in kinds if shadow.is_possible(kind, key)):
@@ -319,7 +328,8 @@ class Guide:
                 yield ("answer", key, "cancelled", None), [("cancelled", key, None)]
         for kind, key in self.cases.commands:
             if shadow.is_possible(kind, key):
-                yield (kind, key), [(kind, key, None)]
+                sort = "request" if kind in AGREED else kind
+                yield (sort, key), [(kind, key, None)]
         for key in shadow.watched:
             if shadow.is_possible("timeout", key):
                 yield ("wait", key), [("timeout", key, None)]

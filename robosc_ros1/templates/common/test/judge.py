@@ -10,16 +10,16 @@ import json
 import threading
 import time
 from collections import deque
-from pathlib import Path
 
-from arrivals import alike, are_told, has_come, holds_piece, is_finite
+from arrivals import alike, are_told, has_come, has_part, holds_piece, is_finite, logged
 from cancel_order import CancelOrder
-from contents import Told, field_of, part_of, told_as
+from contents import Told, part_of, told_as
 from operations import Undefined
+from phases import AGREED, COMMANDS, SENT, kind_of
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
 from shadow import Shadow, Wrong
-from told_reasons import wrong_cancel, wrong_request
+from told_reasons import wrong_cancel, wrong_sent
 
 TIMEOUT = 60.0
 """Seconds after which waiting for a message or an event fails."""
@@ -52,6 +52,8 @@ class Judge:
         self.expected = {topic: deque() for topic, _, _ in publications}
         self.topics = {key: topic for topic, _, keys in publications for key in keys}
         self.asked = {key: [] for key in self.shadow.calls}  # [data, certainly arrived?]
+        self.answers = {key: [] for key in self.shadow.served}
+        """For each call of the robot, whether it succeeded, and the data; None: it waits."""
         self._orders = [
             CancelOrder(c["key"]) for c in PLANT["communications"] if c["kind"] == "action"
         ]
@@ -144,7 +146,7 @@ class Judge:
     def _begin(self, document):
         """Follow the controller from its first event or, if some events before the test was
         connected are unknown, from this state."""
-        early = {event["number"]: event for event in [*self._logged(), *self._early]}
+        early = {event["number"]: event for event in [*logged(self.log), *self._early]}
         self.number = 0 if all(n in early for n in range(1, document["number"] + 1)) else None
         if self.number is None:
             self.shadow.sync(document)
@@ -163,14 +165,6 @@ class Judge:
             self._first[key] = range(some + 2) if some else range(1 + runs)
         for number in sorted(n for n in early if n > document["number"]):
             self._follow(early[number])
-
-    def _logged(self):
-        """Return the events in the controller's event log, if it writes one."""
-        try:
-            with Path(self.log).open(encoding="utf-8") as lines:
-                return [json.loads(line) for line in lines if line.endswith("\n")]
-        except OSError:
-            return []
 
     def _follow(self, event):
         if event["number"] <= self.number:
@@ -221,11 +215,12 @@ class Judge:
 
     def _judge_reasons(self, what, event, blocked_by, state):
         """Check the reasons for which a command is reported as blocked (none: it is enabled)."""
-        kind, key = event["kind"], state.keys[event["name"]]
+        key = state.keys[event["name"]]
+        kind = kind_of(state.communications[key], event["kind"])
         told = {name: [r for r in blocked_by if r["kind"] == name] for name in REASONS}
-        judge = wrong_request if kind == "request" else wrong_cancel
+        judge = wrong_sent if kind in AGREED else wrong_cancel
         content = None if event["value"] is None else Told(event["value"])
-        for why in judge(key, told, state, content):
+        for why in judge(kind, key, told, state, content):
             reasons = ", ".join(reason["text"] for reason in blocked_by) or "nothing"
             violated = ", ".join(state.violated(key, kind, content)) or "no requirement"
             fault = "%s, reason: %s; wrong: %s; violated: %s" % (what, reasons, why, violated)
@@ -241,7 +236,12 @@ class Judge:
         kind, name, value = (event["event"][k] for k in ("kind", "name", "value"))
         index = event["event"].get("index", 0)
         self.events[kind, name, index] = self.events.get((kind, name, index), 0) + 1
-        if event["outcome"] == "failed" and kind == "request" and self._is_refused(name):
+        key = self.shadow.keys.get(name)
+        kind = kind_of(self.shadow.communications.get(key), kind)
+        if event["outcome"] == "failed" and kind in AGREED and self._is_unsent(kind, key):
+            return
+        if event["outcome"] == "refused" and kind == "call":
+            self._refused(key, value)
             return
         if event["outcome"] != "applied":
             raise Wrong("%s of %s: %s (%s)" % (kind, name, event["outcome"], event["detail"]))
@@ -254,18 +254,25 @@ class Judge:
             self.guide.see_step(self.shadow, "afters", name, index)
             self.shadow.wait_over(name, index, value)
             return
-        key = self.shadow.keys[name]
-        if kind in ("request", "cancel"):
+        if kind in COMMANDS:
             self._command(kind, key, value)
         else:
             self._input(kind, key, value)
 
-    def _is_refused(self, name):
+    def _refused(self, key, value):
+        """Check that a call of the robot had to be refused."""
+        self.inputs += 1
+        content = self.shadow.content(key, "call", self._come("call", key, value))
+        self.guide.see_refused(self.shadow, key, content)
+        if self.shadow.is_possible("call", key) and self.shadow.takes(key, content):
+            raise Wrong("a call of %s is refused, which a component takes" % key)
+        self.answers[key].append((False, None))
+
+    def _is_unsent(self, kind, key):
         """Whether the controller must not send an allowed command, because a number in its data is
         not finite or some of the data have not arrived yet."""
-        key = self.shadow.keys[name]
-        self._look_at_order("request", key)
-        self.shadow._check_request(key)
+        self._look_at_order(kind, key)
+        self.shadow.check_sent(kind, key)
         try:
             return not is_finite(self.shadow.data(key))
         except Undefined:
@@ -280,7 +287,9 @@ class Judge:
 
     def _command(self, kind, key, value):
         self._look_at_order(kind, key)
-        if kind == "request":
+        if kind == "refusal":
+            self._end_call(key, False, None)
+        if kind in SENT:
             try:
                 data = self.shadow.data(key)
             except Undefined:
@@ -288,11 +297,18 @@ class Judge:
             if not alike(value, data):
                 name = PLANT_COMMUNICATIONS[key]["name"]
                 self.faults.append("%s is sent with %r, not %r" % (name, value, data))
-            if key in self.topics:
+            if kind == "answer":
+                self._end_call(key, True, data)
+            elif key in self.topics:
                 self.expected[self.topics[key]].append(data)
             else:
                 self.asked[key].append([data, False])
         self._happen(kind, key)
+
+    def _end_call(self, key, success, data):
+        answers = self.answers[key]
+        if None in answers:  # others were refused meanwhile
+            answers[answers.index(None)] = (success, data)
 
     def _input(self, kind, key, value):
         if kind == "timeout":
@@ -300,16 +316,10 @@ class Judge:
             self._happen(kind, key)
             return
         self.inputs += 1
-        with self.robot.lock:
-            queue = self.robot.sent.get((key, kind))
-            if queue and self.asked.get(key):
-                self.asked[key][-1][1] = True
-            message = queue.popleft() if queue else None
-            if self._drops(key):
-                while queue and not self._fits(kind, key, value, message):
-                    message = queue.popleft()
-            goes_on = key in self.robot.goals
-        if kind == "cancelled" and goes_on:
+        if kind == "call":
+            self.answers[key].append(None)
+        message = self._come(kind, key, value)
+        if kind == "cancelled" and key in self.robot.goals:
             raise Wrong("%s ended as cancelled, but the robot goes on" % key)
         if kind == "cancelled" or (kind == "error" and not has_come(value)):
             self._happen(kind, key)
@@ -319,6 +329,18 @@ class Judge:
         if not self._fits(kind, key, value, message):
             raise Wrong("%s of %s is read as %r from %s" % (kind, key, value, message))
         self._happen(kind, key, self.shadow.content(key, kind, message))
+
+    def _come(self, kind, key, value):
+        """Return the message that an event with this value reports, which the robot sent."""
+        with self.robot.lock:
+            queue = self.robot.sent.get((key, kind))
+            if queue and self.asked.get(key):
+                self.asked[key][-1][1] = True
+            message = queue.popleft() if queue else None
+            if self._drops(key):
+                while queue and not self._fits(kind, key, value, message):
+                    message = queue.popleft()
+        return message
 
     def _happen(self, kind, key, content=None):
         self.guide.see_event(self.shadow, kind, key, content)
@@ -346,16 +368,9 @@ class Judge:
         if type_[0] != "object":
             return told_as(value, self.shadow.convert(type_, content))
         return all(
-            part is None or self._has(type_, content, path, part) for path, part in value.items()
+            part is None or has_part(self.shadow, type_, content, path, part)
+            for path, part in value.items()
         )
-
-    def _has(self, type_, message, path, part):
-        for step in path.replace("[", ".[").split(".") if path else ():
-            if step[0] == "[":
-                type_, message = type_[1], message[int(step[1:-1])]
-            else:
-                type_, message = dict(type_[1])[step], field_of(message, step)
-        return told_as(part, self.shadow.convert(type_, message))
 
     def compare_messages(self):
         """Check that the messages that arrived at the robot match the events.
@@ -373,6 +388,10 @@ class Judge:
             # The controller keeps running; the events of the latest requests may still arrive.
             asked = functools.partial(self._are_told, key, told)
             self.wait(asked, "the requests of %s to match the events" % key)
+
+        for key, answers in self.answers.items():
+            got = functools.partial(self.robot.are_answered, key, answers)
+            self.wait(got, "the answers to the calls of %s to match the events" % key)
 
     def _are_told(self, key, told):
         received = list(self.robot.requests.get(key, ()))

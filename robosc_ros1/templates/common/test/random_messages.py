@@ -5,7 +5,7 @@ import copy
 import math
 
 from compared_values import NOT_FINITE, limits, literals, literals_by_field, places_of
-from contents import attribute_of
+from contents import attribute_of, part_of
 from plant_data import PLANT
 
 PLANT_COMMUNICATIONS = {c["key"]: c for c in PLANT["communications"]}
@@ -67,6 +67,7 @@ class Values:
     def message(self, message_type, key, kind):
         """Return a random message that can be sent, as it will arrive."""
         communication = PLANT_COMMUNICATIONS[key]
+        kind = part_of(kind)
         for _ in range(200):
             # Mostly near the numbers compared with, so that short runs cover them.
             near = self._near[key] if self._random.random() < 0.8 else []

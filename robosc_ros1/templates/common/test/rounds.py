@@ -11,6 +11,11 @@ GUIDED = 0.75
 """The fraction of rounds that follow the guide; the others are random."""
 SILENCES = 0.1
 """The fraction of random rounds after which the robot is silent until a timeout."""
+CALLED = 0.5
+"""The fraction of random rounds in which the robot calls the controller, if it calls at all."""
+AGAIN = 0.3
+GONE = 0.2
+"""The fractions of these calls after which the robot calls again at once, or disappears."""
 REPEATED = 0.1
 """Seconds after which messages that must stay fresh are repeated."""
 OVERDUE = 5.0
@@ -116,6 +121,8 @@ def play_round(robot, judge):
     elif step[0] == "publish":
         events = robot.publish(step[1], step[2])
         judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
+    elif step[0] == "call":
+        _call(robot, judge, *step[1:])
     elif step[0] == "answer":
         robot.advice.give(*step[1:])
         judge.wait_a_little(lambda: judge.inputs > before, HOLD)
@@ -159,7 +166,27 @@ def _repeat_all_but(robot, judge, silent):
     judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
 
 
+def _call(robot, judge, key, message=None):
+    """Call the controller, and wait until it reports that."""
+    before = judge.inputs
+    robot.call(key, message)
+    judge.wait(lambda: judge.inputs > before, "the event of a call of " + key)
+
+
+def _call_somehow(robot, judge):
+    """Call the controller, then perhaps call again at once, or disappear."""
+    key = robot.random.choice(sorted(robot.results))
+    _call(robot, judge, key)
+    then = robot.random.random()
+    if then < AGAIN:
+        _call(robot, judge, key)
+    elif then < AGAIN + GONE:
+        robot.leave(key)
+
+
 def _play_anything(robot, judge):
+    if robot.results and robot.random.random() < CALLED:
+        _call_somehow(robot, judge)
     if robot.publishers:
         before = judge.inputs
         events = sum(robot.publish() for _ in range(robot.random.randint(1, 3)))

@@ -8,6 +8,7 @@ KINDS = {
     "incoming message": ["request"],
     "outgoing message": ["response"],
     "service": ["request", "response", "error"],
+    "outgoing service": ["request", "response", "error"],
     "action": ["request", "response", "feedback", "error", "cancel"],
 }
 

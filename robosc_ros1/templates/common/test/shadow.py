@@ -10,7 +10,7 @@ import copy
 from contents import told_as
 from delays import Delays, stands_in
 from operations import Undefined
-from phases import first_phases, is_possible, phase_after
+from phases import AGREED, SENT, first_phases, is_possible, phase_after
 
 
 class Wrong(Exception):
@@ -52,7 +52,12 @@ class Shadow(Delays):
                 if variable["in_state"]:
                     self.in_state.add(key)
         self.phase = first_phases(plant["communications"])
-        self.calls = [key for key, phase in self.phase.items() if phase == "idle"]
+        self.served = [
+            key for key, c in self.communications.items() if c["kind"] == "outgoing service"
+        ]
+        idle = [key for key, phase in self.phase.items() if phase == "idle"]
+        self.calls = [key for key in idle if key not in self.served]
+        self.sends = {key: "answer" if key in self.served else "request" for key in self.phase}
         self.watched = [key for key, phase in self.phase.items() if phase == "silent"]
         self.start_delays(plant)
         self.mentions = {}  # (kind, communication) -> components with their transitions for it
@@ -115,10 +120,12 @@ class Shadow(Delays):
         Raises: Wrong: it is not possible or not allowed."""
         if not self.is_possible(kind, key):
             raise Wrong("%s of %s while it is %s" % (kind, key, self.phase[key]))
-        if kind == "request":
-            self._check_request(key, content)
+        if kind in AGREED:
+            self.check_sent(kind, key, content)
         elif kind == "cancel":
             self._check_cancel(key)
+        elif kind == "call" and not self.takes(key, content):
+            raise Wrong("a call of %s is accepted, which no component takes" % key)
         states, variables = dict(self.states), dict(self.variables)
         moved = []
         for component in self.mentions.get((kind, key), ()):
@@ -197,11 +204,16 @@ class Shadow(Delays):
         taken = []
         for place in sorted({t["from"] or "" for t in here}, key=len, reverse=True):
             level = [t for t in here if (t["from"] or "") == place]
-            if kind == "request":
+            if kind in AGREED:
                 return self._possible(level, content)[:1]
             level = [t for t in level if not taken or t["goto"] is None]
             taken = self._possible(level, content)[:1] + taken
         return taken
+
+    def takes(self, key, content):
+        """Whether a component takes a call of the robot."""
+        components = self.mentions.get(("call", key), ())
+        return any(self.transitions(component, "call", key, content) for component in components)
 
     def _possible(self, transitions, content):
         found = []
@@ -237,6 +249,8 @@ class Shadow(Delays):
         """Return the requirements on a command that are violated now, and by its data, if they are
         given; one *to start* an action is none on its cancel."""
         found = []
+        if kind == "refusal":
+            return found
         for requirement in self.plant["requirements"]:
             if kind == "cancel" and requirement["to_start"]:
                 continue
@@ -272,17 +286,19 @@ class Shadow(Delays):
         for number, requirement in enumerate(self.plant["requirements"]):
             self.requirements_seen[number][not self.is_met(requirement)] += 1
 
-    def _check_request(self, key, content=None):
-        violated = self.violated(key, "request", content)
+    def check_sent(self, kind, key, content=None):
+        """Raises Wrong: a request or an answer is not allowed."""
+        what = "%s of %s" % (kind, key)
+        violated = self.violated(key, kind, content)
         if violated:
-            raise Wrong("%s requested against: %s" % (key, "; ".join(violated)))
-        if not self.synchronises("request", key, content):
-            raise Wrong("%s requested, which a component blocks: %s" % (key, self.states))
-        if not self.is_safe("request", key, content):
-            raise Wrong("%s requested, which synthesis forbids: %s" % (key, self.states))
-        for other in self.preferences.get(key, ()):
-            if self.is_enabled("request", other):
-                raise Wrong("%s requested while %s is enabled, which is preferred" % (key, other))
+            raise Wrong("%s against: %s" % (what, "; ".join(violated)))
+        if not self.synchronises(kind, key, content):
+            raise Wrong("%s, which a component blocks: %s" % (what, self.states))
+        if not self.is_safe(kind, key, content):
+            raise Wrong("%s, which synthesis forbids: %s" % (what, self.states))
+        for other in self.preferences.get(key, ()) if kind in SENT else ():
+            if self.is_enabled(self.sends.get(other, "request"), other):
+                raise Wrong("%s while %s is enabled, which is preferred" % (what, other))
 
     def is_enabled(self, kind, key):
         """Whether a command is possible and allowed."""
@@ -304,7 +320,7 @@ class Shadow(Delays):
         outside the range of a variable."""
         for component in self.mentions.get((kind, key), ()):
             taken = self.transitions(component, kind, key, content)
-            if kind == "request" and not taken:
+            if kind in AGREED and not taken:
                 yield component
                 continue
             try:

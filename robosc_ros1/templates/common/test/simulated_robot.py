@@ -10,13 +10,14 @@ import threading
 from collections import deque
 
 from guide import SAMPLES
+from robot_calls import RobotCalls
 from rounds import Advice, RequestMatcher
 
 IGNORED = 0.3
 """The fraction of goals that end as if they were not cancelled."""
 
 
-class SimulatedRobot:
+class SimulatedRobot(RobotCalls):
     """The robot, with the messages that it sent and received.
 
     ``tables`` are those of ``node.py``. Subclasses for a ROS version define ``values`` (see
@@ -25,6 +26,7 @@ class SimulatedRobot:
     """
 
     def __init__(self, seed, tables):
+        super().__init__(tables.served)
         self.random = random.Random(seed)
         self.tables = tables
         self.advice = Advice()
@@ -42,7 +44,13 @@ class SimulatedRobot:
         for _, type_, key in tables.actions:
             self._types[key, "response"], self._types[key, "feedback"] = self.goal_types(type_)
 
+        for _, type_, key in tables.served:
+            self._types[key, "call"] = self.request_type(type_)
+
     # What depends on the version of ROS
+
+    def request_type(self, service_type):
+        raise NotImplementedError
 
     def response_type(self, service_type):
         raise NotImplementedError

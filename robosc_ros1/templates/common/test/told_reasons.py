@@ -4,18 +4,18 @@
 from plant_data import PLANT
 
 
-def wrong_request(key, told, state, content):
-    """Yield what is wrong with the reasons for which a request is blocked."""
+def wrong_sent(kind, key, told, state, content):
+    """Yield what is wrong with the reasons for which a request or an answer is blocked."""
     requirements = {"%(text)s (%(place)s)" % reason for reason in told["requirement"]}
-    violated = set(state.violated(key, "request", content))
+    violated = set(state.violated(key, kind, content))
     elsewhere = bool(told["phase"] or told["synchronisation"] or told["range"])
-    if bool(told["phase"]) == state.is_possible("request", key):
+    if bool(told["phase"]) == state.is_possible(kind, key):
         yield "the phase"
     if content is None and key in PLANT.get("reads_data", ()):
         if requirements != violated:  # the rest is told of data that are sent only
             yield "the violated requirements on the state"
         return
-    obstacles = set(state.obstacles("request", key, content))
+    obstacles = set(state.obstacles(kind, key, content))
     blocking = obstacles - {None}
     texts = {"blocked by %s in %s" % (name, state.states[name]) for name in blocking}
     if texts != {reason["text"] for reason in told["synchronisation"]}:
@@ -27,12 +27,12 @@ def wrong_request(key, told, state, content):
     # Guards are not defined where the request is not possible anyway.
     if requirements != violated and not elsewhere:
         yield "violated requirements that are missing"
-    is_restricted = not (violated or elsewhere or state.is_safe("request", key, content))
+    is_restricted = not (violated or elsewhere or state.is_safe(kind, key, content))
     if bool(told["synthesis"]) != is_restricted and not elsewhere:
         yield "synthesis"
 
 
-def wrong_cancel(key, told, state, content):
+def wrong_cancel(kind, key, told, state, content):
     """Yield what is wrong with the reasons for which a cancel is blocked."""
     if any(told.values()) == state.is_enabled("cancel", key):
         yield "the requirements" if state.is_possible("cancel", key) else "the phase"

@@ -229,27 +229,27 @@ class _Builder:
         read, lines = reading(event, self.robot, self.attributes)
         reader = None
         if read is not None:
-            reader = self.names.take(f"read_{event.kind.value}_of_{word}")
+            reader = self.names.take(f"read_{event.kind.word}_of_{word}")
         return InputView(
             key=event.key,
-            kind=event.kind.value,
+            kind=event.kind.word,
             place=place(event.span),
             description=described(event.kind, self.robot.communications[event.key]),
             read=read,
             read_lines=lines,
             reader=reader,
-            applier=self.names.take(f"on_{event.kind.value}_of_{word}"),
+            applier=self.names.take(f"on_{event.kind.word}_of_{word}"),
             reaction=self.reactions.reaction(event),
         )
 
     def _command(self, guard: Guard) -> CommandView:
         event = guard.event
         word = self._word(event.key)
-        kind = event.kind.value
+        kind = event.kind.word
         reaction = self.reactions.reaction(event)
         synchronisation = self.reactions.synchronisation(event)
         data: tuple[str, ...] = ()
-        if event.kind is EventKind.REQUEST:
+        if event.kind.sent:
             data = provided_data(event.key, self.robot, self.attributes)
         text = self.guards.guard(guard)
         self.shown += text.shown
@@ -288,13 +288,15 @@ class _Builder:
         )
 
     def _with_preferences(self, commands: list[CommandView]) -> tuple[CommandView, ...]:
-        at = {c.key: n for n, c in enumerate(commands) if c.kind == EventKind.REQUEST.value}
+        sending = {c.key: c.sort.command for c in self.robot.communications.values()}
+        sent = [(kind := sending[c.key]) is not None and c.kind == kind.word for c in commands]
+        at = {c.key: n for n, c in enumerate(commands) if sent[n]}
         preferred = self.robot.yields_to
         return tuple(
             replace(c, yields_to=tuple(sorted(at[key] for key in preferred[c.key])))
-            if c.key in preferred and c.kind == EventKind.REQUEST.value
+            if c.key in preferred and at.get(c.key) == n
             else c
-            for c in commands
+            for n, c in enumerate(commands)
         )
 
     def _after(self, event: Event) -> AfterView:

@@ -5,7 +5,12 @@ from __future__ import annotations
 from robosc.language.events import EventKind
 from robosc.model.entities import Communication
 
-PERMITTED = {EventKind.REQUEST: "requested", EventKind.CANCEL: "cancelled"}
+PERMITTED = {
+    EventKind.REQUEST: "requested",
+    EventKind.CANCEL: "cancelled",
+    EventKind.ANSWER: "answered",
+    EventKind.REFUSAL: "answered with an error",
+}
 """What a command may be done with."""
 
 PHASES = {
@@ -20,4 +25,4 @@ def described(kind: EventKind, communication: Communication) -> str:
     """Return what an event is: ``response of the service call``."""
     if kind is EventKind.CANCELLED:
         return f"end of the cancelled action {communication.name}"
-    return f"{kind.value} of the {communication.kind.value} {communication.name}"
+    return f"{kind.word} of the {communication.kind.value} {communication.name}"

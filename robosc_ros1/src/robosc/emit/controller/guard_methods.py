@@ -61,7 +61,7 @@ class GuardTexts:
                 notes.append("Restricted further by synthesis: " + (reason or ""))
         if event.kind is EventKind.CANCEL and not event.requirements:
             notes.append("No requirement is a reason to cancel this action.")
-        elif guard.status == "never" and event.kind is EventKind.REQUEST:
+        elif guard.status == "never" and event.kind.sent:
             notes.append("Never allowed: " + (reason or "found by synthesis"))
         return GuardText(tuple(" ".join(note.split()) for note in notes), code, reason, shown)
 

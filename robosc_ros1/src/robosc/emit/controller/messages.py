@@ -111,10 +111,10 @@ def provided_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str, 
 
 def _fields(provide: Provide, communication: Communication, attributes: Attributes) -> str:
     """A dict of the fields that a provide statement sets, as Python source."""
-    text = _data(provide.data, communication.request, attributes)
-    if isinstance(communication.request, ObjectType):
+    text = _data(provide.data, communication.sent, attributes)
+    if isinstance(communication.sent, ObjectType):
         return text
-    return f"{{{literal(communication.binding.request_field or '')}: {text}}}"
+    return f"{{{literal(communication.sent_field or '')}: {text}}}"
 
 
 def _data(data: Data, type_: Type, attributes: Attributes) -> str:
@@ -170,8 +170,8 @@ def converting_enums(robot: Robot) -> list[EnumType]:
                 visit(part.type)
 
     for communication in robot.communications.values():
-        visit(communication.response)
-        visit(communication.feedback)
+        for direction in communication.sort.received:
+            visit(getattr(communication, direction))
     for expr in all_expressions(robot):
         convert(expr)
     return list(found)

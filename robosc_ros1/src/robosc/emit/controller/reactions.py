@@ -20,8 +20,9 @@ from robosc.expr.tree import Binary, Expr, Leaf, Literal
 from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
 from robosc.model.automata import Variable
+from robosc.plant.acceptance import acceptance_of, components_of, phase_of
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
-from robosc.plant.formulas import exact, may_be_huge
+from robosc.plant.formulas import exact, may_be_huge, to_dsl
 
 _IMPOSSIBLE = {EventKind.TIMEOUT: "silent", EventKind.CANCELLED: "not being cancelled"}
 """What a communication is where an event of it is not possible, if it is not just idle."""
@@ -73,7 +74,7 @@ class Reactions:
     def reaction(self, event: Event, tested: bool = False) -> ReactionView:
         """What an event does; ``tested``: its one edge is known to be enabled."""
         parts = []
-        for automaton in event.automata:
+        for automaton in components_of(event):
             groups = alike(automaton.edges)
             branches = tuple(self._branch(event, automaton, edges) for edges in groups)
             if tested:
@@ -82,7 +83,9 @@ class Reactions:
                 parts.append(_LocalReaction(automaton.component, branches))
         body = list(_body(parts))
         changed = {e.attribute: None for part in parts for b in part.branches for e in b.effects}
-        phase = event.phase
+        if event.kind is EventKind.CALL:
+            body = [*self._accepted(event), *body]
+        phase = phase_of(event)
         if phase is not None:
             during, _ = self.phases(event)
             if during:
@@ -95,6 +98,29 @@ class Reactions:
                     body.append(f"self.{flag} = {becomes}")
                     changed[flag] = None
         return ReactionView(tuple(body), tuple(changed))
+
+    def _accepted(self, event: Event) -> Iterator[str]:
+        """The statements that refuse a call, with the reason, where no component takes it."""
+        (busy,) = self._flags(event).values()
+        yield f"if self.{busy}:"
+        yield f'    raise Mismatch("{event.name} is busy: it serves one call at a time")'
+        accepts = acceptance_of(event)
+        assert accepts is not None
+        if not accepts.edges:
+            yield f'raise Mismatch("no component takes {event.name}")'
+            return
+        guard = accepts.edges[0].guard
+        if guard is None:
+            return
+        condition = self.attributes.text(guard)
+        listeners = [automaton.component for automaton in components_of(event)]
+        states = " + ".join(
+            f'"{" and " if n else ""}{name} is in " + self.{self.attributes.locations[name]}'
+            for n, name in enumerate(listeners)
+        )
+        taken = literal(f", and {event.name} is taken where {to_dsl(guard, self.plant.robot)}")
+        yield f"if not ({condition}):"
+        yield f"    raise Mismatch({states} + {taken})"
 
     def phases(self, event: Event) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The attributes of the phases in which an event is possible; where it is possible in the

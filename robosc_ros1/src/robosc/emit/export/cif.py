@@ -25,9 +25,11 @@ from robosc.emit.export.cif_expr import condition, in_range, update
 from robosc.emit.export.cif_names import CifScope, CifVariable
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE, Expr, StateRef, VariableRef
+from robosc.expr.types import Value
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
 from robosc.names import without_index
+from robosc.plant.acceptance import acceptance_of, components_of, phase_of
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, VariableKind
 from robosc.plant.partial_evaluation import PartValues, assigned, holds
 from robosc.plant.step import valuations
@@ -114,7 +116,7 @@ class _Writer:
         """
         for event in self.plant.events:
             if weight(event) > limits.CIF_VALUES:
-                name = f"{event.name}.{event.kind.value}"
+                name = f"{event.name}.{event.kind.word}"
                 raise StateSpaceError(
                     f"CIF needs an event for each value, and {name} has more than"
                     f" {limits.CIF_VALUES:,}: convert the received value by an enum,"
@@ -230,8 +232,13 @@ class _Writer:
             text += f" do {', '.join(updates)}"
         if edge.target != edge.source:
             target = self.plant.variables[automaton.variable].values[edge.target]
-            text += f" goto {self.scope.location(automaton.component, target)}"
+            text += f" goto {self._location(automaton, target)}"
         return f"{text};"
+
+    def _location(self, automaton: LocalAutomaton, target: Value) -> str:
+        if self.plant.variables[automaton.variable].kind is VariableKind.PHASE:
+            return str(target)
+        return self.scope.location(automaton.component, target)
 
     def _updates(self, edge: Edge, occurrence: _Occurrence) -> Iterator[tuple[CifVariable, Expr]]:
         """Assignments with the value put in; those that read a missing element drop out."""
@@ -256,6 +263,11 @@ class _Writer:
                 for source in (str(variable.values[n]) for n in step.sources):
                     goto = "" if source == target else f" goto {target}"
                     locations[source].append(f"edge {occurrence.name}{goto};")
+            accepts = acceptance_of(occurrence.event)
+            if accepts is not None and accepts.variable == index:
+                # An event without an edge here would be possible always.
+                own = self._edges(occurrence, accepts, variable.initial)
+                locations["idle"] += list(own) or [f"edge {occurrence.name} when false;"]
         self._automaton(f"plant automaton {self.scope.phase(key)}", locations)
 
     def _parameters(self) -> None:
@@ -296,7 +308,7 @@ class _Writer:
             yield f"requirement invariant not ({text});"
         for occurrence in self.occurrences:
             event = occurrence.event
-            if event.kind is EventKind.REQUEST and event.key in requirement.communications:
+            if event.kind.sent and event.key in requirement.communications:
                 if requirement.kind == "needs":
                     yield f"requirement invariant {occurrence.name} needs {text};"
                 else:
@@ -307,7 +319,7 @@ class _Writer:
         kept = self.plant.view.met(requirement)
         for occurrence in self.occurrences:
             event = occurrence.event
-            if event.kind is EventKind.REQUEST and event.key in requirement.communications:
+            if event.kind.sent and event.key in requirement.communications:
                 text = condition(self.scope, holds(kept, event.data))
                 yield f"requirement invariant {occurrence.name} needs {text};"
 
@@ -329,7 +341,7 @@ class _Writer:
             text
             for occurrence in self.occurrences
             if not occurrence.event.controllable
-            for automaton in occurrence.event.automata
+            for automaton in components_of(occurrence.event)
             for text in self._overflows(occurrence, automaton)
         ]
         if found:
@@ -342,7 +354,7 @@ class _Writer:
     def _overflows(self, occurrence: _Occurrence, automaton: LocalAutomaton) -> Iterator[str]:
         places = self.plant.variables[automaton.variable].values
         here = []
-        phase = occurrence.event.phase
+        phase = phase_of(occurrence.event)
         if phase is not None:
             values = self.plant.variables[phase.variable].values
             if len(phase.sources) < len(values):
@@ -387,4 +399,4 @@ def _event_name(event: Event) -> str:
     prefix = "c" if event.controllable else "u"
     name = without_index(event.name).replace(".", "_")
     number = event.index if event.kind.of_component else ""
-    return f"{prefix}_{name}_{event.kind.value}{number}"
+    return f"{prefix}_{name}_{event.kind.word}{number}"

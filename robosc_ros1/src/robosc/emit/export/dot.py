@@ -145,7 +145,7 @@ def _states_in(component: str, behaviour: Behaviour, inside: str) -> Iterator[st
 
 def _label(robot: Robot, transition: AnyTransition) -> Iterator[str]:
     if transition.communication is not None:
-        yield f"{robot.display_names[transition.communication]}.{transition.kind.value}"
+        yield f"{robot.display_names[transition.communication]}.{transition.kind.word}"
     if transition.delay is not None:
         yield f"after {as_written(transition.delay, robot)}"
     if transition.guard is not None:
@@ -166,9 +166,9 @@ def _states(graph: Graph) -> Iterator[str]:
     for one in listed(graph):
         event = one.step.event
         value = step_document(one.step)["value"]
-        label = f"{event.name}.{event.kind.value}"
+        label = f"{event.name}.{event.kind.word}"
         if event.kind.of_component:
-            label = f"{event.name}.{event.kind.value} {event.index}"
+            label = f"{event.name}.{event.kind.word} {event.index}"
         elif value is not None:
             label += f"({_value(value)})"
         ends = f"state {one.source}", f"state {one.target}"

@@ -67,7 +67,7 @@ def _event(event: Event, plant: Plant) -> dict[str, Any]:
             "target": variable.values[event.phase.target],
         }
     return {
-        "kind": event.kind.value,
+        "kind": event.kind.word,
         "name": event.name,
         "index": event.index,
         "controllable": event.controllable,

@@ -83,7 +83,7 @@ def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
 
 
 def _event(kind: EventKind, name: str, index: int) -> dict[str, Json]:
-    return {"kind": kind.value, "name": name} | ({"index": index} if index else {})
+    return {"kind": kind.word, "name": name} | ({"index": index} if index else {})
 
 
 def _component(component: Component, plant: Plant) -> dict[str, Json]:

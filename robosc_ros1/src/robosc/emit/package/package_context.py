@@ -47,6 +47,7 @@ class PackageContext:
     parameters: tuple[ParameterView, ...]
     defaults: str
     """The configuration's own defaults of parameters, as Python source."""
+    served_services: tuple[TopicView, ...] = field(default=(), kw_only=True)
     title: str = field(default="Controller", kw_only=True)
     watched: tuple[str, ...] = field(default=(), kw_only=True)
     """The launch arguments that set the timeouts of messages."""

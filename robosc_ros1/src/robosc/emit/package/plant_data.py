@@ -103,7 +103,7 @@ def _of_others(
         "reads_data": [
             guard.event.key
             for guard in guards
-            if guard.event.kind is EventKind.REQUEST
+            if guard.event.kind.sent
             and robot.supervises
             and not isinstance(value_type(robot, guard.event), NoneType)
         ],
@@ -204,7 +204,7 @@ def _transition(transition: AnyTransition, enums: dict[str, EnumType]) -> Json:
 
 def _provided(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:
     """Provided data: of fields, of the only field, or a whole object that was stored."""
-    if isinstance(data, Operation | Leaf) and isinstance(communication.request, ObjectType):
+    if isinstance(data, Operation | Leaf) and isinstance(communication.sent, ObjectType):
         return {"whole": _tree(data, enums)}
     return _data(data, communication, enums)
 
@@ -214,7 +214,7 @@ def _data(data: Data, communication: Communication, enums: dict[str, EnumType]) 
         return {"elements": [_data(d, communication, enums) for d in data.elements]}
     if isinstance(data, DataObject):
         return {"fields": [[name, _data(d, communication, enums)] for name, d in data.fields]}
-    return {"field": communication.binding.request_field, "value": _tree(data, enums)}
+    return {"field": communication.sent_field, "value": _tree(data, enums)}
 
 
 def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:

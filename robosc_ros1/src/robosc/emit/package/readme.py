@@ -118,6 +118,7 @@ class ReadmeContext:
     published: tuple[InterfaceView, ...]
     services: tuple[InterfaceView, ...]
     actions: tuple[InterfaceView, ...]
+    served: tuple[InterfaceView, ...]
     parameters: tuple[ParameterView, ...]
     parts: tuple[PartView, ...]
     guards: tuple[GuardView, ...]
@@ -153,6 +154,7 @@ def readme_context(
         published=interfaces(Kind.INCOMING),
         services=interfaces(Kind.SERVICE),
         actions=interfaces(Kind.ACTION),
+        served=interfaces(Kind.SERVED_SERVICE),
         parameters=parameters,
         parts=tuple(
             PartView(part.name, part.text(robot)) for part in supervisor.part_names.definitions
@@ -167,7 +169,7 @@ def _guards(supervisor: Supervisor) -> list[GuardView]:
     views = []
     for guard in whole_guards(supervisor):
         event = guard.event
-        name = f"{event.name} {event.kind.value}" + (f" {event.index}" if event.index else "")
+        name = f"{event.name} {event.kind.word}" + (f" {event.index}" if event.index else "")
         texts = tuple(
             f"{robot.requirements[i].text} ({place(robot.requirements[i].span)})"
             for i in event.requirements
@@ -203,7 +205,7 @@ def _label(transition: AnyTransition, robot: Robot) -> str:
     if transition.communication is not None:
         name = robot.display_names[transition.communication]
         guarded = " [guarded]" if transition.guard is not None else ""
-        return f"{transition.kind.value} {name}{guarded}"
+        return f"{transition.kind.word} {name}{guarded}"
     if transition.delay is not None:
         delay = duration(transition.delay)
         return f"after {delay if isinstance(delay, str) else f'{delay:g} s'}"

@@ -43,7 +43,7 @@ def _as_xml_rpc_can(view: ParameterView) -> ParameterView:
 
 
 def _module(communication: Communication) -> str:
-    kind = "srv" if communication.kind is Kind.SERVICE else "msg"
+    kind = "srv" if communication.sort.folder == "srv" else "msg"
     return f"{communication.binding.package}.{kind}"
 
 

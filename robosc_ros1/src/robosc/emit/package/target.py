@@ -189,6 +189,7 @@ def _context(
         publications=messages(Kind.INCOMING),
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
+        served_services=servers(Kind.SERVED_SERVICE),
         parameters=parameters,
         watched=tuple(p.argument for p in parameters if p.name.replace("/", ".") in timeouts),
         defaults=literal(

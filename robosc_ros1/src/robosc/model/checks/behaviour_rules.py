@@ -82,23 +82,21 @@ def check_repeated_events(names: Iterable[Name], report: Report) -> list[Name]:
     return list(first.values())
 
 
-def report_unavailable(
-    event: EventKind, name: Name, infos: Sequence[CommunicationInfo], report: Report
-) -> None:
+def report_unavailable(name: Name, infos: Sequence[CommunicationInfo], report: Report) -> None:
     """Report an event that none of the communications of a transition has."""
     kinds = list(dict.fromkeys(info.kind for info in infos))
     only = infos[0] if len(infos) == 1 else None
-    if event is EventKind.REQUEST and only is not None and only.kind is Kind.OUTGOING:
+    if name.text == EventKind.REQUEST.word and only is not None and only.kind is Kind.OUTGOING:
         hint = SENT.format(only.name)
     else:
         has = (
             f"{'a' if kind is Kind.SERVICE else 'an'} {kind.value} has: "
-            + first_of(e.value for e in next(i for i in infos if i.kind is kind).events)
+            + first_of(e.word for e in next(i for i in infos if i.kind is kind).events)
             for kind in kinds
         )
         hint = "; ".join(has)
     who = f"{only.kind.value} '{only.name}' has no" if only else "none of these communications has"
-    report.add("event-not-available", name.span, f"{who} {event.value}", hint)
+    report.add("event-not-available", name.span, f"{who} {name.text}", hint)
 
 
 def _report_else(
@@ -270,7 +268,7 @@ def _report_hidden(
     report.add(
         "hidden-transition",
         event_spans[transition.span.start, transition.event],
-        f"in state '{place}' this hides the transition for '{transition.event.value}'"
+        f"in state '{place}' this hides the transition for '{transition.event.word}'"
         f" of '{name}' that applies in every state",
         None,
         [Note("the hidden one is here", event_spans[hidden.span.start, hidden.event])],

@@ -35,7 +35,6 @@ from robosc.expr.tree import (
     opposite,
 )
 from robosc.expr.types import ArrayType, BooleanType, ObjectType, Type, Value
-from robosc.language.events import EventKind
 from robosc.model.automata import Assignment, CompositeState, ResultTransition
 from robosc.model.diagnostics import Report
 from robosc.model.entities import (
@@ -98,9 +97,7 @@ def _component(component: Component, of: Callable[[str], _CommandData]) -> Compo
     def given(transitions: Iterable[ResultTransition]) -> tuple[ResultTransition, ...]:
         found: list[ResultTransition] = []
         for transition in transitions:
-            reads = transition.event is EventKind.REQUEST and any(
-                map(reads_value, _expressions(transition))
-            )
+            reads = transition.event.sent and any(map(reads_value, _expressions(transition)))
             found += of(transition.communication).cases_of(transition) if reads else [transition]
         return tuple(found)
 

@@ -135,7 +135,7 @@ def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:
     """The targets of a command's requests in a state; None is a self-loop."""
     state = next(state for state in behaviour.states if state.name == name)
     levels = (
-        [t.goto for t in level if (t.event, t.communication) == (EventKind.REQUEST, command)]
+        [t.goto for t in level if t.event.sent and t.communication == command]
         for level in behaviour.levels(state)
     )
     return next(filter(None, levels), [])

@@ -146,7 +146,7 @@ def _lets_happen(robot: Robot, key: str, value: object) -> bool:
     return False
 
 
-_DECIDED = (EventKind.REQUEST, EventKind.TAU)
+_DECIDED = (EventKind.REQUEST, EventKind.ANSWER, EventKind.REFUSAL, EventKind.TAU)
 
 
 def _conditions_of_commands(robot: Robot) -> Iterator[tuple[Expr, bool]]:

@@ -48,19 +48,23 @@ class Usage:
     ) -> None:
         self._paths: dict[tuple[str, Direction], set[Path]] = {}
         components = tuple(components)
+        sorts = {c.key: c.sort for component in components for c in component.communications}
         for provide in provides:
             exprs = data_expressions(provide.data)
             conditions = () if provide.condition is None else (provide.condition,)
             asked = (path for expr in (*exprs, *conditions) for path in _read(expr))
-            self._add(provide.communication, "request", (*_sent(provide.data), *asked))
+            sort = sorts.get(provide.communication)
+            sends = "request" if sort is None else sort.sends
+            self._add(provide.communication, sends, (*_sent(provide.data), *asked))
         for requirement in requirements:
             for key in requirement.communications if requirement.on_data else ():
-                self._add(key, "request", _read(requirement.condition))
-        sorts = {c.key: c.sort for component in components for c in component.communications}
+                sends = sorts[key].sends if key in sorts else "request"
+                self._add(key, sends, _read(requirement.condition))
         for component in components:
             for communication in component.communications:
-                self._add(communication.key, "response", _converted(communication.response))
-                self._add(communication.key, "feedback", _converted(communication.feedback))
+                for direction in communication.sort.received:
+                    converted = _converted(getattr(communication, direction))
+                    self._add(communication.key, direction, converted)
             for transition in component.transitions:
                 sort = sorts.get(transition.communication)
                 event = None if sort is None else sort.event(transition.event)

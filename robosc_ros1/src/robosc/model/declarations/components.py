@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from robosc.errors import Note
 from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
-from robosc.language.events import Direction
+from robosc.language.events import COMMUNICATIONS, Direction
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication
 from robosc.model.names.data_directions import kind_of, types_of
@@ -143,10 +143,12 @@ def _declare_communication(instance: Instance, node: CommunicationNode, report: 
         _duplicate("communication", node, first, instance, report)
         return
     types: dict[Direction, Type | None] = {"request": NONE, "response": NONE, "feedback": NONE}
+    kind = kind_of(node)
+    sent = COMMUNICATIONS[kind].sends
     for direction, type_node in types_of(node).items():
-        types[direction] = _carried(instance, type_node, report, sent=direction == "request")
+        types[direction] = _carried(instance, type_node, report, sent=direction == sent)
     instance.communications[name] = CommunicationInfo(
-        node, instance, kind_of(node), types["request"], types["response"], types["feedback"]
+        node, instance, kind, types["request"], types["response"], types["feedback"]
     )
 
 
@@ -252,7 +254,7 @@ def _payloads(info: CommunicationInfo) -> Iterator[Payload]:
     nodes = types_of(info.node)
     for direction, type_ in info.types.items():
         assert type_ is not None
-        yield Payload(type_, nodes[direction], direction)
+        yield Payload(type_, nodes[direction], direction, direction == info.sort.sends)
 
 
 def _interface(

@@ -168,7 +168,7 @@ class StatementResolver:
         info = self._groups.command(node.communication, "provide-for-outgoing", _CANNOT_PROVIDE)
         typer = self._typer
         if info is not None and may_read_value(node):
-            incoming = Incoming(info.request, known=info.request is not None)
+            incoming = Incoming(info.sent, known=info.sent is not None)
             typer = Typer(self._report, self._types, self._symbols, incoming)
         data = self._data_for(node, info, typer)
         condition = None
@@ -180,7 +180,7 @@ class StatementResolver:
         if info is None or data is None:
             return None
         if info.entity is not None and info.instance.imported is None:
-            self._binder.sent.check(data, info.node, info.entity.binding)
+            self._binder.sent.check(data, info.entity)
         return Provide(info.key, data, condition, span=node.span)
 
     # --- data ------------------------------------------------------------------------------------
@@ -188,9 +188,9 @@ class StatementResolver:
     def _data_for(
         self, node: ProvideNode, info: CommunicationInfo | None, typer: Typer
     ) -> Data | None:
-        if info is None or info.request is None:
+        if info is None or info.sent is None:
             return None
-        if isinstance(info.request, NoneType):
+        if isinstance(info.sent, NoneType):
             if node.data == DataObjectNode((), span=node.data.span):
                 return DataObject(())
             self._report.add(
@@ -201,7 +201,7 @@ class StatementResolver:
             )
             return None
         data = DataTyper(typer, self._types, self._report)
-        return data.typed(node.data, info.request, f"'{info.name}'")
+        return data.typed(node.data, info.sent, f"'{info.name}'")
 
 
 _CANNOT_FORBID = "the controller cannot forbid what the robot sends"

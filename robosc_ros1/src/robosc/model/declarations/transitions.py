@@ -102,10 +102,13 @@ class TransitionResolver:
         goto, named = self._goto(node.goto)
         found: list[NamedTransition] = []
         for name in check_repeated_events(node.events, self._report):
-            event = EventKind(name.text)
-            self.event_spans[node.span.start, event] = name.span
-            having = [(access, info) for access, info in listed if event in info.events]
-            for access, info in having:
+            having = [
+                (access, info, event)
+                for access, info in listed
+                if (event := info.sort.named(name.text)) in info.events and event is not None
+            ]
+            for access, info, event in having:
+                self.event_spans[node.span.start, event] = name.span
                 guard, assignments = self._clauses(node, _incoming(event, info))
                 transition = ResultTransition(
                     event, info.key, guard, assignments, goto, named, span=node.span
@@ -117,7 +120,7 @@ class TransitionResolver:
                 self._clauses(node, Incoming(None, known=False))  # for their own errors
                 self.is_sound = False
                 if listed:
-                    report_unavailable(event, name, [info for _, info in listed], self._report)
+                    report_unavailable(name, [info for _, info in listed], self._report)
         return found
 
     def _clauses(
@@ -228,6 +231,6 @@ def _has_enum(type_: Type) -> bool:
 def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:
     found = info.sort.event(event)
     if found is None or found.brings is None:
-        return no_value(f"'on {event.value}' carries no value")
+        return no_value(f"'on {event.word}' carries no value")
     type_ = info.brought(event)
     return Incoming(type_, known=type_ is not None, optional=found.optional)

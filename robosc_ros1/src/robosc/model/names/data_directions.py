@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 from robosc.language.events import COMMUNICATIONS, Direction, Kind
-from robosc.syntax.nodes import CommunicationNode, MessageNode, ServiceNode, TypeNode
+from robosc.syntax.nodes import (
+    CommunicationNode,
+    MessageNode,
+    ServedServiceNode,
+    ServiceNode,
+    TypeNode,
+)
 
 
 def kind_of(node: CommunicationNode) -> Kind:
@@ -13,6 +19,8 @@ def kind_of(node: CommunicationNode) -> Kind:
             return Kind.INCOMING
         case MessageNode():
             return Kind.OUTGOING
+        case ServedServiceNode():
+            return Kind.SERVED_SERVICE
         case ServiceNode():
             return Kind.SERVICE
     return Kind.ACTION

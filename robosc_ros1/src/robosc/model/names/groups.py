@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TypeAlias
 
-from robosc.language.events import Kind
+from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
+from robosc.model.names.answers import answer_named
 from robosc.model.names.communications import SENT, report_repeated, resolve_communication
 from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.source import Span
 from robosc.syntax.nodes import Access, ExceptNode, Group
 
+_FREE = (
+    "'error to {0}' is neither restricted, preferred nor given data: a call that was accepted can"
+    " always be answered with an error; name the response: {0}"
+)
 _Members: TypeAlias = dict[str, tuple[Access, CommunicationInfo]]
 
 
@@ -110,7 +115,16 @@ class GroupResolver:
         return resolve_communication(access, self._symbols, self._scope, self._report)
 
     def command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:
-        """The command of a name; None after an error."""
+        """The command of a name; None after an error.
+
+        A call that the controller serves stands for its response.
+        """
+        answer = answer_named(access, self._symbols)
+        if answer is not None:
+            access, kind = answer
+            if kind is EventKind.REFUSAL:
+                self._report.add("error-is-free", access.span, _FREE.format(access.span.text))
+                return None
         info = self._communication(access)
         if info is not None and info.kind is Kind.OUTGOING:
             message = f"'{info.name}' is an outgoing message: {why}"
@@ -145,5 +159,5 @@ def _commands_of(components: Iterable[Instance]) -> list[CommunicationInfo]:
         info
         for component in components
         for info in component.communications.values()
-        if info.kind is not Kind.OUTGOING
+        if info.kind is not Kind.OUTGOING and not info.sort.served
     ]

@@ -77,6 +77,11 @@ class CommunicationInfo:
     def events(self) -> tuple[EventKind, ...]:
         return tuple(e.kind for e in self.sort.events_of(self.has_timeout))
 
+    @property
+    def sent(self) -> Type | None:
+        """The type of the data that the controller gives; None after an error in it."""
+        return self.response if self.sort.served else self.request
+
     def brought(self, event: EventKind) -> Type | None:
         """The type of an event's value; None if it has none, or the type has an error."""
         found = self.sort.event(event)

@@ -37,15 +37,15 @@ from robosc.syntax.nodes import (
 
 @dataclass(frozen=True)
 class Payload:
-    """One direction of a communication: its type in the model, and the node of the type."""
+    """One direction of a communication: its type in the model, and the node of the type.
+
+    ``sending``: the controller gives these data.
+    """
 
     type: Type
     node: TypeNode
     direction: Direction
-
-    @property
-    def sending(self) -> bool:
-        return self.direction == "request"
+    sending: bool
 
 
 @dataclass(frozen=True)

@@ -28,11 +28,18 @@ from robosc.model.ros.interfaces import (
     Interface,
     Missing,
 )
-from robosc.syntax.nodes import ActionNode, CommunicationNode, MessageNode, ServiceNode
+from robosc.syntax.nodes import (
+    ActionNode,
+    CommunicationNode,
+    MessageNode,
+    ServedServiceNode,
+    ServiceNode,
+)
 
 FOLDERS: Mapping[type[CommunicationNode], Folder] = {
     MessageNode: "msg",
     ServiceNode: "srv",
+    ServedServiceNode: "srv",
     ActionNode: "action",
 }
 """The folder of the definition of each kind of communication."""

@@ -7,13 +7,18 @@ from collections.abc import Sequence
 from robosc.expr.evaluation import constant
 from robosc.expr.tree import Expr, ParameterRef, VariableRef
 from robosc.expr.types import IntegerType
+from robosc.language.events import COMMUNICATIONS, Kind
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Binding, Communication, Data, DataArray, DataObject
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import too_wide
 from robosc.model.ros.interfaces import Definition, Field, FieldType, Folder, Interface, Missing
-from robosc.model.ros.object_types import FOLDERS
-from robosc.syntax.nodes import CommunicationNode
+
+
+def _sent_part(interface: Interface, kind: Kind) -> Definition:
+    """The part of a definition with the data that the controller gives."""
+    sort = COMMUNICATIONS[kind]
+    return interface.parts[sort.parts.index(sort.sends)]
 
 
 class SentData:
@@ -27,9 +32,9 @@ class SentData:
         """The field of a command's data at a path; None if no definition is installed."""
         binding = communication.binding
         found = self._interface(binding, communication.sort.folder)
-        definition = None if found is None else found.parts[0]
+        definition = None if found is None else _sent_part(found, communication.kind)
         field: Field | None = None
-        for step in path or (binding.request_field or "",):
+        for step in path or (communication.sent_field or "",):
             if isinstance(step, int):
                 field = field and Field(field.name, field.type.element)
                 continue
@@ -47,15 +52,16 @@ class SentData:
             found = next((i for i in BASIC.values() if i.type == binding.type), found)
         return None if isinstance(found, Missing) else found
 
-    def check(self, data: Data, node: CommunicationNode, binding: Binding) -> None:
+    def check(self, data: Data, communication: Communication) -> None:
         """Check the data of a provide statement for a communication."""
-        found = self._interface(binding, FOLDERS[type(node)])
+        found = self._interface(communication.binding, communication.sort.folder)
         if found is None:
             return
-        definition = found.parts[0]
+        definition = _sent_part(found, communication.kind)
+        carrier = communication.sent_field
         if isinstance(data, DataObject):
             self._object(data, definition)
-        elif binding.request_field and (field := definition.field(binding.request_field)):
+        elif carrier and (field := definition.field(carrier)):
             self._value(data, field.type, f"{definition.name}.{field.name}")
 
     def _object(self, data: DataObject, definition: Definition) -> None:

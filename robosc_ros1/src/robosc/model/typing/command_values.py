@@ -71,7 +71,7 @@ class CommandTyper:
         by_type = self._typed(node.condition, commands)
         if by_type is None or not commands:
             return ()
-        first = by_type[commands[0].request]
+        first = by_type[commands[0].sent]
         if not reads_value(first):
             keys = tuple(command.key for command in commands)
             condition = condition_on_data(first)
@@ -88,7 +88,7 @@ class CommandTyper:
         operator = "or" if node.kind == "disables" else "and"
         keys = tuple(command.key for command in commands)
         parts = {type_: operands(expr, operator) for type_, expr in by_type.items()}
-        found = parts[commands[0].request]
+        found = parts[commands[0].sent]
         for index, part in enumerate(found):
             text = requirement_text(node, part.span if len(found) > 1 else None)
             if not reads_value(part):
@@ -96,7 +96,7 @@ class CommandTyper:
                 yield Requirement(node.kind, keys, kept, text, node.to_start, span=node.span)
                 continue
             for command in commands:
-                own = parts[command.request][index]
+                own = parts[command.sent][index]
                 key = (command.key,)
                 yield Requirement(node.kind, key, own, text, True, True, span=node.span)
 
@@ -106,7 +106,7 @@ class CommandTyper:
         """The condition for each type of data; None after a reported error."""
         members: dict[Type | None, list[CommunicationInfo]] = {}
         for command in commands:
-            members.setdefault(command.request, []).append(command)
+            members.setdefault(command.sent, []).append(command)
         found: dict[Type | None, Expr] = {}
         faults: dict[Type | None, tuple[Diagnostic, ...]] = {}
         for type_ in members:

@@ -123,10 +123,10 @@ class SymbolicController:
     def _at_rest(self, event: EventRelation, enabled: dict[int, Bdd]) -> Bdd:
         here = self.states & ~self._moving & enabled.get(event.number, self.manager.true)
         taken = self.plant.events[event.number]
-        if taken.kind is EventKind.REQUEST:
+        if taken.kind.sent:
             preferred = self.plant.robot.yields_to.get(taken.key, ())
             for number, other in enumerate(self.plant.events):
-                if other.kind is EventKind.REQUEST and other.key in preferred:
+                if other.kind.sent and other.key in preferred:
                     here = here & ~enabled[number]
         return here
 

@@ -9,13 +9,15 @@ component follow each other, and updates the set in place: what one event adds, 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robosc.expr.tree import Expr, Unary
-from robosc.plant.automaton import Event
+from robosc.plant.acceptance import acceptance_of
+from robosc.plant.automaton import Event, LocalAutomaton
 from robosc.plant.formulas import junction
+from robosc.plant.partial_evaluation import PartValues, holds
 from robosc.progress import Progress
 from robosc.synthesis.dense.bitset import Bitset, count, members
 from robosc.synthesis.dense.care_set import DenseCareSet
@@ -34,6 +36,7 @@ from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.merging import Condition, EventRules
 from robosc.synthesis.dense.operations import Operation, sweep_order
 from robosc.synthesis.dense.transitions import Compiler
+from robosc.synthesis.event_parameters import choices, weight
 from robosc.synthesis.fixpoint import supremal
 
 _NOTHING_REFUSED: Mapping[int, Bitset] = {}
@@ -354,8 +357,11 @@ class DenseEngine:
     def occurrences(self, step: EventOperations, states: Bitset) -> int:
         """Return the number of transitions (state, event, values) of an uncontrollable event.
 
-        Only time events are blocked by automata; for the others the phase decides.
+        Only time events and calls are blocked by automata; for the others the phase decides.
         """
+        accepts = acceptance_of(step.event)
+        if accepts is not None:
+            return self._accepted(step.event, accepts, states)
         phase = step.event.phase
         if step.event.kind.synchronised:
             return self._count_sources(step, step.plant, states, None) * step.rules.weight
@@ -364,3 +370,27 @@ class DenseEngine:
         there = Condition({phase.variable: self.compiler.values(phase.variable, phase.sources)})
         possible = sum(measure(op, states) for op in self.layout.regions(there))
         return possible * step.rules.weight
+
+    def _accepted(self, event: Event, accepts: LocalAutomaton, states: Bitset) -> int:
+        """Return the number of pairs of a state and values with which a call is accepted there."""
+        if not accepts.edges:
+            return 0
+        (edge,) = accepts.edges
+        there = Condition(
+            {accepts.variable: self.compiler.values(accepts.variable, (edge.source,))}
+        )
+        idle = self._regions(states, (there,))
+        if edge.guard is None:
+            return count(idle) * weight(event)
+        return sum(
+            count(self.meeting(idle, holds(edge.guard, chosen))) * weight(_with(event, chosen))
+            for chosen in choices(event, [edge.guard])
+        )
+
+
+def _with(event: Event, chosen: PartValues) -> Event:
+    """Return the event with these values of some parameters only."""
+    parameters = (
+        replace(p, values=(chosen[p.path],)) if p.path in chosen else p for p in event.parameters
+    )
+    return replace(event, parameters=tuple(parameters))

@@ -83,7 +83,7 @@ def _of_variable(
     names = [str(plant.variables[variable].values[place]) for place in places]
     name = plant.variables[variable].name
     if plant.variables[variable].kind is VariableKind.PHASE:
-        return Cause(f"{plant.robot.display_names[name]} stays busy forever")
+        return _of_phase(plant, name)
     if len(places) > 1:
         reason = f"{name} never gets back to a marked state (it stays in {listing(names, 'or')})"
         return Cause(reason, None, plant.robot.component(name).span)
@@ -94,6 +94,18 @@ def _of_variable(
     return Cause(reason, _remedy(plant, steps, variable, place), behaviour.states[place].span)
 
 
+def _of_phase(plant: Plant, key: str) -> Cause:
+    name = plant.robot.display_names[key]
+    if not plant.robot.communications[key].sort.served:
+        return Cause(f"{name} stays busy forever")
+    remedy = (
+        f"let a component answer wherever it is: 'on response to {name}', or 'on error to {name}',"
+        " which no requirement restricts"
+    )
+    reason = f"{name} is not answered any more: whoever called waits forever"
+    return Cause(reason, remedy, plant.robot.communications[key].span)
+
+
 def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> Hint | None:
     name = plant.variables[variable].name
     here = str(plant.variables[variable].values[place])
@@ -101,14 +113,23 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
     for step in reversed(steps):
         event = step.event
         edges = _edges(event, variable, place)
+        if event.kind is EventKind.CALL:
+            origin = _requested_from(plant, event.key, variable, place)
+            if origin is not None:
+                target = plant.variables[variable].values[origin]
+                return (
+                    f"add 'on error to {event.name} if … goto {target}' in state {here} of {name}:"
+                    " no requirement restricts an error, and it is sent wherever it is possible"
+                )
+            continue
         synchronised = event.kind.synchronised and edges
         if event.kind.of_component or synchronised or any(edge.guard is None for edge in edges):
             continue
         origin = _requested_from(plant, event.key, variable, place)
         if origin is not None and _leaving_by(plant, event.key, variable, place):
             target = plant.variables[variable].values[origin]
-            direction = "to" if event.kind is EventKind.REQUEST else "from"
-            transition = f"on {event.kind.value} {direction} {event.name} goto {target}"
+            direction = "to" if event.kind.to_component else "from"
+            transition = f"on {event.kind.word} {direction} {event.name} goto {target}"
             added = f"add '{transition}'"
             if edges:
                 return f"{added} beside the states of {name}, for when none of the guards holds"
@@ -133,7 +154,7 @@ def _requested_from(plant: Plant, key: str, variable: int, place: int) -> int | 
     sources = [
         edge.source
         for event in plant.events
-        if event.key == key and event.kind is EventKind.REQUEST
+        if event.key == key and event.kind in (EventKind.REQUEST, EventKind.CALL)
         for automaton in event.automata
         if automaton.variable == variable
         for edge in automaton.edges

@@ -48,7 +48,7 @@ def _cause(
     condition = to_dsl(guard, plant.robot)
     event = step.event
     where = (
-        f"'on {event.kind.value} from {event.name}' in state"
+        f"'on {event.kind.word} from {event.name}' in state"
         f" {plant.variables[automaton.variable].values[edge.source]} of {automaton.component}"
     )
     remedy = f"add 'if {condition}' to {where}, or {widen}"

@@ -66,7 +66,7 @@ class _Examiner:
         for event, before in (*starts, (feedback, busy)):
             trace = self._trace(event, before, kept)
             if trace is not None:
-                said = f"its own {event.kind.value} makes it false"
+                said = f"its own {event.kind.word} makes it false"
                 yield self._diagnostic(action, requirement, said, trace)
                 return
         for event in self._messages_of(action, kept):
@@ -100,7 +100,7 @@ class _Examiner:
         path = self.system.nearest(condition)
         if path is None:
             return None
-        name = f"{event.name}.{event.kind.value}"
+        name = f"{event.name}.{event.kind.word}"
         if not self.plant.is_initial(path[0]):
             return f"{name} {whereabouts(self.plant, path[0], condition)} {UNTRACED}"
         earlier = trace_text(steps_of(self.stepper, path))

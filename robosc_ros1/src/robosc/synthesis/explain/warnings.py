@@ -16,6 +16,7 @@ from robosc.expr.tree import TRUE, Expr, StateRef
 from robosc.expr.types import NoneType, ObjectType
 from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Communication, Provide, Requirement
+from robosc.plant.acceptance import components_of, phase_of
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.plant.data.view import sent_wholes
 from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
@@ -70,7 +71,7 @@ class _Examiner:
         self.requests: dict[str, list[Guard]] = {}
         """Those of each command; of one whose data another controller sends, one for each case."""
         for guard in guards:
-            if guard.event.kind is EventKind.REQUEST:
+            if guard.event.kind.sent:
                 self.requests.setdefault(guard.event.key, []).append(guard)
         taus = (guard for guard in guards if guard.event.kind is EventKind.TAU)
         self.at_rest = conjunction(negation(self._moves(tau)) for tau in taus)
@@ -175,7 +176,7 @@ class _Examiner:
 
     @staticmethod
     def _carries_nothing(command: Communication) -> bool:
-        match command.request:
+        match command.sent:
             case NoneType() | ObjectType(properties=()):
                 return True
         return False
@@ -329,7 +330,7 @@ class _Examiner:
 
     def overlaps(self) -> Iterator[Diagnostic]:
         for event in self.plant.events:
-            for automaton in event.automata:
+            for automaton in components_of(event):
                 reported: set[tuple[Span, Span]] = set()
                 for first, second in _guarded_pairs(automaton):
                     # A transition of the whole automaton is an edge in every location.
@@ -344,8 +345,8 @@ class _Examiner:
         assert first.guard is not None and second.guard is not None
         state = str(self.plant.variables[automaton.variable].values[first.source])
         here: list[Expr] = [StateRef(automaton.component, state)]
-        if event.phase is not None:
-            here.append(in_phase(self.plant, event.phase))
+        if (phase := phase_of(event)) is not None:
+            here.append(in_phase(self.plant, phase))
         both = for_some(event, [first.guard, second.guard])
         when = self._when(conjunction([*here, both]))
         if when is not None:
@@ -354,7 +355,7 @@ class _Examiner:
                 Severity.ERROR,
                 "guard-overlap",
                 f"the guards '{guards[0]}' and '{guards[1]}' of two transitions on"
-                f" {event.name}.{event.kind.value} in state {state} of {automaton.component} can"
+                f" {event.name}.{event.kind.word} in state {state} of {automaton.component} can"
                 f" hold together: {when}",
                 second.span,
                 "make the guards exclude each other",

@@ -189,6 +189,8 @@ function build(model, text) {
   const bare = new Set(model.communications.filter((c) => c.request === "none").map((c) => c.name));
   const commands = model.commands.filter((c) => c.event.kind !== "tau");
   page.source = model.source;
+  served.clear();
+  for (const c of model.communications) if (c.kind === "outgoing service") served.add(c.name);
   const rows = commandRows(commands, (command) => !bare.has(command.event.name));
   page.model = text;
   page.cards = cards.all;
@@ -229,7 +231,7 @@ function flash(fresh) {
   for (const document of fresh.slice(-200)) {
     const { event, outcome, number } = document;
     if (outcome !== "applied") continue;
-    if (event.kind === "request" || event.kind === "cancel") sent.set(eventName(event), wordsOf(document));
+    if (isOwn(event) && !isStep(event)) sent.set(eventName(event), wordsOf(document));
     for (const [name, card] of page.cards) {
       const state = page.followed.get(name) ?? own(page.state.components, name);
       const after = page.state.number >= number ? own(page.state.components, name) : undefined;

@@ -1,0 +1,47 @@
+"""Checks of the services that the controller serves."""
+
+from __future__ import annotations
+
+from robosc.errors import Note
+from robosc.language.events import EventKind
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Communication, Robot
+
+
+def check_served(robot: Robot, report: Report) -> None:
+    """Report names that are served twice, or served and called, and calls that nobody takes."""
+    served = [c for c in robot.communications.values() if c.sort.served]
+    by_name: dict[str, Communication] = {}
+    for call in served:
+        first = by_name.setdefault(_name(call), call)
+        if first is not call:
+            _report_twice(call, first, "is served already", report)
+    for called in robot.communications.values():
+        if called.kind.value in ("service", "action") and _name(called) in by_name:
+            _report_twice(called, by_name[_name(called)], "is served by this controller", report)
+    taken = {
+        t.communication for c in robot.components for t in c.transitions
+        if t.event is EventKind.CALL
+    }  # fmt: skip
+    for call in served:
+        if call.key not in taken:
+            report.add(
+                "call-not-taken",
+                call.span,
+                f"every call of '{call.name}' is refused: no component takes its request",
+                f"add to a state: on request from {call.name} goto STATE",
+            )
+
+
+def _name(communication: Communication) -> str:
+    return communication.identifier.lstrip("/")
+
+
+def _report_twice(one: Communication, first: Communication, what: str, report: Report) -> None:
+    report.add(
+        "served-twice",
+        one.span,
+        f"the {one.kind.value} '{one.identifier}' {what}",
+        "give one of them another 'identifier:'",
+        [Note("it is here", first.span)],
+    )
