@@ -76,6 +76,13 @@ is taken as unknown."""
 CHECK_SECONDS = 20.0
 """Processor seconds of synthesis in ``check``, which is asked for often; beyond, the warning
 ``synthesis-unchecked`` says so."""
+CONFLICT_WORK = 2_000_000
+"""Work that looking for what conflicts may take: plant states, times what may be left out, times
+what is to be explained; beyond, explanations name nothing that conflicts."""
+CONFLICT_PRODUCT = 2**20
+"""Product of the variables of one independent part up to which it is looked for what conflicts."""
+CONFLICT_EVENT = 1_000
+"""Plant states to which one event of the plant amounts there."""
 DENSE_STATES = 2**28
 """Size of the dense engine's array of states unless ``--max-states`` says otherwise; a larger one
 is the symbolic engine's, or refused."""

@@ -11,6 +11,7 @@ from robosc.expr.tree import Expr
 from robosc.expr.types import Value
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.part_names import PartNames
+from robosc.source import Span
 
 Status: TypeAlias = Literal["as required", "restricted", "never"]
 
@@ -48,7 +49,8 @@ class Explanation:
     ``trace`` leads from the initial state to the one that must be avoided; ``reason`` and
     ``remedy`` are sentences; ``diagnostic`` is the same as a warning at its place in the model.
     ``traced`` False: looking for a trace would take too long, so it is empty, and the reason says
-    so.
+    so. ``conflict`` are the texts and places of requirements and errors that suffice for it, and of
+    which none can be left out; None: they were not looked for.
     """
 
     event: Event | None
@@ -57,6 +59,7 @@ class Explanation:
     remedy: str | None
     diagnostic: Diagnostic
     traced: bool = True
+    conflict: tuple[tuple[str, Span], ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import partial
 from math import prod
 
@@ -16,6 +16,7 @@ from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear
 from robosc.synthesis.bdd.manager import remedy, usable
+from robosc.synthesis.conflicts import Identity, with_conflicts
 from robosc.synthesis.decomposition import combined, independent_parts
 from robosc.synthesis.dense.bitset import count
 from robosc.synthesis.dense.dense_engine import DenseEngine, DenseSolution
@@ -76,7 +77,29 @@ def synthesize(
     finally:
         if len(parts) > 1:
             gc.unfreeze()
-    return found[0] if len(found) == 1 else combined(plant, found)
+    supervisor = found[0] if len(found) == 1 else combined(plant, found)
+    largest = max(prod(variable.size for variable in part.variables) for part in parts)
+    if largest > limits.CONFLICT_PRODUCT:
+        return supervisor
+    return with_conflicts(supervisor, sum(part.plant_states for part in found), _allowed)
+
+
+def _allowed(plant: Plant) -> Collection[Identity] | None:
+    """Return the commands that the supervisor of a small plant allows; None if it is empty."""
+    allowed: set[Identity] = set()
+    for part in independent_parts(plant, _TOGETHER["dense"]):
+        compiler = Compiler(part)
+        rules = [compiler.event(event) for event in part.events]
+        engine = DenseEngine(compiler, rules, Layout.plain(part))
+        found = engine.solve()
+        if found.empty:
+            return None
+        allowed.update(
+            step.event.identity
+            for step in engine.steps
+            if step.event.controllable and engine.enabled(step, found.states)
+        )
+    return allowed
 
 
 def _synthesize(

@@ -11,6 +11,7 @@ from robosc.expr.traversal import path_text
 from robosc.expr.types import Value
 from robosc.plant.automaton import Event, EventParameter, Plant, PlantState, VariableKind
 from robosc.plant.formulas import to_dsl
+from robosc.source import Span
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
 from robosc.synthesis.listing import Listed, listed
@@ -67,6 +68,7 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
                 "trace": [step_document(step) for step in found.trace],
                 "traced": found.traced,
                 "remedy": found.remedy,
+                "conflict": _conflict(found.conflict),
             }
             for found in supervisor.explanations
         ],
@@ -74,6 +76,13 @@ def synthesize_document(supervisor: Supervisor) -> dict[str, Any]:
         "free_tests": list(plant.view.free),
         "free_reasons": dict(plant.view.free),
     }
+
+
+def _conflict(conflict: tuple[tuple[str, Span], ...] | None) -> list[dict[str, Any]] | None:
+    """Return what conflicts; None if it was not looked for."""
+    if conflict is None:
+        return None
+    return [{"text": t, "file": span.source.path, "line": span.line} for t, span in conflict]
 
 
 def explore_json(graph: Graph, lines_at_once: int = 10_000) -> Iterator[str]:

@@ -25,7 +25,6 @@ from robosc.emit.export.cif_expr import condition, in_range, update
 from robosc.emit.export.cif_names import CifScope, CifVariable
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE, Expr, StateRef, VariableRef
-from robosc.expr.types import Value
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
 from robosc.names import without_index
@@ -226,19 +225,17 @@ class _Writer:
         updates: list[str],
     ) -> str:
         text = f"edge {occurrence.name}"
-        if conditions:
-            text += f" when {', '.join(conditions)}"
-        if updates:
-            text += f" do {', '.join(updates)}"
+        text += f" when {', '.join(conditions)}" if conditions else ""
+        text += f" do {', '.join(updates)}" if updates else ""
         if edge.target != edge.source:
-            target = self.plant.variables[automaton.variable].values[edge.target]
-            text += f" goto {self._location(automaton, target)}"
+            text += f" goto {self._target(automaton, edge.target)}"
         return f"{text};"
 
-    def _location(self, automaton: LocalAutomaton, target: Value) -> str:
-        if self.plant.variables[automaton.variable].kind is VariableKind.PHASE:
-            return str(target)
-        return self.scope.location(automaton.component, target)
+    def _target(self, automaton: LocalAutomaton, number: int) -> str:
+        variable = self.plant.variables[automaton.variable]
+        if variable.kind is VariableKind.PHASE:
+            return str(variable.values[number])
+        return self.scope.location(automaton.component, variable.values[number])
 
     def _updates(self, edge: Edge, occurrence: _Occurrence) -> Iterator[tuple[CifVariable, Expr]]:
         """Assignments with the value put in; those that read a missing element drop out."""

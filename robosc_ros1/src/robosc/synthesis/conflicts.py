@@ -1,0 +1,158 @@
+"""What conflicts where no controller exists, or where a command never happens.
+
+Requirements, goals (``requirement possible``), and errors that the plant has: a set of them that
+suffices, while without any one of them there is a controller, or the command may happen. Another
+such set may be smaller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TypeVar
+
+from robosc import limits
+from robosc.errors import Note
+from robosc.language.events import EventKind
+from robosc.model.declarations.state_variables import select_state_variables
+from robosc.model.diagnostics import Muted
+from robosc.plant.automaton import Plant
+from robosc.plant.build import lower
+from robosc.source import Span
+from robosc.supervisor import Explanation, Supervisor
+from robosc.synthesis.explain.conflict import smallest_conflict
+from robosc.synthesis.formatting import event_text, quoted
+
+_Item = TypeVar("_Item")
+
+Identity = tuple[EventKind, str, int]
+Solve = Callable[[Plant], Collection[Identity] | None]
+"""Which commands the supervisor of a plant allows in some state; None: it is empty."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Member:
+    """A requirement (by index), a goal (by index), or an error (by the communication's key)."""
+
+    kind: str
+    key: int | str
+    span: Span
+    text: str
+
+
+def with_conflicts(found: Supervisor, states: int, solve: Solve) -> Supervisor:
+    """Return the supervisor with what conflicts in its explanations, and as notes.
+
+    ``states`` are those of the plant's independent parts together. A plant for which looking for
+    conflicts would take long is left as it is.
+    """
+    explanations = found.explanations
+    asked = [n for n, e in enumerate(explanations) if _is_asked_for(found, e)]
+    members = list(_members(found.plant))
+    work = states + limits.CONFLICT_EVENT * len(found.plant.events)
+    if not members or len(asked) * len(members) * work > limits.CONFLICT_WORK:
+        return found
+    finder = _Finder(found.plant, members, solve)
+    new = {n: finder.explained(explanations[n]) for n in asked}
+    notes = {e.diagnostic.span: e.diagnostic.notes for e in new.values()}
+    return replace(
+        found,
+        explanations=tuple(new.get(n, e) for n, e in enumerate(explanations)),
+        diagnostics=tuple(
+            replace(d, notes=notes.get(d.span, d.notes)) if d.code in _CODES else d
+            for d in found.diagnostics
+        ),
+    )
+
+
+_CODES = ("empty-supervisor", "never-allowed")
+
+
+def _is_asked_for(found: Supervisor, explanation: Explanation) -> bool:
+    if explanation.event is None:
+        return found.empty
+    is_request = explanation.event.kind is EventKind.REQUEST and not explanation.event.known
+    return is_request and explanation.diagnostic.code == "never-allowed"
+
+
+class _Finder:
+    def __init__(self, plant: Plant, members: Sequence[_Member], solve: Solve) -> None:
+        self.members = members
+        self.allowed = cache(lambda kept: solve(_only(plant, [members[n] for n in sorted(kept)])))
+
+    def explained(self, explanation: Explanation) -> Explanation:
+        event = explanation.event
+
+        def fails(kept: frozenset[int]) -> bool:
+            allowed = self.allowed(kept)
+            return allowed is None or (event is not None and event.identity not in allowed)
+
+        found = [self.members[number] for number in self._conflict(fails)]
+        diagnostic = explanation.diagnostic
+        notes = (*diagnostic.notes, *_notes(explanation, found))
+        return replace(
+            explanation,
+            conflict=tuple((member.text, member.span) for member in found),
+            diagnostic=replace(diagnostic, notes=notes),
+        )
+
+    def _conflict(self, fails: Callable[[frozenset[int]], bool]) -> list[int]:
+        """Return the numbers of the members of a conflict.
+
+        Fewer requirements and goals never forbid more; so they come first, with all errors there.
+        """
+        errors = [n for n, member in enumerate(self.members) if member.kind == "error"]
+        others = [n for n in range(len(self.members)) if n not in errors]
+        always = frozenset(errors)
+        found = frozenset(smallest_conflict(others, lambda kept: fails(kept | always)))
+        for error in errors:
+            if fails(found | (always - {error})):
+                always -= {error}
+        return sorted(found | always)
+
+
+def _members(plant: Plant) -> Iterator[_Member]:
+    """Yield all that may be left out, in model order."""
+    for number, requirement in enumerate(plant.robot.requirements):
+        yield _Member("requirement", number, requirement.span, requirement.text)
+    for number, goal in enumerate(plant.robot.goals):
+        yield _Member("goal", number, goal.span, goal.text)
+    for event in plant.events:
+        if event.kind is EventKind.ERROR:
+            yield _Member("error", event.key, event.span, f"{event.name} may fail")
+
+
+def _only(plant: Plant, members: Sequence[_Member]) -> Plant:
+    """Return the plant with no other requirements, goals and errors, and what only they read."""
+    kept = {(member.kind, member.key) for member in members}
+    robot = plant.robot
+    fewer = replace(
+        robot,
+        requirements=_kept("requirement", robot.requirements, kept),
+        goals=_kept("goal", robot.goals, kept),
+    )
+    found = lower(select_state_variables(fewer, Muted()))
+    events = (e for e in found.events if e.kind is not EventKind.ERROR or ("error", e.key) in kept)
+    return replace(found, events=tuple(events))
+
+
+def _kept(kind: str, items: Sequence[_Item], kept: set[tuple[str, int | str]]) -> tuple[_Item, ...]:
+    return tuple(item for number, item in enumerate(items) if (kind, number) in kept)
+
+
+def _notes(explanation: Explanation, conflict: Sequence[_Member]) -> Iterator[Note]:
+    """Yield what the explanation does not tell by itself."""
+    match conflict:
+        case [one]:
+            told = {note.span for note in explanation.diagnostic.notes}
+            if one.kind != "error" and one.span not in told:  # the trace has the error
+                event = explanation.event
+                what = "there is no controller"
+                if event is not None:
+                    what = f"{event_text(event)} never happens"
+                yield Note(f"because of {quoted(one.text)} alone, {what}", one.span)
+        case [first, *others]:
+            together = f"{len(conflict)} things conflict, and no fewer of them do"
+            yield Note(f"{together}: {quoted(first.text)}", first.span)
+            yield from (Note(f"and {quoted(one.text)}", one.span) for one in others)

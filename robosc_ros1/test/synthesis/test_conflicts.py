@@ -1,0 +1,203 @@
+"""What conflicts: all of it suffices, and nothing of it can be left out."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import pytest
+from quick import quick_first
+from random_models import random_model
+from synthesis.oracle import Oracle
+from synthesis.plants import plant_of, supervisor_of
+from synthesis.subject import robot_of
+
+from robosc import limits
+from robosc.model.entities import Robot
+from robosc.plant.build import lower
+from robosc.supervisor import Explanation, Supervisor
+from robosc.synthesis import synthesize
+from robosc.synthesis.documents import synthesize_document
+from robosc.synthesis.explain.conflict import smallest_conflict
+
+CIRCLE = """
+    component A {
+        incoming message go with type: none
+        incoming message back with type: none
+        behaviour {
+            initial state home { on request to go goto away }
+            marked state away { on request to back goto home }
+        }
+    }
+    component B {
+        incoming message run with type: none
+        behaviour {
+            initial marked state idle { on request to run goto running }
+            marked state running {}
+        }
+    }
+    requirement back needs B.running
+    requirement go needs B.running
+    requirement run needs B.idle
+    requirement run needs A.away
+"""
+DOOR = """
+    component Door {
+        incoming message open with type: none
+        incoming message lock with type: none
+        outgoing message slam with type: none
+        behaviour {
+            initial marked state shut {
+                on request to open goto ajar
+                on request to lock goto locked
+            }
+            marked state ajar { on response from slam goto shut }
+            marked state locked {}
+        }
+    }
+    component Arm {
+        service grip with request: none, response: none links link
+        behaviour {
+            initial marked state idle { on request to grip goto busy }
+            state busy { on response from grip goto held }
+            marked state held { on request to grip goto busy }
+        }
+    }
+    requirement lock needs Arm.held
+    requirement possible Door.locked from Door.shut
+    requirement open needs Door.shut
+    requirement never Door.ajar and Arm.held
+"""
+
+
+def texts(found: Explanation) -> list[str]:
+    assert found.conflict is not None
+    return [text for text, _ in found.conflict]
+
+
+def explained(supervisor: Supervisor, name: str) -> Explanation:
+    return next(e for e in supervisor.explanations if e.event and e.event.name == name)
+
+
+def test_requirements_that_wait_for_each_other() -> None:
+    supervisor = supervisor_of(CIRCLE)
+    assert supervisor.empty
+    (why,) = supervisor.explanations
+    assert texts(why) == ["requirement go needs B.running", "requirement run needs A.away"]
+    assert [note.message for note in why.diagnostic.notes][-2:] == [
+        "2 things conflict, and no fewer of them do: 'requirement go needs B.running'",
+        "and 'requirement run needs A.away'",
+    ]
+    assert [d.notes for d in supervisor.diagnostics] == [why.diagnostic.notes]
+    document = synthesize_document(supervisor)
+    (conflict,) = [explanation["conflict"] for explanation in document["explanations"]]
+    assert [part["text"] for part in conflict] == texts(why)
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_goals_and_errors_take_part(engine: str) -> None:
+    (why,) = synthesize(plant_of(DOOR), engine).explanations
+    assert texts(why) == [
+        "requirement lock needs Arm.held",
+        "requirement possible Door.locked from Door.shut",
+        "grip may fail",
+    ]
+
+
+@pytest.mark.parametrize(
+    "mended",
+    [
+        DOOR.replace("requirement lock needs Arm.held", ""),
+        DOOR.replace("requirement possible Door.locked from Door.shut", ""),
+        DOOR.replace("goto held }", "goto held on error from grip goto idle }"),
+    ],
+)
+def test_mending_any_of_it_gives_a_controller(mended: str) -> None:
+    assert not supervisor_of(mended).empty
+
+
+def test_of_a_command_that_never_happens() -> None:
+    text = """
+        component Light {
+            outgoing message on with type: boolean
+            behaviour {
+                initial marked state off { on response from on if value goto lit }
+                marked state lit { on response from on if !value goto off }
+            }
+        }
+        component Door {
+            incoming message open with type: none
+            incoming message wave with type: none
+            behaviour {
+                initial marked state shut { on request to open goto opened }
+                marked state opened { on request to wave }
+            }
+        }
+        requirement wave needs Light.off
+        requirement never Door.opened and Light.lit
+        requirement open needs Light.off
+    """
+    why = explained(supervisor_of(text), "open")
+    assert texts(why) == ["requirement never Door.opened and Light.lit"]
+    # The trace tells of that requirement already.
+    assert len(why.diagnostic.notes) == 1
+    assert texts(explained(supervisor_of(text), "wave")) == texts(why)
+
+
+def test_a_large_search_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits, "CONFLICT_WORK", 10)
+    (why,) = supervisor_of(CIRCLE).explanations
+    assert why.conflict is None
+    assert synthesize_document(supervisor_of(CIRCLE))["explanations"][0]["conflict"] is None
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_of_any_conflicts_a_smallest_one_is_found(seed: int) -> None:
+    """A family of conflicts decides: a set fails if it contains one of them."""
+    chosen = random.Random(seed)
+    number = chosen.randint(1, 12)
+    family = [frozenset(chosen.sample(range(number), chosen.randint(1, number))) for _ in range(3)]
+    asked = []
+
+    def fails(kept: frozenset[int]) -> bool:
+        asked.append(kept)
+        return any(conflict <= kept for conflict in family)
+
+    found = frozenset(smallest_conflict(range(number), fails))
+    assert fails(found)
+    assert not any(fails(found - {one}) for one in found)
+    # Far fewer questions than there are subsets.
+    assert len(asked) <= 2 * (len(found) + 1) * (number.bit_length() + 2)
+
+
+def rules_out(robot: Robot, kept: list[str], found: Explanation) -> bool:
+    """Whether the reading of the tests, too, finds no controller, or no such command."""
+    fewer = replace(
+        robot,
+        requirements=tuple(r for r in robot.requirements if r.text in kept),
+        goals=tuple(g for g in robot.goals if g.text in kept),
+    )
+    states, steps = Oracle(fewer).controlled
+    if found.event is None:
+        return not states
+    key = found.event.key
+    requests = (step.occurrence.event for step in steps)
+    return not any((event.kind.value, event.key) == ("request", key) for event in requests)
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("first", quick_first(range(0, 120, 15), 1))
+def test_conflicts_of_random_models(first: int, engine: str) -> None:
+    """All errors are left where they are: the second reading cannot leave them out."""
+    looked_at = 0
+    for seed in range(first, first + 15):
+        robot = robot_of(random_model(random.Random(seed), 2))
+        for found in synthesize(lower(robot), engine).explanations:
+            if found.conflict is None:
+                continue
+            conflict = [text for text in texts(found) if not text.endswith(" may fail")]
+            looked_at += bool(conflict)
+            assert rules_out(robot, conflict, found)
+            for one in conflict:
+                assert not rules_out(robot, [c for c in conflict if c != one], found)
+    assert looked_at
