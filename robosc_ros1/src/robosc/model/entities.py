@@ -134,7 +134,7 @@ class Requirement:
 
     ``text`` is its text on one line, for messages and comments. ``to_start``: it restricts the
     request of an action, and is no reason to cancel it. ``on_data``: it is about the data of its
-    command.
+    command. ``implied``: nobody has written it, it follows from what ROS is.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
@@ -143,6 +143,7 @@ class Requirement:
     text: str
     to_start: bool = False
     on_data: bool = False
+    implied: bool = False
     span: Span = span_field()
 
     @property

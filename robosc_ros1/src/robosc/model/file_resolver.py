@@ -30,6 +30,7 @@ from robosc.model.declarations.components import (
 from robosc.model.declarations.datatypes import Given, TypeTable
 from robosc.model.declarations.named_values import NamedValueTyper
 from robosc.model.declarations.parameters import check_parameters
+from robosc.model.declarations.servers import with_one_request_per_server
 from robosc.model.declarations.state_variables import select_state_variables
 from robosc.model.declarations.statements import StatementResolver, Statements, check_preferences
 from robosc.model.declarations.type_declarations import TypeDeclarations
@@ -338,6 +339,7 @@ class FileResolver:
         # Who imports a library may provide the data of its commands.
         if node.kind == "library":
             return robot
+        robot = with_one_request_per_server(robot)
         return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
 
     def _add_statements(self, instance: Instance, found: Statements) -> None:

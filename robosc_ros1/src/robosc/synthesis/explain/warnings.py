@@ -266,14 +266,15 @@ class _Examiner:
         kept = self.plant.view.met(requirement)
         # One on data keeps whoever changes what is provided from sending what must not be sent.
         if not requirement.on_data and self.system.plant_reaches(negation(kept)) is False:
-            yield Diagnostic(
-                Severity.WARNING,
-                "requirement-always-true",
-                f"{quoted(requirement.text)} forbids nothing: its condition never"
-                f" {'holds' if requirement.forbids else 'fails'}",
-                requirement.span,
-                "remove it, or correct the condition",
-            )
+            if not requirement.implied:
+                yield Diagnostic(
+                    Severity.WARNING,
+                    "requirement-always-true",
+                    f"{quoted(requirement.text)} forbids nothing: its condition never"
+                    f" {'holds' if requirement.forbids else 'fails'}",
+                    requirement.span,
+                    "remove it, or correct the condition",
+                )
             return
         unmet = []
         for key in requirement.communications:
