@@ -8,6 +8,7 @@ from typing import TypeAlias, TypeVar
 
 from robosc.expr.tree import Expr, RosParameter
 from robosc.expr.types import EnumType, Type
+from robosc.model.checks.cancels import check_cancels
 from robosc.model.checks.command_data import with_command_data
 from robosc.model.checks.freshness import check_freshness
 from robosc.model.checks.indexes import check_indexes
@@ -145,6 +146,7 @@ class FileResolver:
             check_overlaps(robot.components, self._report, library=library)
         if whole:
             check_freshness(robot, self._report)
+            check_cancels(robot.components, robot.communications, self._report)
             check_undefined_data(robot, lengths, self._scope.source, self._report)
             if not library:
                 check_stop(robot, self._report)
