@@ -113,7 +113,7 @@ class Step(NamedTuple):
     requests and cancels by communication."""
 
     name: str
-    kind: str  # "response", "feedback" or "error"
+    kind: str  # "response", "feedback", "error" or "cancelled"
     message: Json
     events: int
     requests: Mapping[str, int]
@@ -143,6 +143,7 @@ class Notes(Port):
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self.pending: dict[str, int] = {}
+        self.cancelling: set[str] = set()
         self.sent: dict[str, list[Json]] = {}
         self.requests: Counter[str] = Counter()
         self.cancels: Counter[str] = Counter()
@@ -159,12 +160,14 @@ class Notes(Port):
     def call(self, key: str, data: Any, token: int, timeout: float) -> None:
         self.send(key, data)
         self.pending[key] = token
+        self.cancelling.discard(key)
         self.requests[self.robot.display_names[key]] += 1
 
     start = call
 
     def cancel(self, key: str, token: int) -> None:
-        if self.pending.pop(key, None) is not None:
+        if key not in self.cancelling:
+            self.cancelling.add(key)
             self.cancels[self.robot.display_names[key]] += 1
 
     def log(self, level: str, text: str) -> None:
@@ -203,7 +206,8 @@ def drawn(name: str) -> Script:
         else:
             token = port.pending[key] if kind == "feedback" else port.pending.pop(key)
             said = _object(message)
-            engine.report(key, token, kind, Failure("", said) if kind == "error" else said)
+            failed = kind in ("error", "cancelled")
+            engine.report(key, token, kind, Failure("", said) if failed else said)
         engine.cycle()
         happened = engine.recorder.number, dict(port.requests), dict(port.cancels)
         steps.append(Step(called, kind, message, *happened))
@@ -219,7 +223,7 @@ def _demand_coverage(robot: Robot, seen: Set[tuple[str, str]]) -> None:
         Kind.OUTGOING: ("response",),
         Kind.INCOMING: ("request",),
         Kind.SERVICE: call,
-        Kind.ACTION: (*call, "feedback", "error", "cancel"),
+        Kind.ACTION: (*call, "feedback", "error", "cancel", "cancelled"),
     }
     for communication in robot.communications.values():
         name = robot.display_names[communication.key]
@@ -231,10 +235,11 @@ def _chosen(robot: Robot, port: Notes, chance: random.Random) -> tuple[Communica
     under_way = [robot.communications[key] for key in port.pending]
     if under_way and chance.random() < 0.5:
         communication = chance.choice(under_way)
-        is_goal = communication.kind is Kind.ACTION
-        return communication, chance.choice(
-            ["response", "feedback", "feedback", "error"] if is_goal else ["response"]
-        )
+        if communication.kind is not Kind.ACTION:
+            return communication, "response"
+        if communication.key in port.cancelling:
+            return communication, chance.choice(["response", "error", "cancelled", "cancelled"])
+        return communication, chance.choice(["response", "feedback", "feedback", "error"])
     inputs = [c for c in robot.communications.values() if c.kind is Kind.OUTGOING]
     return chance.choice(inputs), "response"
 

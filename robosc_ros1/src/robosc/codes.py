@@ -62,7 +62,8 @@ _MODEL_WARNINGS = (
     "unreachable-state", "hidden-transition", "repeated-communication", "unread-field",
     "topic-shared", "stale-data", "undefined-data", "no-stop", "topic-types",
     "names-differ-in-case", "call-not-taken", "cancel-is-not-end",
-    "unused-datatype", "unused-interface", "unused-variable", "unused-value", "unused-timeout", "unused-enum-value",
+    "unused-datatype", "unused-interface", "unused-variable", "unused-value", "unused-timeout",
+    "unused-enum-value",
 )  # fmt: skip
 _PLANT_ERRORS = ("empty-supervisor", "guard-overlap")
 _PLANT_WARNINGS = (

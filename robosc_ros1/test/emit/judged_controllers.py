@@ -166,7 +166,7 @@ class Robot(PlayedPort):
         self.withdrawn.add(token)
 
     @property
-    def goals(self) -> set[str]:
+    def carried_out(self) -> set[str]:
         """The actions whose goals go on, cancelled or not."""
         return {key for key in self.running if self.plant[key]["kind"] == "action"}
 

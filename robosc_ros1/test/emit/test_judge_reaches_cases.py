@@ -83,11 +83,11 @@ def test_a_silence_that_came_while_the_guide_thought_is_not_awaited(
 ) -> None:
     judging, source = watched
     judge = judged(judging, source)
-    (key,) = judge.shadow.watched
-    for is_fresh in (True, False):
-        judge.shadow.phase[key] = "fresh" if is_fresh else "silent"
-        has_lapsed, _ = judge.lapse(key)
-        assert has_lapsed() != is_fresh
+    for key in judge.shadow.watched:
+        for is_fresh in (True, False):
+            judge.shadow.phase[key] = "fresh" if is_fresh else "silent"
+            has_lapsed, _ = judge.lapse(key)
+            assert has_lapsed() != is_fresh
 
 
 def test_mutants_without_a_difference_are_equivalent(watched: tuple[Any, str]) -> None:
@@ -176,7 +176,7 @@ def two_robots(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, 
     [
         ("on_response_of_robot_1_battery", "value < 0.3", "value <= 0.3"),
         ("on_feedback_of_robot_1_undock", "if not self.", "if self."),
-        ("cancel_robot_2_cross", 'self.robot_2 = "held_to_left"', "pass"),
+        ("on_cancelled_of_robot_2_cross", 'self.robot_2 = "held_to_left"', "pass"),
     ],
 )
 def test_it_comes_to_every_event_where_it_matters(
@@ -200,7 +200,7 @@ def test_it_follows_the_controller_from_its_first_event(tmp_path: Path) -> None:
     assert part in source
     with judging_modules(tmp_path, supervisor) as judging:
         faults = judged(judging, source.replace(part, ""), rounds=0).faults
-    assert [text for text in faults if "ObstacleGrabber.grab requested against" in text], faults
+    assert [text for text in faults if "request of ObstacleGrabber.grab against" in text], faults
 
 
 SECTIONS = """

@@ -65,7 +65,7 @@ FAULTS = {
     "guard": (
         'return self.sky_light != "dark"\n',
         "return True\n",
-        "requested against: requirement Sky.light = dark disables snuff",
+        "against: requirement Sky.light = dark disables snuff",
     ),
     "data": ('return {"data": True}', 'return {"data": False}', "is sent with"),
     "conversion": ("if value > 20:", "if value > 30:", "is read as"),

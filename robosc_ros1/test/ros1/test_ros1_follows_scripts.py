@@ -31,7 +31,7 @@ class Ros1Side:
             elif communication.kind is Kind.SERVICE:
                 puppet.do("service", name=name, type=type_, mode="hold")
             elif communication.kind is Kind.ACTION:
-                puppet.do("action", name=name, type=type_, mode="hold")
+                puppet.do("action", name=name, type=type_, mode="go on")
 
     def _resolved(self, name: str) -> str:
         return f"/{self._node}/{name[1:]}" if name[0] == "~" else "/" + name.lstrip("/")
@@ -47,8 +47,7 @@ class Ros1Side:
         elif kind == "feedback":
             self._puppet.do("progress", name=name, fields=message)
         else:
-            mode = "succeed" if kind == "response" else "abort"
-            self._puppet.do("finish", name=name, mode=mode, fields=message)
+            self._puppet.do("finish", name=name, mode=_ENDS[kind], fields=message)
 
     def requests(self, identifier: str) -> Sequence[dict[str, Any]]:
         return [line["message"] for line in self._lines("asked", identifier)]
@@ -62,6 +61,10 @@ class Ros1Side:
     def _lines(self, what: str, identifier: str) -> list[dict[str, Any]]:
         name = self._resolved(identifier)
         return [line for line in self._puppet.lines[: self._puppet.mark] if line.get(what) == name]
+
+
+_ENDS = {"response": "succeed", "error": "abort", "cancelled": "preempt"}
+"""How the puppet ends a goal."""
 
 
 def _type(communication: Communication) -> str:

@@ -170,7 +170,7 @@ def test_a_node_s_own_log_follows_its_model(
     assert told == {
         *(("response", name) for name in ("level", "reading", "ask_wanted", "run_wanted")),
         *((kind, "ask") for kind in ("request", "response", "error")),
-        *((kind, "run") for kind in ("request", "response", "feedback", "cancel")),
+        *((kind, "run") for kind in ("request", "response", "feedback", "cancel", "cancelled")),
         ("request", "blow"), ("request", "halt"),
     }  # fmt: skip
 

@@ -14,7 +14,7 @@ from scripted import SCENES, SLOW, Script, drawn, play
 from robosc.model.entities import Communication, Kind
 
 _FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
-_ENDS = {"response": "succeed", "error": "abort"}
+_ENDS = {"response": "succeed", "error": "abort", "cancelled": "canceled"}
 
 
 class Ros2Side:
@@ -64,7 +64,6 @@ class Ros2Side:
         found = self._cancels[identifier]
         for cancel in self._peer.events("cancel", name=self._resolved(identifier))[len(found) :]:
             found.append(cancel["id"])
-            self._peer.order("tell_server", id=cancel["id"], end="canceled")
         return len(found)
 
     def messages(self, identifier: str) -> Sequence[dict[str, Any]]:

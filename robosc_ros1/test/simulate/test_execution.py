@@ -78,7 +78,7 @@ def test_a_goal_is_cancelled_when_its_requirement_is_violated(player: Session) -
     with pytest.raises(Refused, match="grab is cancelling"):
         player.do("grab.feedback")
     play(player, "distance 0.1", "wait 1", "expect grab.cancelling")
-    play(player, "grab.cancelled", "wait 1", "expect grab.busy")
+    play(player, "grab.cancelled", "distance 0.1", "wait 1", "expect grab.busy")
     with pytest.raises(Refused, match="grab is busy"):
         player.do("grab.cancelled")
 

@@ -22,7 +22,7 @@ A_MOMENT = 0.1
 class LawlessShadow(Shadow):
     """A state in which forbidden commands happen."""
 
-    def _check_request(self, key, content=None):
+    def check_sent(self, kind, key, content=None):
         """Judged elsewhere."""
 
     def _check_cancel(self, key):
@@ -35,6 +35,8 @@ class LawlessShadow(Shadow):
 
 class MonitorJudge(Judge):
     """Checks what a monitor tells; ``sees_all``: it can hear everything in the model."""
+
+    one_by_one = False
 
     def __init__(self, robot, guide, sees_all, is_shutdown=lambda: False):
         super().__init__(robot, (), guide, is_shutdown)
