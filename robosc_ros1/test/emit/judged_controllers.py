@@ -165,11 +165,6 @@ class Robot(PlayedPort):
     def cancel(self, key: str, token: int) -> None:
         self.withdrawn.add(token)
 
-    @property
-    def carried_out(self) -> set[str]:
-        """The actions whose goals go on, cancelled or not."""
-        return {key for key in self.running if self.plant[key]["kind"] == "action"}
-
     def abandon(self, key: str, token: int) -> None:
         self.running.pop(key, None)
 

@@ -124,6 +124,6 @@ def test_a_flood_of_calls(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
         done = [a for a in answers() if a.get("message") == DONE]
         refused = [a for a in answers() if "is busy" in a.get("failure", "")]
         assert len(done) + len(refused) == 100 and done
-        state = node.shows(lambda s: s["counters"]["inputs"] == 1 + len(done))
-        assert state["counters"]["refused"] == len(refused)
+        counted = {"inputs": 1 + len(done), "refused": len(refused)}
+        state = node.shows(lambda s: counted.items() <= s["counters"].items())
         assert state["counters"]["commands"] == len(done)

@@ -34,11 +34,9 @@ class Judge:
     ``guide`` gets the cases that were checked, and leads to others. ``log`` is the controller's
     event log, if it writes one. ``robot`` has ``sent``, protected by its ``lock``: by communication
     and kind, the messages that the controller must still report as events, in order; ``received``,
-    the messages by topic; ``requests``, those by service and action; and ``carried_out``, the
-    actions whose goals go on. ``publications`` is the table of topics with their communications.
+    the messages by topic; and ``requests``, those by service and action. ``publications`` is the
+    table of topics with their communications.
     """
-
-    one_by_one = True  # there is never a second goal of one action
 
     def __init__(self, robot, publications, guide, is_shutdown=lambda: False, log=""):
         self.robot = robot
@@ -321,8 +319,6 @@ class Judge:
         if kind == "call":
             self.answers[key].append(None)
         message = self._come(kind, key, value)
-        if kind == "cancelled" and self.one_by_one and key in self.robot.carried_out:
-            raise Wrong("%s ended as cancelled, but the robot goes on" % key)
         if kind == "cancelled" or (kind == "error" and not has_come(value)):
             self._happen(kind, key)
             return

@@ -36,8 +36,6 @@ class LawlessShadow(Shadow):
 class MonitorJudge(Judge):
     """Checks what a monitor tells; ``sees_all``: it can hear everything in the model."""
 
-    one_by_one = False
-
     def __init__(self, robot, guide, sees_all, is_shutdown=lambda: False):
         super().__init__(robot, (), guide, is_shutdown)
         self.shadow = LawlessShadow(PLANT)

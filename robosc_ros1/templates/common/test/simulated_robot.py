@@ -34,7 +34,6 @@ class SimulatedRobot(RobotCalls):
         self.sent = {}  # key and kind -> what the controller must still report, in order
         self.received = {topic: deque() for topic, _, _ in tables.publications}
         self.requests = {key: deque() for _, _, key in (*tables.services, *tables.actions)}
-        self.carried_out = set()  # the actions whose goals go on
         self.last = {}  # by topic: its communications and the latest message
         self.publishers = []
         self._matcher = None
@@ -131,8 +130,6 @@ class SimulatedRobot(RobotCalls):
         if self.random.random() < 0.1:
             self.note(key, "error", None)
             return None
-        with self.lock:
-            self.carried_out.add(key)
         return key
 
     def act(self, key, goal):
@@ -163,8 +160,6 @@ class SimulatedRobot(RobotCalls):
         return self.plain(self._types[key, "response"]())
 
     def _ended(self, key, goal, kind, result):
-        with self.lock:
-            self.carried_out.discard(key)
         self.note(key, kind, result)
         self.end_goal(goal, kind, result)
         return result
