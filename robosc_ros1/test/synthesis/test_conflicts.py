@@ -144,6 +144,72 @@ def test_of_a_command_that_never_happens() -> None:
     assert texts(explained(supervisor_of(text), "wave")) == texts(why)
 
 
+COPIES = """
+    component Light {
+        outgoing message on with type: boolean
+        behaviour {
+            initial marked state off { on response from on if value goto lit }
+            marked state lit { on response from on if !value goto off }
+        }
+    }
+    component Station[1..3] {
+        incoming message go with type: none
+        behaviour {
+            initial marked state s { on request to go goto t }
+            marked state t { on request to go goto s }
+        }
+    }
+    requirement never Station[2].t and Light.lit
+    requirement Station[3].go needs Station[2].t
+    requirement Station[1].go needs Station[3].t
+"""
+
+
+def test_what_is_told_of_a_copy_is_about_that_copy() -> None:
+    """All copies of a command stand at one place of the model."""
+    supervisor = supervisor_of(COPIES)
+    first = texts(explained(supervisor, "Station[2].go"))
+    assert first == ["requirement never Station[2].t and Light.lit"]
+    second = texts(explained(supervisor, "Station[3].go"))
+    assert second == [*first, "requirement Station[3].go needs Station[2].t"]
+    (told,) = (d for d in supervisor.diagnostics if d.code == "never-allowed")
+    assert told.message.startswith("Station[2].go")
+    assert [note.message for note in told.notes] == ["this is where it goes wrong"]
+
+
+def test_an_error_may_be_the_only_way_on() -> None:
+    """It is no part of the conflict: without it there would be no controller either."""
+    text = """
+        component Arm {
+            service grip with request: none, response: none links link
+            incoming message wave with type: none
+            behaviour {
+                initial state idle { on request to grip goto busy }
+                state busy { on response from grip goto idle on error from grip goto done }
+                marked state done { on request to wave goto idle }
+            }
+        }
+        requirement grip needs Arm.done
+    """
+    (why,) = supervisor_of(text).explanations
+    assert texts(why) == ["requirement grip needs Arm.done"]
+
+
+def test_large_data_are_not_solved_again() -> None:
+    text = """
+        component A {
+            outgoing message m with type: integer(0..5000)
+            behaviour {
+                variable x: integer(0..5000)
+                initial marked state s { on response from m do x := value }
+            }
+        }
+        requirement never A.x = 77
+    """
+    (why,) = synthesize(plant_of(text), "auto").explanations
+    assert why.conflict is None
+
+
 def test_a_large_search_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(limits, "CONFLICT_WORK", 10)
     (why,) = supervisor_of(CIRCLE).explanations

@@ -78,10 +78,16 @@ def synthesize(
         if len(parts) > 1:
             gc.unfreeze()
     supervisor = found[0] if len(found) == 1 else combined(plant, found)
-    largest = max(prod(variable.size for variable in part.variables) for part in parts)
-    if largest > limits.CONFLICT_PRODUCT:
+    if not all(map(_is_quick, parts)):
         return supervisor
     return with_conflicts(supervisor, sum(part.plant_states for part in found), _allowed)
+
+
+def _is_quick(part: Plant) -> bool:
+    """Whether the dense engine solves a part so fast that it may do so several times."""
+    small = prod(variable.size for variable in part.variables) <= limits.CONFLICT_PRODUCT
+    few = max(map(weight, part.events), default=0) <= _DENSE_PAIRS
+    return small and few and not _crowded(part, _DENSE)
 
 
 def _allowed(plant: Plant) -> Collection[Identity] | None:

@@ -1,19 +1,19 @@
 """What conflicts where no controller exists, or where a command never happens.
 
-Requirements, goals (``requirement possible``), and errors that the plant has: a set of them that
-suffices, while without any one of them there is a controller, or the command may happen. Another
-such set may be smaller.
+Requirements, goals (``requirement possible``), and errors that the plant has: with these
+requirements and goals alone there is no controller, or the command never happens, and without any
+one member it is otherwise. Another such set may be smaller.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TypeVar
 
 from robosc import limits
-from robosc.errors import Note
+from robosc.errors import Diagnostic, Note
 from robosc.language.events import EventKind
 from robosc.model.declarations.state_variables import select_state_variables
 from robosc.model.diagnostics import Muted
@@ -55,18 +55,26 @@ def with_conflicts(found: Supervisor, states: int, solve: Solve) -> Supervisor:
         return found
     finder = _Finder(found.plant, members, solve)
     new = {n: finder.explained(explanations[n]) for n in asked}
-    notes = {e.diagnostic.span: e.diagnostic.notes for e in new.values()}
+    told = [(explanations[n].diagnostic, e.diagnostic.notes) for n, e in new.items()]
     return replace(
         found,
         explanations=tuple(new.get(n, e) for n, e in enumerate(explanations)),
-        diagnostics=tuple(
-            replace(d, notes=notes.get(d.span, d.notes)) if d.code in _CODES else d
-            for d in found.diagnostics
-        ),
+        diagnostics=tuple(_with_notes(diagnostic, told) for diagnostic in found.diagnostics),
     )
 
 
-_CODES = ("empty-supervisor", "never-allowed")
+def _with_notes(
+    diagnostic: Diagnostic, told: Iterable[tuple[Diagnostic, tuple[Note, ...]]]
+) -> Diagnostic:
+    """Return the diagnostic of an explanation with its new notes, any other as it is.
+
+    The diagnostics of copies have one place; one that stands for several commands says more.
+    """
+    for explained, notes in told:
+        alike = replace(diagnostic, message=explained.message) == explained
+        if alike and diagnostic.message.startswith(explained.message):
+            return replace(diagnostic, notes=notes)
+    return diagnostic
 
 
 def _is_asked_for(found: Supervisor, explanation: Explanation) -> bool:
@@ -100,16 +108,15 @@ class _Finder:
     def _conflict(self, fails: Callable[[frozenset[int]], bool]) -> list[int]:
         """Return the numbers of the members of a conflict.
 
-        Fewer requirements and goals never forbid more; so they come first, with all errors there.
+        Fewer requirements and goals never forbid more, so a smallest set of them is found while all
+        errors are there. Without an error there may be less to rule out, or one way less: each is a
+        member if there would be no conflict without it.
         """
-        errors = [n for n, member in enumerate(self.members) if member.kind == "error"]
+        errors = frozenset(n for n, member in enumerate(self.members) if member.kind == "error")
         others = [n for n in range(len(self.members)) if n not in errors]
-        always = frozenset(errors)
-        found = frozenset(smallest_conflict(others, lambda kept: fails(kept | always)))
-        for error in errors:
-            if fails(found | (always - {error})):
-                always -= {error}
-        return sorted(found | always)
+        found = frozenset(smallest_conflict(others, lambda kept: fails(kept | errors)))
+        needed = (error for error in errors if not fails(found | (errors - {error})))
+        return sorted(found.union(needed))
 
 
 def _members(plant: Plant) -> Iterator[_Member]:
