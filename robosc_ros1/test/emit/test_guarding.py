@@ -116,6 +116,17 @@ def test_commands_without_data_are_played_as_they_are_known(tmp_path: Path) -> N
         assert default not in {guarding.content(m) for key, m in wished if key == "Motor.drive"}
 
 
+@pytest.mark.parametrize(("one", "other"), [("/arm", "arm"), ("~arm", "~/arm")])
+def test_a_topic_has_two_directions_however_its_name_is_written(one: str, other: str) -> None:
+    text = f"""robot Cart {{ component Arm {{
+        outgoing message place with identifier: "{one}", type: double
+        incoming message move with identifier: "{other}", type: double
+    }} provide move with 1.0 }}"""
+    with pytest.raises(ModelError) as refused:
+        command_matches(supervisor_of(text).plant.robot)
+    assert [d.code for d in refused.value.diagnostics] == ["topic-both-ways"]
+
+
 @pytest.mark.parametrize(
     ("provides", "fault"),
     [

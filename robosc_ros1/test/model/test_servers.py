@@ -6,7 +6,11 @@ import pytest
 from emit.generated_code import supervisor_of
 from simulate.players import play, session
 
+from robosc.model.declarations.servers import shared_servers
+from robosc.model.resolve import load
 from robosc.plant.automaton import VariableKind
+from robosc.plant.build import lower
+from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import explore
 from robosc.synthesis.verify.verification import verify
@@ -46,6 +50,31 @@ def under_way(supervisor: Supervisor) -> set[frozenset[str]]:
         )
         for state in explore(supervisor).states
     }
+
+
+@pytest.mark.parametrize(
+    ("one", "other"), [("/go", "go"), ("~go", "~/go"), ("go", "go"), ("~/a/go", "~a/go")]
+)
+def test_names_are_compared_as_ros_takes_them(one: str, other: str) -> None:
+    text = (ROBOT % other).replace('"/navigate"', f'"{one}"', 1)
+    robot = supervisor_of(text).plant.robot
+    assert [[c.name for c in together] for together in shared_servers(robot)] == [
+        ["go", "home"],
+        ["on", "off"],
+    ]
+
+
+def test_a_server_of_very_many() -> None:
+    """The conditions are no deeper than later stages can follow."""
+    text = """
+        interface switch use SetBool from std_srvs
+        component Station[1..300] {
+            service on with identifier: "/power", request: none, response: none links switch
+        }
+    """
+    robot, diagnostics = load(Source("m.rscd", f"robot Many {{ {text} }}"))
+    assert robot is not None and not diagnostics
+    assert len(lower(robot).events) == 900
 
 
 @pytest.mark.parametrize("identifier", ["/navigate", "navigate"])

@@ -70,6 +70,12 @@ class Communication:
         return f"{self.component}.{self.name}"
 
     @property
+    def ros_name(self) -> str:
+        """The identifier as names are compared: ``/go`` is ``go``, and ``~/go`` is ``~go``."""
+        name = self.identifier.lstrip("/")
+        return f"~{name[2:]}" if name.startswith("~/") else name
+
+    @property
     def sort(self) -> CommunicationSort:
         """The row of the language's table for communications of this kind."""
         return COMMUNICATIONS[self.kind]

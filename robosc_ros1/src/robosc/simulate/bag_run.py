@@ -10,10 +10,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from robosc.emit.supervisor.guarding import CommandMatch, command_matches, shared_servers
+from robosc.emit.supervisor.guarding import CommandMatch, command_matches
 from robosc.emit.supervisor.listening import demand_no_data
 from robosc.errors import UsageError
 from robosc.language.events import Kind
+from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Communication, Robot
 from robosc.progress import Progress
 from robosc.runtime.matching import command_patterns
@@ -183,7 +184,7 @@ class BagRun:
 
     def _connect(self) -> None:
         robot = self.supervisor.plant.robot
-        shared = shared_servers(robot)
+        shared = {c.key for together in shared_servers(robot) for c in together}
         heard: dict[str, list[str]] = {}
         commands: dict[str, list[CommandMatch]] = {}
         for one in robot.communications.values():

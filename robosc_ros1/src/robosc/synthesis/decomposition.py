@@ -118,7 +118,7 @@ def _sets(plant: Plant) -> DisjointSets:
         sets.join(plant.events[number].identity for number in numbers)
     for key, communication in robot.communications.items():
         if communication.kind is Kind.INCOMING:
-            sets.join([request(key), ("topic", communication.identifier.lstrip("/"))])
+            sets.join([request(key), ("topic", communication.ros_name)])
     for key, preferred in robot.yields_to.items():
         sets.join(map(request, (key, *preferred)))
     return sets

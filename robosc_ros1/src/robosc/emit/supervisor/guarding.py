@@ -84,20 +84,11 @@ def command_matches(
     return found
 
 
-def shared_servers(robot: Robot) -> set[str]:
-    """The services and actions that have their name in common with another one."""
-    found: dict[tuple[Kind, str], list[str]] = {}
-    for one in robot.communications.values():
-        if one.kind in (Kind.SERVICE, Kind.ACTION):
-            found.setdefault((one.kind, one.identifier), []).append(one.key)
-    return {key for keys in found.values() if len(keys) > 1 for key in keys}
-
-
 def _check_directions(robot: Robot, report: Report) -> None:
     """A topic that both robot and supervisor publish would send each message back for ever."""
-    sent = {c.identifier: c for c in robot.communications.values() if c.kind is Kind.OUTGOING}
+    sent = {c.ros_name: c for c in robot.communications.values() if c.kind is Kind.OUTGOING}
     for message in robot.communications.values():
-        other = sent.get(message.identifier)
+        other = sent.get(message.ros_name)
         if message.kind is Kind.INCOMING and other is not None:
             report.add(
                 "topic-both-ways",

@@ -8,10 +8,11 @@ from robosc.emit.controller.assembly import plain_context
 from robosc.emit.controller.views import ControllerContext
 from robosc.emit.package.package_context import PackageContext, TopicView
 from robosc.emit.package.readme import InterfaceView, ReadmeContext
-from robosc.emit.supervisor.guarding import command_matches, shared_servers
+from robosc.emit.supervisor.guarding import command_matches
 from robosc.emit.supervisor.relaying import in_order, source_of
 from robosc.errors import UsageError
 from robosc.language.events import EventKind, Kind
+from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Robot
 from robosc.runtime.settings import parameter_name
 from robosc.runtime.unseen import unknown_attributes
@@ -135,7 +136,8 @@ def _unseen(robot: Robot, context: ControllerContext, shows_results: bool) -> tu
     """The services, the actions that share a name, and those whose results the model reads though
     nobody can hear them."""
     reads = {i.key for i in context.inputs if i.kind == EventKind.RESPONSE.value and i.read}
-    hidden = shared_servers(robot) | (set() if shows_results else reads)
+    shared = {c.key for together in shared_servers(robot) for c in together}
+    hidden = shared | (set() if shows_results else reads)
     return tuple(
         c.key
         for c in robot.communications.values()

@@ -13,12 +13,12 @@ def check_served(robot: Robot, report: Report) -> None:
     served = [c for c in robot.communications.values() if c.sort.served]
     by_name: dict[str, Communication] = {}
     for call in served:
-        first = by_name.setdefault(_name(call), call)
+        first = by_name.setdefault(call.ros_name, call)
         if first is not call:
             _report_twice(call, first, "is served already", report)
     for called in robot.communications.values():
-        if called.kind.value in ("service", "action") and _name(called) in by_name:
-            _report_twice(called, by_name[_name(called)], "is served by this controller", report)
+        if called.kind.value in ("service", "action") and called.ros_name in by_name:
+            _report_twice(called, by_name[called.ros_name], "is served by this controller", report)
     taken = {
         t.communication for c in robot.components for t in c.transitions
         if t.event is EventKind.CALL
@@ -31,10 +31,6 @@ def check_served(robot: Robot, report: Report) -> None:
                 f"every call of '{call.name}' is refused: no component takes its request",
                 f"add to a state: on request from {call.name} goto STATE",
             )
-
-
-def _name(communication: Communication) -> str:
-    return communication.identifier.lstrip("/")
 
 
 def _report_twice(one: Communication, first: Communication, what: str, report: Report) -> None:

@@ -8,39 +8,41 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import reduce
 
 from robosc.errors import listing
-from robosc.expr.tree import Binary, Expr, PhaseRef, Unary
+from robosc.expr.quantified import chain
+from robosc.expr.tree import Expr, PhaseRef, Unary
 from robosc.expr.types import BooleanType
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Requirement, Robot
 
 
-def with_one_request_per_server(robot: Robot) -> Robot:
-    """Return the robot with a requirement on each request of a server that has several.
-
-    Identifiers that differ only by a slash at their beginning are one.
-    """
+def shared_servers(robot: Robot) -> list[list[Communication]]:
+    """Return the services and actions that have their name in common with others, by server."""
     servers: dict[tuple[Kind, str], list[Communication]] = {}
-    for communication in robot.communications.values():
-        if communication.kind in (Kind.SERVICE, Kind.ACTION):
-            name = communication.identifier.removeprefix("/")
-            servers.setdefault((communication.kind, name), []).append(communication)
-    added = [r for together in servers.values() for r in _requirements(robot, together)]
+    for one in robot.communications.values():
+        if one.kind in (Kind.SERVICE, Kind.ACTION):
+            servers.setdefault((one.kind, one.ros_name), []).append(one)
+    return [together for together in servers.values() if len(together) > 1]
+
+
+def with_one_request_per_server(robot: Robot) -> Robot:
+    """Return the robot with a requirement on each request of a server that has several."""
+    added = [r for together in shared_servers(robot) for r in _requirements(robot, together)]
     return replace(robot, requirements=(*robot.requirements, *added))
 
 
 def _requirements(robot: Robot, together: Sequence[Communication]) -> Iterator[Requirement]:
     names = robot.display_names
-    for one in together if len(together) > 1 else ():
-        others = [other for other in together if other is not one]
-        idle = listing([f"{names[other.key]}.idle" for other in others])
+    idle = [(one, _is_idle(one), f"{names[one.key]}.idle") for one in together]
+    for one in together:
+        others = [(condition, text) for other, condition, text in idle if other is not one]
         yield Requirement(
             "needs",
             (one.key,),
-            reduce(_and, map(_is_idle, others)),
-            f"{one.identifier} is one server: {names[one.key]} needs {idle} to start",
+            chain("and", [condition for condition, _ in others]),
+            f"{one.identifier} is one server: {names[one.key]} needs"
+            f" {listing(text for _, text in others)} to start",
             to_start=True,
             implied=True,
             span=one.span,
@@ -49,10 +51,5 @@ def _requirements(robot: Robot, together: Sequence[Communication]) -> Iterator[R
 
 def _is_idle(communication: Communication) -> Expr:
     assert communication.phases is not None
-    phases = [PhaseRef(communication.key, phase) for phase in communication.phases.active]
-    away: list[Expr] = [Unary("!", phase, BooleanType()) for phase in phases]
-    return reduce(_and, away)
-
-
-def _and(left: Expr, right: Expr) -> Expr:
-    return Binary("and", left, right, BooleanType())
+    phases = (PhaseRef(communication.key, phase) for phase in communication.phases.active)
+    return chain("and", [Unary("!", phase, BooleanType()) for phase in phases])

@@ -107,7 +107,7 @@ class _Examiner:
         for key in () if self.robot.supervises else self.requests:
             communication = self.robot.communications[key]
             if communication.kind is Kind.INCOMING:
-                by_topic.setdefault(communication.identifier.lstrip("/"), []).append(key)
+                by_topic.setdefault(communication.ros_name, []).append(key)
         for keys in by_topic.values():
             for first, second in combinations(keys, 2):
                 if not self._one_is_preferred(first, second):
@@ -159,10 +159,8 @@ class _Examiner:
         command = self.robot.communications[key]
         if self._carries_nothing(command) or key == self.robot.stop or self.robot.supervises:
             return
-        topic = command.identifier.lstrip("/")
         provided = {p.communication for p in self.robot.provides}
-        beside = (self.robot.communications[other].identifier for other in provided)
-        if topic in (name.lstrip("/") for name in beside):
+        if command.ros_name in (self.robot.communications[other].ros_name for other in provided):
             return
         if self.system.reaches(self._sent(key)):
             name = self.robot.display_names[key]
