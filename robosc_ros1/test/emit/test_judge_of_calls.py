@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
-from emit.golden_packages import model_path
+from emit.golden_packages import GOLDEN, model_path
 from emit.judged_controllers import judged, judging_model
 
 FAULTS = {
@@ -35,3 +37,16 @@ def test_it_finds(judging: tuple[Any, str], fault: str) -> None:
     right, wrong = FAULTS[fault]
     assert right in source
     assert judged(judge, source.replace(right, wrong)).faults != []
+
+
+def test_ends_of_two_cancelled_goals_are_told_one_by_one(tmp_path: Path) -> None:
+    """Goals overlap for a moment where another controller sends them."""
+    text = (GOLDEN.parent / "ros1/lifter.rscd").read_text(encoding="utf-8")
+    with judging_model(tmp_path, text) as (judging, source):
+        judge = judged(judging, source, rounds=1)
+        action = next(c for c in judging.PLANT["communications"] if c["kind"] == "action")
+        key = action["key"]
+        judge.events["cancel", action["name"], 0] = 2
+        judge.robot.sent[key, "cancelled"] = deque(["first", "second"])
+        assert judge._come("cancelled", key, None) == "first"
+        assert judge._come("cancelled", key, None) == "second"
