@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from syntax_support import read
 
 from robosc.language.attributes import ATTRIBUTES
 from robosc.model.resolve import load
@@ -89,7 +90,10 @@ def in_order(communication: str) -> str:
 
 
 MESSAGE, SERVICE = in_order("outgoing"), in_order("service")
-COMMAND = "the controller sends it: only what it receives or requests has a timeout"
+COMMAND = (
+    "the controller sends it: only what it receives or requests has a timeout; what the robot"
+    " publishes is an 'outgoing message'"
+)
 
 
 @pytest.mark.parametrize(
@@ -133,3 +137,89 @@ def test_a_timeout_of_a_command(named: str, kind: str) -> None:
     message = f"{kind} message m with {named}{again}timeout: 3 s, type: none"
     _, (found, *_) = load(Source("m.rscd", f"robot R {{ component C {{ {first}{message} }} }}"))
     assert found.hint == (COMMAND if kind == "incoming" else MESSAGE)
+
+
+GOOD = """
+robot Rover {
+    component Laser {
+        outgoing message scan with identifier: "/scan", timeout: 0.5 s, type: double
+        outgoing message button with identifier: "/button", type: none
+        behaviour {
+            variable front: double = 0.0
+            initial marked state on { on response from scan do front := value }
+        }
+    }
+    component Motor {
+        incoming message move with identifier: "/cmd_vel", type: double
+        service grab with request: none, response: none
+        behaviour {
+            initial marked state resting { on request to move goto moving }
+            state moving { on request to grab goto resting }
+        }
+    }
+    requirement move needs scan.fresh and Laser.front > 0.35
+    provide move with 0.2
+}
+"""
+LEAVE_OUT = "numbers have no unit: leave it out"
+SENT = "what the controller publishes comes into the part"
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "marked", "hint"),
+    [
+        ("incoming message", "publish message", "publish", f"write 'incoming': {SENT}"),
+        ("incoming message", "publisher", "publisher", f"write 'incoming message': {SENT}"),
+        ("outgoing message scan", "subscribe scan", "subscribe",
+         "write 'outgoing message': what the controller subscribes to goes out of the part"),
+        ('"/scan"', "/scan", "/scan", 'write "/scan", in quotes'),
+        ('"/scan"', "/front/scan", "/front/scan", 'write "/front/scan", in quotes'),
+        ('"/cmd_vel"', "cmd_vel", "cmd_vel", 'write "cmd_vel", in quotes'),
+        ("type: none", 'type: "std_msgs/Empty"', '"std_msgs/Empty"',
+         "write 'std_msgs/Empty', without quotes"),
+        ("type: none", "type: 'none'", "'none'", "write 'none', without quotes"),
+        ("request: none, response: none", 'type: "std_srvs/Trigger"', '"std_srvs/Trigger"',
+         "write 'std_srvs/Trigger', without quotes"),
+        ("variable front: double =", "variable front: double :=", ":=",
+         "write '=' for an initial value"),
+        ("variable front: double =", "variable front double :=", "double",
+         "write 'variable front: double = …'"),
+        ("variable front: double =", "double front :=", "double",
+         "write 'variable front: double = …'"),
+        ("variable front: double =", "float front =", "float",
+         "write 'variable front: double = …'"),
+        ("variable front: double =", "double :=", "double", "write 'variable NAME: double = …'"),
+        ("variable front: double =", "front: double =", "front", "write 'variable front'"),
+        ("on request to move", "on move", "move", "write 'request to move'"),
+        ("on response from scan", "on scan", "scan", "write 'response from scan'"),
+        ("on request to grab", "on grab", "grab",
+         "write request to grab or response from grab or error from grab"),
+        ("on request to move", "on landed", "landed",
+         "write 'response from NAME' for what the part sends, 'request to NAME' for a command"),
+        ("on request to move", "on reqest to move", "reqest", "did you mean 'request'?"),
+        ("goto moving", "-> moving", "->", "write 'goto'"),
+        ("variable front:", "variable front-left-near:", "front-left-near",
+         "write 'front_left_near': a name has no '-'"),
+        ("message scan", "message laser-scan", "laser-scan",
+         "write 'laser_scan': a name has no '-'"),
+        ("component Laser", "component Laser-Front", "Laser-Front",
+         "write 'Laser_Front': a name has no '-'"),
+        ("state moving", "state driving-on", "driving-on", "write 'driving_on': a name has no '-'"),
+        ("move needs", "move if", "if", "write 'needs'"),
+        ("move needs", "move unless", "unless",
+         "write 'requirement CONDITION disables COMMAND'"),
+        ("identifier", "topic", "topic", "write 'identifier'"),
+        ("> 0.35", "> 0.5 m", "m", LEAVE_OUT),
+        ("> 0.35", "> 30 deg", "deg", LEAVE_OUT),
+        ("> 0.35", "> 0.5m", "0.5m", "write '0.5': numbers have no unit"),
+    ],
+)  # fmt: skip
+def test_mistakes_of_beginners(right: str, wrong: str, marked: str, hint: str) -> None:
+    """Each is one error, at its place, with its remedy; nothing that follows from it is told."""
+    assert not read(GOOD)[1]
+    assert right in GOOD
+    text = GOOD.replace(right, wrong, 1)
+    _, found = read(text)
+    told = [(one.span.text, getattr(one.hint, "text", one.hint)) for one in found]
+    assert told == [(marked, hint)]
+    assert found[0].span.start == text.index(wrong) + wrong.index(marked)

@@ -67,7 +67,7 @@ model.rscd:7:9: error[syntax]: expected 'incoming message', 'outgoing message', 
       |         ^^^^^^^ write 'incoming message' or 'outgoing message'
 model.rscd:9:24: error[syntax]: expected ':' after the name of the variable
     9 |             variable x integer
-      |                        ^^^^^^^
+      |                        ^^^^^^^ write 'variable x: integer'
 model.rscd:10:36: error[syntax]: expected a whole number
    10 |             variable y: integer(0..z) = 3
       |                                    ^

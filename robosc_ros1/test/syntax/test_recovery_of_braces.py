@@ -81,6 +81,41 @@ model.rscd:5:5: error[missing-brace]: expected '}' to close 'behaviour' before '
 model.rscd:3:9: note: it is opened here
 """,
     ),
+    "a missing brace of a behaviour, as the indentation tells": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            initial state s { }
+    }
+    component B { }
+}
+""",
+        """\
+model.rscd:5:5: error[missing-brace]: expected '}' to close 'behaviour' before this one
+    5 |     }
+      |     ^
+model.rscd:3:9: note: it is opened here
+""",
+    ),
+    "a missing brace of the last state of a file, as the indentation tells": (
+        """\
+robot R {
+    component A {
+        behaviour {
+            initial state s {
+                on request to a goto s
+        }
+    }
+}
+""",
+        """\
+model.rscd:6:9: error[missing-brace]: expected '}' to close 'initial state s' before this one
+    6 |         }
+      |         ^
+model.rscd:4:13: note: it is opened here
+""",
+    ),
     "a brace too many in the middle of a behaviour": (
         """\
 robot R {

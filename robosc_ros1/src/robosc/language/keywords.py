@@ -237,3 +237,16 @@ BASIC_TYPES = frozenset(words_of(Role.TYPE)) - {"duration"}
 def escape(name: str) -> str:
     """Return a name as written in a model, with the escape ``^`` if it is reserved."""
     return f"^{name}" if name in RESERVED else name
+
+
+FOREIGN_TYPES = {
+    "float": "double",
+    "real": "double",
+    "int": "integer",
+    "uint": "integer",
+    "bool": "boolean",
+    "str": "string",
+    "empty": "none",
+    "void": "none",
+}
+"""Names of the basic types in ROS and other languages, without the number of bits."""

@@ -22,7 +22,7 @@ from robosc.errors import Note, listing
 from robosc.language.keywords import starts_of
 from robosc.remedies import meant
 from robosc.syntax.elements import ended
-from robosc.syntax.indentation import is_nested, is_outdented, outdented
+from robosc.syntax.indentation import is_nested, is_outdented, outdented, unclosed
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.reading import Build, Fault, Reading
 from robosc.syntax.synchronise import Synchroniser, late_brace, nearest_keyword
@@ -220,7 +220,8 @@ class Block:
             return at
         late = late_brace(reading, at)
         if late is not None and not self.synchroniser.any_in(reading, at, late):
-            reading.report("syntax", message, at)
+            fault = reading.expected(at, message)
+            reading.report(fault.code, message, at, fault.hint, span=fault.span)
             return late + 1
         raise reading.expected(at, f"expected {opening}" if opening else message)
 
@@ -367,6 +368,8 @@ class Block:
         if header is None or reading.reported_at == at:
             return
         reading.reported_at = at
+        if self._is_told_at_its_place(reading, at, header):
+            return
         place = outdented(reading, header.start, header.end, at)
         message = f"expected '}}' to close {header.quoted(reading)} before '{reading.text(place)}'"
         reading.report("missing-brace", message, place, notes=header.note(reading))
@@ -378,8 +381,20 @@ class Block:
         if header is None or ended or reading.reopened or reading.tokens.open_end:
             return
         reading.reported_at = len(reading.kinds)
+        if self._is_told_at_its_place(reading, len(reading.kinds), header):
+            return
         message = f"expected '}}' to close {header.quoted(reading)}"
         reading.report("missing-brace", message, len(reading.kinds), notes=header.note(reading))
+
+    def _is_told_at_its_place(self, reading: Reading, at: int, header: Header) -> bool:
+        """Report the block inside, before a token, that its indentation says is not closed."""
+        if (found := unclosed(reading, header.start, at)) is None:
+            return False
+        begin, opening, brace = found
+        inner = Header(begin, opening)
+        message = f"expected '}}' to close {inner.quoted(reading)} before this one"
+        reading.report("missing-brace", message, brace, notes=inner.note(reading))
+        return True
 
 
 _CLOSE = "'}'"

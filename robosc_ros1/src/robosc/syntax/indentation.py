@@ -34,6 +34,33 @@ def is_outdented(reading: Reading, header: int, opening: int, at: int) -> bool:
     return first < at and is_nested(reading, first, header)
 
 
+def unclosed(reading: Reading, header: int, end: int) -> tuple[int, int, int] | None:
+    """The block from ``header`` on whose closing brace is missing, as the indentation tells: the
+    token where its line begins, that of its opening brace, and the brace that closes an outer one.
+
+    None if all braces that begin a line stand below the line with the brace that they close.
+    """
+    lefts: list[tuple[int, int, int]] = []
+    line = header
+    for at in range(header, end):
+        kind = reading.kind(at)
+        if at > header and reading.tokens.begins_line(at):
+            line = at
+        if kind == "{":
+            lefts.append((_left(reading, line), line, at))
+        elif kind == "}" and lefts:
+            left, begin, opening = lefts.pop()
+            if line == at and _left(reading, at) < left:
+                outer = any(_left(reading, at) == column for column, _, _ in lefts)
+                return (begin, opening, at) if outer else None
+    return None
+
+
+def _left(reading: Reading, at: int) -> int:
+    """How far right a token stands that begins its line."""
+    return len(_before(reading, at).expandtabs())
+
+
 def _before(reading: Reading, at: int) -> str:
     """The text before a token on its line."""
     text, end = reading.source.text, reading.tokens.offset(at)

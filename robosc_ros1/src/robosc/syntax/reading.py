@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -16,39 +15,18 @@ from pyparsing import ParseBaseException, ParserElement, ParseSyntaxException
 
 from robosc import limits
 from robosc.errors import Diagnostic, Note, Severity
-from robosc.language.attributes import ATTRIBUTES, Value, attributes_of
-from robosc.language.functions import FUNCTIONS
-from robosc.language.keywords import UNITS, Role, words_of
 from robosc.language.tokens import BAD_NUMBER, Tokens, is_word
-from robosc.remedies import Hint, meant, write
+from robosc.remedies import Hint, write
 from robosc.source import Span
+from robosc.syntax.advice import advice
 from robosc.syntax.pyparsing_names import parse_string
 
 _STATEMENTS = frozenset({"requirement", "provide", "on", "transition"})
 _DECLARING = frozenset(
     {"component", "datatype", "interface", "message", "service", "action", "variable", "state"}
 )
+_MEASURED = re.compile(r"(\d+(?:\.\d+)?)(?:m|cm|mm|km|deg|rad|Hz|kg|V)")
 _INSIDE = ("expected a value after", "expected an operator")
-_QUOTED = re.compile(r"'(\w+)")
-_ADVICE: dict[str, Hint] = {
-    "not": write("!", " for 'not'"),
-    **{
-        word: write(f"^{word}", " if this is a name")
-        for word in (*words_of(Role.OPERATOR), *words_of(Role.CONSTANT))
-    },
-    ".": "a number begins with a digit, as in 0.5",
-    "in": "write the values in braces: x in { a, b }",
-    "between": "write a <= x and x <= b",
-}
-_LABELS = frozenset(attribute.name for attribute in ATTRIBUTES)
-_BEFORE_ATTRIBUTES = {"with", "{", "}"}.union(*(a.communications for a in ATTRIBUTES))
-_NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
-_DECLARED_ELSEWHERE = {
-    **dict.fromkeys(("let", "define", "def", "macro"), _NAMING),
-    "var": "a component's behaviour has variables: 'variable NAME: type'",
-}
-"""Keywords with which other languages begin declarations, each with a hint."""
-
 _WINDOW = 64
 _LOOKAHEAD = 8
 """The greatest lookahead of any rule of the grammar, in tokens."""
@@ -214,12 +192,18 @@ class Reading:
 
     def expected(self, at: int, message: str) -> Fault:
         """A fault with this message, and a hint if the token suggests one."""
-        return Fault(at, message, hint=self._hint(at, message))
+        hint, start, end = advice(self.tokens, at, message)
+        span = self.span(start, end) if (start, end) != (at, at + 1) else None
+        return Fault(at, message, span=span, hint=hint)
 
     def bad_number(self, at: int) -> Fault:
         """The fault of a malformed number."""
-        message = f"'{self.text(at)[:40]}' is not a number"
-        return Fault(at, message, code="bad-number", hint="numbers look like 42, 4.25 or 1e-3")
+        found = self.text(at)
+        message = f"'{found[:40]}' is not a number"
+        hint: Hint = "numbers look like 42, 4.25 or 1e-3"
+        if measured := _MEASURED.fullmatch(found):
+            hint = write(measured[1], ": numbers have no unit")
+        return Fault(at, message, code="bad-number", hint=hint)
 
     def report(
         self,
@@ -262,61 +246,6 @@ class Reading:
     def _ends_line(self, index: int) -> bool:
         text = self.source.text[self.tokens.ends[index] : self.tokens.offset(index + 1)]
         return "\n" in text
-
-    def _hint(self, at: int, message: str) -> Hint | None:
-        """The hint for the token that was found instead of what was expected; None if unknown."""
-        found = self.text(at)
-        if not found:
-            return None
-        if found == "=" and message.startswith("expected ':='"):
-            return write(":=", " to assign")
-        if found == "," and message.startswith("expected 'needs'"):
-            return "write several in braces: { …, … }"
-        if message.startswith("expected a duration") and found[0].isdigit():
-            return f"a duration has a unit: {', '.join(UNITS)}"
-        if message.startswith("expected '=' after the name of the condition"):
-            return "write 'condition NAME = …': a condition has no type"
-        if message.startswith("expected ':' after the name of the constant"):
-            return "write 'constant NAME: type = …'"
-        if "'component'" in message and found in _DECLARED_ELSEWHERE:
-            return _DECLARED_ELSEWHERE[found]
-        if found == "not" and self.text(at + 1) == "in":
-            return "write !(x in { a, b })"
-        if found in _ADVICE:
-            return _ADVICE[found]
-        if at and (function := self.text(at - 1)) in FUNCTIONS and found != "(":
-            return f"write {function}(…)"
-        unnamed = message.startswith("expected 'with' and '")
-        if f"'{found}:'" in message or (unnamed and found in _LABELS):
-            if self.kind(at + 1) != ":":
-                return write(f"{found}:", " with its colon")
-            missing = "'with'" if unnamed else "a ','"
-            return f"{missing} is missing before it"
-        if order := self._order_of_attributes(at + (found == ",")):
-            return order
-        cutoff = 0.6 if len(found) > 3 else 0.7
-        words = _QUOTED.findall(message) if len(found) < 30 else []
-        near = get_close_matches(found, words, 1, cutoff)
-        return meant(near[0]) if near and near[0] != found else None
-
-    def _order_of_attributes(self, at: int) -> str | None:
-        """The hint for an attribute that its communication cannot have here; None for another
-        token."""
-        name = self.text(at)
-        if name not in _LABELS:
-            return None
-        start = at
-        while start > 3 and self.text(start) not in _BEFORE_ATTRIBUTES:
-            start -= 1
-        before = start - (3 if self.text(start - 2) == "message" else 2)
-        if self.text(start) != "with" or not (attributes := attributes_of(self.text(before))):
-            return None
-        if name == "timeout" and all(name != attribute.name for attribute in attributes):
-            return "the controller sends it: only what it receives or requests has a timeout"
-        names = [a.name for a in attributes if a.value is not Value.TYPE]
-        is_ros_type = "type" in self.tokens.texts(start, at)
-        names += ["type"] if is_ros_type else [a.name for a in attributes if a.value is Value.TYPE]
-        return "in this order: with " + ", ".join(f"{name}: …" for name in names)
 
     def skipped(self, start: int, end: int) -> None:
         """Add the words of a skipped declaration to ``broken``.

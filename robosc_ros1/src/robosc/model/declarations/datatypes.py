@@ -23,6 +23,7 @@ from robosc.expr.types import (
     ObjectType,
     Type,
 )
+from robosc.language.keywords import FOREIGN_TYPES
 from robosc.model.declarations.type_declarations import TypeDeclarations, rule_of
 from robosc.model.diagnostics import Report
 from robosc.model.names.known_types import KnownTypes
@@ -47,18 +48,6 @@ from robosc.syntax.nodes import (
     RosTypeNode,
     TypeNode,
 )
-
-# Names of the built-in types in ROS and other languages, without the number of bits.
-_FOREIGN = {
-    "float": "double",
-    "real": "double",
-    "int": "integer",
-    "uint": "integer",
-    "bool": "boolean",
-    "str": "string",
-    "empty": "none",
-    "void": "none",
-}
 
 ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
 
@@ -228,7 +217,7 @@ class TypeTable(KnownTypes):
             )
             return
         known = [*self.scope.datatypes, *TYPES_BY_WORD]
-        meant = _FOREIGN.get(node.name.text.lower().rstrip("0123456789"))
+        meant = FOREIGN_TYPES.get(node.name.text.lower().rstrip("0123456789"))
         self._report.add(
             "unknown-type",
             node.name.span,

@@ -1,0 +1,216 @@
+"""Advice for a syntax error: what the token that was found suggests."""
+
+from __future__ import annotations
+
+import re
+from difflib import get_close_matches
+
+from robosc.language.attributes import ATTRIBUTES, Value, attributes_of
+from robosc.language.functions import FUNCTIONS
+from robosc.language.keywords import FOREIGN_TYPES, UNITS, Role, words_of
+from robosc.language.tokens import Tokens, is_word, pattern
+from robosc.remedies import Change, Hint, Remedy, meant, write, write_one
+
+_QUOTED = re.compile(r"'(\w+)")
+_ADVICE: dict[str, Hint] = {
+    "not": write("!", " for 'not'"),
+    **{
+        word: write(f"^{word}", " if this is a name")
+        for word in (*words_of(Role.OPERATOR), *words_of(Role.CONSTANT))
+    },
+    ".": "a number begins with a digit, as in 0.5",
+    "in": "write the values in braces: x in { a, b }",
+    "between": "write a <= x and x <= b",
+}
+_LABELS = frozenset(attribute.name for attribute in ATTRIBUTES)
+_BEFORE_ATTRIBUTES = {"with", "{", "}"}.union(*(a.communications for a in ATTRIBUTES))
+_NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
+_DECLARED_ELSEWHERE = {
+    **dict.fromkeys(("let", "define", "def", "macro"), _NAMING),
+    "var": "a component's behaviour has variables: 'variable NAME: type'",
+}
+"""Keywords with which other languages begin declarations, each with a hint."""
+
+_DIRECTIONS = {
+    **dict.fromkeys(
+        ("publish", "publishes", "publisher", "pub", "advertise"),
+        ("incoming", "what the controller publishes comes into the part"),
+    ),
+    **dict.fromkeys(
+        ("subscribe", "subscribes", "subscriber", "sub", "subscription"),
+        ("outgoing", "what the controller subscribes to goes out of the part"),
+    ),
+}
+"""Words of ROS for communications: the direction that is meant, and why."""
+
+_IDENTIFIERS = ("topic", "name", "ros_name", "path", "address", "id")
+_OUTSIDE = "the controller sends it: only what it receives or requests has a timeout"
+_PUBLISHED = "what the robot publishes is an 'outgoing message'"
+_MEASURES = ("m", "cm", "mm", "km", "deg", "degrees", "rad", "Hz", "kg", "V", "A", "N", "rpm")
+_EVENTS = {
+    "outgoing": ("response from {}",),
+    "incoming": ("request to {}",),
+    "service": ("request to {}", "response from {}", "error from {}"),
+    "action": ("request to {}", "response from {}", "feedback from {}"),
+}
+_NUMBER = pattern("NUMBER")
+_COMMUNICATION = pattern("(?: outgoing | incoming ) message | service | action")
+_ON_NAME = "write 'response from NAME' for what the part sends, 'request to NAME' for a command"
+
+
+def advice(tokens: Tokens, at: int, message: str) -> tuple[Hint | None, int, int]:
+    """A hint for the token that was found instead of what was expected, or None, and the tokens
+    that it is about."""
+    found = tokens.text(at)
+    if not found:
+        return None, at, at + 1
+    for about_several in (_hyphenated, _unquoted):
+        if advised := about_several(tokens, at, message):
+            return advised
+    for about_one in (_expected_here, _of_other_languages, _attributes):
+        if hint := about_one(tokens, at, found, message):
+            return hint, at, at + 1
+    cutoff = 0.6 if len(found) > 3 else 0.7
+    words = _QUOTED.findall(message) if len(found) < 30 else []
+    near = get_close_matches(found, words, 1, cutoff)
+    return (meant(near[0]) if near and near[0] != found else None), at, at + 1
+
+
+def _touches(tokens: Tokens, at: int) -> bool:
+    """Whether nothing stands between a token and the one before it."""
+    return 0 < at < len(tokens) and tokens.ends[at - 1] == tokens.starts[at]
+
+
+def _hyphenated(tokens: Tokens, at: int, message: str) -> tuple[Hint, int, int] | None:
+    """A name with a hyphen, which breaks off there."""
+    if tokens.text(at) != "-" or not at or not is_word(tokens.kinds[at - 1]):
+        return None
+    end = at
+    while tokens.text(end) == "-" and _touches(tokens, end) and _touches(tokens, end + 1):
+        end += 2
+    if end == at:
+        return None
+    name = "".join(tokens.texts(at - 1, end)).replace("-", "_")
+    return write(name, ": a name has no '-'"), at - 1, end
+
+
+def _unquoted(tokens: Tokens, at: int, message: str) -> tuple[Hint, int, int] | None:
+    """A name of ROS without its quotes."""
+    if not message.startswith("expected a string") or tokens.text(at) in (",", "}", "{"):
+        return None
+    end = at + 1
+    while _touches(tokens, end) and tokens.text(end) not in (",", "}"):
+        end += 1
+    text = f'"{tokens.span(at, end).text}"'
+    return Remedy(f"write {text}, in quotes", Change.REPLACE, (text,)), at, end
+
+
+def _expected_here(tokens: Tokens, at: int, found: str, message: str) -> Hint | None:
+    """What is meant where just this is expected."""
+    if found == "=" and message.startswith("expected ':='"):
+        return write(":=", " to assign")
+    if message.startswith("expected 'needs'"):
+        if found == ",":
+            return "write several in braces: { …, … }"
+        if found in ("if", "when", "requires", "only"):
+            return write("needs")
+        if found == "unless":
+            return "write 'requirement CONDITION disables COMMAND'"
+    if message.startswith("expected a duration") and found[0].isdigit():
+        return f"a duration has a unit: {', '.join(UNITS)}"
+    if message.startswith("expected '=' after the name of the condition"):
+        return "write 'condition NAME = …': a condition has no type"
+    if message.startswith("expected ':' after the name of the constant"):
+        return "write 'constant NAME: type = …'"
+    if message.startswith("expected ':' after the name of the variable") and is_word(
+        tokens.kinds[at]
+    ):
+        return _declared(tokens.text(at - 1), found, tokens.text(at + 1))
+    if message.startswith(("expected a type", "expected a ROS type")) and found[0] in "\"'":
+        return write(found[1:-1], ", without quotes")
+    if message.endswith("after 'on'") and is_word(tokens.kinds[at]):
+        return _event(tokens, found)
+    if "'variable'" in message:
+        return _variable(tokens, at, found)
+    return None
+
+
+def _declared(name: str, type_: str, follows: str = "") -> Hint:
+    initial = " = …" if follows in (":=", "=") else ""
+    return f"write 'variable {name}: {FOREIGN_TYPES.get(type_, type_)}{initial}'"
+
+
+def _variable(tokens: Tokens, at: int, found: str) -> Hint | None:
+    """``double front := 1`` and ``front: double`` where a variable is meant."""
+    follows = tokens.text(at + 1)
+    if found in words_of(Role.TYPE) or found in FOREIGN_TYPES:
+        if follows in (":=", "="):
+            return _declared("NAME", found, follows)
+        if is_word(tokens.kinds[at + 1 : at + 2]):
+            return _declared(follows, found, tokens.text(at + 2))
+    if follows == ":" and is_word(tokens.kinds[at]):
+        return write(f"variable {found}")
+    return None
+
+
+def _event(tokens: Tokens, name: str) -> Hint | None:
+    """``on button goto b``: which events the communication of this name has."""
+    for match in _COMMUNICATION.finditer(tokens.kinds):
+        if tokens.text(match.end()) == name:
+            events = [e.format(name) for e in _EVENTS[tokens.text(match.start())]]
+            return write(events[0]) if len(events) == 1 else write_one(events)
+    return None if get_close_matches(name, words_of(Role.EVENT), 1, 0.6) else _ON_NAME
+
+
+def _of_other_languages(tokens: Tokens, at: int, found: str, message: str) -> Hint | None:
+    """What is written so in other languages, in ROS, or in physics."""
+    if "'component'" in message and found in _DECLARED_ELSEWHERE:
+        return _DECLARED_ELSEWHERE[found]
+    if "'incoming message'" in message and found in _DIRECTIONS:
+        direction, why = _DIRECTIONS[found]
+        noun = "" if tokens.text(at + 1) == "message" else " message"
+        return write(f"{direction}{noun}", f": {why}")
+    if found == "->" and "'goto'" in message:
+        return write("goto")
+    if at and _NUMBER.match(tokens.kinds, at - 1) and found in _MEASURES:
+        return Remedy("numbers have no unit: leave it out", Change.REMOVE)
+    if found == "not" and tokens.text(at + 1) == "in":
+        return "write !(x in { a, b })"
+    if found in _ADVICE:
+        return _ADVICE[found]
+    if at and (function := tokens.text(at - 1)) in FUNCTIONS and found != "(":
+        return f"write {function}(…)"
+    return None
+
+
+def _attributes(tokens: Tokens, at: int, found: str, message: str) -> Hint | None:
+    """Attributes of communications without a sign, by another name, or in another order."""
+    unnamed = message.startswith("expected 'with' and '")
+    colon = tokens.text(at + 1) == ":"
+    if f"'{found}:'" in message or (unnamed and found in _LABELS):
+        if not colon:
+            return write(f"{found}:", " with its colon")
+        missing = "'with'" if unnamed else "a ','"
+        return f"{missing} is missing before it"
+    if colon and found in _IDENTIFIERS and "'identifier:'" in message:
+        return write("identifier")
+    return _order_of_attributes(tokens, at + (found == ","))
+
+
+def _order_of_attributes(tokens: Tokens, at: int) -> str | None:
+    """The hint for an attribute that its communication cannot have here; None for another token."""
+    name = tokens.text(at)
+    if name not in _LABELS:
+        return None
+    start = at
+    while start > 3 and tokens.text(start) not in _BEFORE_ATTRIBUTES:
+        start -= 1
+    before = start - (3 if tokens.text(start - 2) == "message" else 2)
+    if tokens.text(start) != "with" or not (attributes := attributes_of(tokens.text(before))):
+        return None
+    if name == "timeout" and all(name != attribute.name for attribute in attributes):
+        return f"{_OUTSIDE}; {_PUBLISHED}" if tokens.text(before) == "incoming" else _OUTSIDE
+    names = [a.name for a in attributes if a.value is not Value.TYPE]
+    is_ros_type = "type" in tokens.texts(start, at)
+    names += ["type"] if is_ros_type else [a.name for a in attributes if a.value is Value.TYPE]
+    return "in this order: with " + ", ".join(f"{name}: …" for name in names)
