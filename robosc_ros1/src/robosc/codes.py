@@ -46,7 +46,8 @@ _MODEL_ERRORS = (
     # behaviour
     "several-behaviours", "no-initial-state", "several-initial-states", "no-marked-reachable",
     "event-not-available", "duplicate-transition", "misplaced-else", "foreign-assignment",
-    "not-assignable", "duplicate-assignment",
+    "not-assignable", "duplicate-assignment", "performs-outgoing", "performed-elsewhere",
+    "states-in-performing", "misplaced-retry",
     # requirements and data
     "not-over-components", "requirement-on-outgoing", "preference-on-outgoing", "preference-cycle",
     "provide-for-outgoing", "nothing-to-provide", "data-not-given", "stop-not-a-message",

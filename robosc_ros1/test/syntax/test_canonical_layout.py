@@ -39,6 +39,23 @@ def check(text: str) -> None:
     assert "\t" not in once or any("\t" in c.text for c in tokenize(Source("m", text)).comments)
 
 
+def test_states_that_perform() -> None:
+    text = """robot R {
+    component A {
+        behaviour {
+            initial state a performs b then goto c
+            state c performs a_rather_long_name with { x: a_long_name, y: 1.0 }
+                then do one_more := value goto another_state {
+                retry 2 times every 5 s else do one_more := false goto a
+            }
+        }
+    }
+}
+"""
+    assert formatted(text) == text
+    assert formatted(" ".join(text.split())) == text
+
+
 @pytest.mark.slow
 @settings(max_examples=90)
 @given(model_text())

@@ -269,6 +269,27 @@ def test_transitions_of_the_second_edition(text: str, tree: str) -> None:
 @pytest.mark.parametrize(
     ("text", "tree"),
     [
+        ("state s performs a then", "State(s, False, False, [], Performs(a, -, [], -))"),
+        ("state s performs A.b with { x: 1 } then do c := value goto d { }",
+         "State(s, False, False, [], Performs(A.b, DataObject([DataField(x, 1)]),"
+         " [Assignment(c, value)], d))"),
+        ("initial state s performs a with b then goto c { retry }",
+         "State(s, True, False, [Retry(-, -, -, -)], Performs(a, b, [], c))"),
+        ("state s performs a then { retry 2 times every 5 s goto c else do d := 1 goto e.f }",
+         "State(s, False, False, [Retry(2, Duration(5, s), c, Effect([Assignment(d, 1)], e.f))],"
+         " Performs(a, -, [], -))"),
+        ("state s performs a then { retry every A.b goto c }",
+         "State(s, False, False, [Retry(-, A.b, c, -)], Performs(a, -, [], -))"),
+    ],
+)  # fmt: skip
+def test_states_that_perform(text: str, tree: str) -> None:
+    found = declarations(f"component A {{ behaviour {{ {text} }} }}")
+    assert found == [f"Component(A, [Behaviour([{tree}])])"]
+
+
+@pytest.mark.parametrize(
+    ("text", "tree"),
+    [
         ("abs(x) < hypot(a.x, -1)", "(Call(abs, [x]) < Call(hypot, [a.x, (-1)]))"),
         ("now() + L.Way(value.a[0])", "(Call(now, []) + Call(L.Way, [value.a[0]]))"),
         ("!a in { b, c } or d", "(In((!a), [b, c]) or d)"),

@@ -74,10 +74,10 @@ model.rscd:10:36: error[syntax]: expected a whole number
 model.rscd:12:20: error[syntax]: expected 'request', 'response', 'feedback', 'error', 'cancel', 'cancelled' or 'timeout' after 'on'
    12 |                 on respnse from a goto t
       |                    ^^^^^^^ did you mean 'response'?
-model.rscd:13:43: error[syntax]: expected 'state', 'on', 'transition', 'after' or '}'
+model.rscd:13:43: error[syntax]: expected 'state', 'on', 'transition', 'after', 'retry' or '}'
    13 |                 on response from a goto t if x
       |                                           ^^ 'if' comes before 'do' and 'goto'
-model.rscd:14:28: error[syntax]: expected 'if', 'do', 'goto', 'state', 'on', 'transition', 'after' or '}'
+model.rscd:14:28: error[syntax]: expected 'if', 'do', 'goto', 'state', 'on', 'transition', 'after', 'retry' or '}'
    14 |                 transition iff x goto t
       |                            ^^^ did you mean 'if'?
 model.rscd:17:20: error[syntax]: 'initial' comes before 'marked'

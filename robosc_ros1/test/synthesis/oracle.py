@@ -32,7 +32,7 @@ class Oracle(OraclePlant):
             return True
         kept = []
         for requirement in self.robot.requirements:
-            if event.kind is EventKind.CANCEL and requirement.to_start:
+            if requirement.to_start if event.kind is EventKind.CANCEL else requirement.to_cancel:
                 continue
             if event.key in requirement.communications:
                 condition = self.holds(requirement.condition, state)

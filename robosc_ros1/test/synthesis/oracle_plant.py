@@ -116,6 +116,15 @@ class OraclePlant(OracleEvents):
             raise Impossible
         after["phase", event.key] = follows[phase]
 
+    def _performs_with_others(self, component: Component, key: str) -> bool:
+        """Whether a component is one of several that perform a command: it blocks it nowhere."""
+        performing = [
+            c.name
+            for c in self.automata
+            if any(outer.performs == key for outer in c.behaviour.composites)  # type: ignore[union-attr]
+        ]
+        return len(performing) > 1 and component.name in performing
+
     def _step_component(
         self,
         component: Component,
@@ -125,7 +134,8 @@ class OraclePlant(OracleEvents):
     ) -> None:
         taken = self._taken(component, state, occurrence)
         if not taken:
-            if occurrence.event.kind in AGREED:
+            event = occurrence.event
+            if event.kind in AGREED and not self._performs_with_others(component, event.key):
                 raise Impossible
             return
         levels = self._transitions_for(

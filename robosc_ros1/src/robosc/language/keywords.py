@@ -89,6 +89,7 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("on", clause, _TRANSITIONS)
     yield Keyword("transition", clause, _TRANSITIONS)
     yield Keyword("after", clause, ("state",))
+    yield Keyword("retry", clause, ("state",))
     yield Keyword("default", clause, ("enum",))
     for word in ("object", "enum", "message"):
         yield Keyword(word, declaration)
@@ -104,6 +105,10 @@ def _table() -> Iterator[Keyword]:
         "while",
         "with",
         "links",
+        "performs",
+        "then",
+        "times",
+        "every",
     ):
         yield Keyword(word, clause)
     for word in ("with", "links", "from", "to", "start", "use", "import", "over", "except", "in"):
@@ -157,6 +162,13 @@ _MEANINGS = {
     "on": "What an event does: `on response from scan do near := value goto seen`.",
     "transition": "An internal transition, which the controller takes as soon as it is possible.",
     "after": "What happens when the component has been in the state for that long.",
+    "retry": "What a state that performs a service or action does after an error: how often it"
+    " tries again, and what follows then.",
+    "performs": "What a state does: it sends the command, and goes on as `then` says when that is"
+    " done.",
+    "then": "What follows when the command that the state performs is done.",
+    "times": "How often a state tries again after errors in a row.",
+    "every": "How long a state waits after an error before it tries again.",
     "default": "The value of an enum if none of the rules holds.",
     "if": "A condition: without it, nothing of the declaration applies.",
     "do": "Assignments, all at the same time, from the values before the event.",

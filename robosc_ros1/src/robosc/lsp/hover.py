@@ -177,7 +177,8 @@ def _communication(analysis: Analysis, symbol: Symbol, derived: Derived | None) 
     if interface is not None:
         name = f"{interface.package}/{interface.type}"
         yield f"Carried by `{name}`:\n\n{_fenced('', _interface(interface))}"
-    spans = [r.span for r in contents.robot.requirements if info.key in r.communications]
+    own = (r for r in contents.robot.requirements if not r.implied)
+    spans = [r.span for r in own if info.key in r.communications]
     if spans:
         texts = (f"{' '.join(s.text.split())}  // line {s.line}" for s in spans)
         yield "Requirements:\n\n" + _fenced("rscd", "\n".join(texts))

@@ -103,13 +103,15 @@ class After:
 class CompositeState:
     """A state with states in it, with the transitions that leave any of those.
 
-    ``name`` is its path, ``docking.near`` for the state ``near`` of ``docking``.
+    ``name`` is its path, ``docking.near`` for the state ``near`` of ``docking``. ``performs`` is
+    the key of the command that it performs; the states in it are then its stages.
     """
 
     name: str
     transitions: tuple[ResultTransition, ...]
     taus: tuple[Tau, ...]
     afters: tuple[After, ...] = ()
+    performs: str | None = None
     span: Span = span_field()
 
 

@@ -139,7 +139,8 @@ class Requirement:
     """A requirement on commands (by key) or on all states.
 
     ``text`` is its text on one line, for messages and comments. ``to_start``: it restricts the
-    request of an action, and is no reason to cancel it. ``on_data``: it is about the data of its
+    request of an action, and is no reason to cancel it. ``to_cancel``: it is only such a reason.
+    ``on_data``: it is about the data of its
     command. ``implied``: nobody has written it, it follows from what ROS is.
     """
 
@@ -148,9 +149,14 @@ class Requirement:
     condition: Expr
     text: str
     to_start: bool = False
+    to_cancel: bool = field(default=False, kw_only=True)
     on_data: bool = False
     implied: bool = False
     span: Span = span_field()
+
+    def concerns(self, kind: EventKind) -> bool:
+        """Whether it is about events of a kind, of its communications."""
+        return not (self.to_start if kind is EventKind.CANCEL else self.to_cancel)
 
     @property
     def forbids(self) -> bool:
@@ -279,6 +285,25 @@ class Robot:
             for key in preference.over:
                 found.setdefault(key, {}).update(dict.fromkeys(preference.preferred))
         return {key: tuple(preferred) for key, preferred in found.items()}
+
+    @cached_property
+    def performed(self) -> dict[str, list[tuple[str, str]]]:
+        """The states that perform a command, with their components, by its key."""
+        found: dict[str, list[tuple[str, str]]] = {}
+        for component in self.components:
+            for outer in component.behaviour.composites if component.behaviour is not None else ():
+                if outer.performs is not None:
+                    found.setdefault(outer.performs, []).append((component.name, outer.name))
+        return found
+
+    @cached_property
+    def together(self) -> dict[str, frozenset[str]]:
+        """The components that perform a command, by its key, where several do.
+
+        None of them blocks its request.
+        """
+        performers = {key: {c for c, _ in found} for key, found in self.performed.items()}
+        return {key: frozenset(names) for key, names in performers.items() if len(names) > 1}
 
     @cached_property
     def corrected(self) -> frozenset[str]:

@@ -31,6 +31,8 @@ from robosc.model.declarations.components import (
 from robosc.model.declarations.datatypes import Given, TypeTable
 from robosc.model.declarations.named_values import NamedValueTyper
 from robosc.model.declarations.parameters import check_parameters
+from robosc.model.declarations.performing import with_performed
+from robosc.model.declarations.performing_clauses import find_performed, performed_data
 from robosc.model.declarations.servers import with_one_request_per_server
 from robosc.model.declarations.state_variables import select_state_variables
 from robosc.model.declarations.statements import StatementResolver, Statements, check_preferences
@@ -126,6 +128,8 @@ class FileResolver:
         for instance in self.component_table.instances.values():
             self._bind(instance)
         self.component_table.index_communications()
+        for instance in self.component_table.instances.values():
+            self._find_performed(instance)
         if self._scope.node.kind == "robot":
             check_local_names(self.component_table, self._report)
         components = tuple(self._component(i) for i in self.component_table.instances.values())
@@ -244,6 +248,10 @@ class FileResolver:
         for info in instance.communications.values():
             bind(info, symbols, self._binder, self._report)
 
+    def _find_performed(self, instance: Instance) -> None:
+        report = self._report if instance.library is None else self._muted
+        find_performed(instance, self._symbols(instance), report)
+
     def _check_duplicates(self) -> None:
         """Resolve duplicate components and behaviours, only to report the faults in them."""
         for instance in list(self.component_table.instances.values()):
@@ -259,6 +267,7 @@ class FileResolver:
         self._own_values(instance, self._report)
         declare(instance, self._report)
         self._bind(instance)
+        self._find_performed(instance)
         self._component(instance)
         self._add_statements(instance, Statements())
 
@@ -329,7 +338,7 @@ class FileResolver:
             node.name.text,
             components,
             found.on_commands() if node.kind == "robot" else tuple(found.requirements),
-            tuple(found.provides),
+            (*found.performed, *found.provides),
             tuple(found.preferences),
             tuple(self._parameters()),
             resolver.stop(stops),
@@ -341,16 +350,16 @@ class FileResolver:
         # Who imports a library may provide the data of its commands.
         if node.kind == "library":
             return robot
-        robot = with_one_request_per_server(robot)
+        robot = with_performed(with_one_request_per_server(robot))
         return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
 
     def _add_statements(self, instance: Instance, found: Statements) -> None:
         """Resolve the statements of a component, which sees names as its behaviour does."""
         report = self._report if instance.library is None else self._muted
         symbols = self._symbols(instance)
-        found.add(
-            instance.node.items, StatementResolver(symbols, instance.types, self._binder, report)
-        )
+        resolver = StatementResolver(symbols, instance.types, self._binder, report)
+        found.add(instance.node.items, resolver)
+        found.performed += performed_data(instance, resolver)
 
 
 def _sound(found: Iterable[_Entity | None]) -> tuple[_Entity, ...]:

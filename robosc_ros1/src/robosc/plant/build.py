@@ -167,7 +167,7 @@ class _Lowering:
         found = {
             i: r
             for i, r in enumerate(self.robot.requirements)
-            if key in r.communications and not (r.to_start and kind is EventKind.CANCEL)
+            if key in r.communications and r.concerns(kind)
         }
         kept = [self.view.met(requirement) for requirement in found.values()]
         if kind is EventKind.CANCEL:
@@ -185,7 +185,9 @@ class _Lowering:
             for taken in taken_in(behaviour, state, kind, key)
         ]
         variable = self.variable_index[VariableKind.LOCATION, component.name]
-        return LocalAutomaton(component.name, variable, tuple(edges), kind.synchronised)
+        # One of several that perform a command does not block it: a requirement says where it is.
+        blocking = kind.synchronised and component.name not in self.robot.together.get(key, ())
+        return LocalAutomaton(component.name, variable, tuple(edges), blocking)
 
     def _edge(self, component: Component, location: int, taken: Taken) -> Edge:
         transition = taken.transition

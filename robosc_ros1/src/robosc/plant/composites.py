@@ -21,10 +21,10 @@ def with_composites(expr: Expr, robot: Robot) -> Expr:
         if component.behaviour is not None and component.behaviour.composites:
             states = component.behaviour.states
             found = [
-                (outer.name, frozenset(state.name for state in states if state.is_in(outer.name)))
+                (outer, frozenset(state.name for state in states if state.is_in(outer.name)))
                 for outer in component.behaviour.composites
             ]
-            several = [(name, leaves) for name, leaves in found if len(leaves) > 1]
+            several = [(o.name, leaves) for o, leaves in found if len(leaves) > 1 or o.performs]
             inside[component.name] = sorted(several, key=lambda item: -len(item[1]))
     return _named(expr, inside) if inside else expr
 

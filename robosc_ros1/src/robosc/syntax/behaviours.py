@@ -12,14 +12,19 @@ from robosc.language.keywords import Role, words_of
 from robosc.language.tokens import pattern
 from robosc.syntax import terminals as t
 from robosc.syntax.blocks import Block, Child, Rule, items_of
+from robosc.syntax.declarations import data_part
 from robosc.syntax.elements import built, choice, keyword, listed, maybe, symbol, terminal
 from robosc.syntax.expressions import ACCESS, Expression
-from robosc.syntax.leaves import make_access, make_name, make_node, make_tuple
+from robosc.syntax.leaves import make_access, make_integer, make_name, make_node, make_tuple
 from robosc.syntax.nodes import (
     AfterNode,
     AssignmentNode,
+    EffectNode,
     ElseNode,
+    LiteralNode,
+    PerformsNode,
     ResultTransitionNode,
+    RetryNode,
     StateNode,
     TauNode,
     VariableNode,
@@ -32,15 +37,56 @@ def condition_part() -> ParserElement:
     return keyword("if") - Expression("a condition after 'if'")
 
 
-def _transitions() -> dict[str, Rule]:
-    goto = maybe(keyword("goto") - t.state("the name of a state after 'goto'"))
+def _goto() -> ParserElement:
+    return maybe(keyword("goto") - t.state("the name of a state after 'goto'"))
+
+
+def _effect() -> ParserElement:
+    """``do`` and assignments, ``goto`` and a state; leaves a tuple and the state, or None."""
     assignment = built(
         terminal(ACCESS, "a variable to assign to", make_access)
         - symbol(":=", "':=' after the variable")
         - Expression("a value after ':='"),
         make_node(AssignmentNode),
     )
-    assignments = maybe(built(keyword("do") - listed(assignment), make_tuple), ())
+    return maybe(built(keyword("do") - listed(assignment), make_tuple), ()) + _goto()
+
+
+def _performs() -> ParserElement:
+    """What a state performs; leaves a PerformsNode, or None."""
+    performing = (
+        keyword("performs")
+        - t.communication("the name of a command after 'performs'")
+        - maybe(keyword("with") - data_part())
+        - keyword("then", "'then' after what the state performs")
+        - _effect()
+    )
+    return maybe(built(performing, make_node(PerformsNode)))
+
+
+def _retry() -> Rule:
+    times = terminal("INTEGER", "a number of times", _build_times)
+    grammar = (
+        maybe(times - choice("times", "'times' after the number"))
+        - maybe(keyword("every") - t.duration("a duration after 'every'"))
+        - _goto()
+        - maybe(built(keyword("else") - _effect(), make_node(EffectNode)))
+    )
+
+    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> RetryNode:
+        *count, every, goto, rest = parts
+        return RetryNode(count[0], every, goto, rest, span=reading.span(start, end))
+
+    return Rule(grammar, build)
+
+
+def _build_times(reading: Reading, start: int, end: int, parts: list[Any]) -> LiteralNode:
+    number = make_integer(reading, start, end, parts)
+    return LiteralNode(number, span=reading.span(start, end))
+
+
+def _transitions() -> dict[str, Rule]:
+    effect = _effect()
     guard = maybe(terminal("else", "'else'", make_node(ElseNode)) | condition_part())
     events = words_of(Role.EVENT)
     expected = listing((f"'{word}'" for word in events), "or") + " after 'on'"
@@ -49,15 +95,15 @@ def _transitions() -> dict[str, Rule]:
         - terminal("from | to", "'from' or 'to' after the kind of event")
         - t.communications("the name of a communication")
         - guard
-        - assignments
-        - goto
+        - effect
     )
-    after = t.duration("a duration after 'after'") - maybe(condition_part()) - assignments - goto
-    tau = guard + assignments + goto
+    after = t.duration("a duration after 'after'") - maybe(condition_part()) - effect
+    tau = guard + effect
     return {
         "on": Rule(result, make_node(ResultTransitionNode), tail=_clauses_missing),
         "transition": Rule(tau, make_node(TauNode), tail=_clauses_missing),
         "after": Rule(after, make_node(AfterNode), tail=_clauses_missing),
+        "retry": _retry(),
     }
 
 
@@ -75,7 +121,7 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
 
     ``block`` returns that of its items, which may be states.
     """
-    named = t.name("a name for the state")
+    named = t.name("a name for the state") - _performs() - _opens()
     plain = keyword("state", f"'state' after '{first}'") - named
     flag = choice("marked", "") if first == "initial" else terminal("initial", "", _late_initial)
     second = maybe(flag)
@@ -85,12 +131,24 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
         also = parts.pop(0) is not None if first != "state" else False
         is_initial = first == "initial" or (first == "marked" and also)
         is_marked = first == "marked" or (first == "initial" and also)
-        name, items = parts
+        name, performs, _, *items = parts
         span = reading.span(start, end)
-        return StateNode(name, is_initial, is_marked, items, span=span)
+        inside = items[0] if items else ()
+        return StateNode(name, is_initial, is_marked, inside, performs, span=span)
 
     grammar = {"initial": initial, "marked": second + plain, "state": named}[first]
-    return Rule(grammar, build, block=lambda parts: block())
+    return Rule(grammar, build, block=lambda parts: _block_of(parts, block))
+
+
+def _opens() -> ParserElement:
+    """Whether a brace follows; leaves a boolean."""
+    return maybe(terminal("(?= '{' )", "'{'", lambda reading, start, end, parts: True), False)
+
+
+def _block_of(parts: list[Any], block: Callable[[], Block]) -> Block | None:
+    """The block of a state: one that performs something may have none."""
+    performs, opens = parts[-2:]
+    return block() if opens or performs is None else None
 
 
 def _late_initial(reading: Reading, start: int, end: int, parts: list[Any]) -> bool:

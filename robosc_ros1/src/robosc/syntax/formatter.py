@@ -26,6 +26,7 @@ from robosc.syntax.nodes import (
     DataNode,
     DataObjectNode,
     DurationNode,
+    EffectNode,
     ElementNode,
     ElseNode,
     EnumNode,
@@ -44,12 +45,14 @@ from robosc.syntax.nodes import (
     Name,
     ObjectNode,
     ParameterNode,
+    PerformsNode,
     PossibleNode,
     PreferNode,
     PropertyNode,
     ProvideNode,
     RequirementNode,
     ResultTransitionNode,
+    RetryNode,
     ServedServiceNode,
     ServiceNode,
     SliceNode,
@@ -72,6 +75,7 @@ _TIGHT = Line(flat="")
 _INDEXED = ("component {name}", "?[{indexes}]")
 _EFFECT = ("? | do {assignments}", "? | goto {goto}")
 _CLAUSES = ("? | if {guard}", *_EFFECT)
+_STATE = ("?{initial} ", "?{marked} ", "state {name}")
 _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     FileNode: ("{kind} {name} {declarations}",),
     ComponentNode: (*_INDEXED, " {items}"),
@@ -91,10 +95,12 @@ _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     ConditionNode: ("condition {name} = | {value}",),
     BehaviourNode: ("behaviour {items}",),
     VariableNode: ("variable {name}: {type}", "? | = {initial}"),
-    StateNode: ("?{initial} ", "?{marked} ", "state {name} {items}"),
+    StateNode: (*_STATE, " {items}"),
     ResultTransitionNode: ("on {events} from {communications}", *_CLAUSES),
     AfterNode: ("after {duration}", *_CLAUSES),
     TauNode: ("transition", *_CLAUSES),
+    RetryNode: ("retry", "? {times} times", "? | every {every}", "? | goto {goto}", "?{finally_}"),
+    EffectNode: (" | else", *_EFFECT),
     AssignmentNode: ("{target} := {value}",),
     PossibleNode: ("requirement possible {condition}", "? | from {origin}", "? | while {along}"),
     PreferNode: ("prefer {preferred} | over {over}",),
@@ -122,6 +128,8 @@ _REQUIREMENTS = {
     "always": ("requirement always {condition}",),
 }
 _ELSE = ("on {events} from {communications}", " | else", *_EFFECT)
+_PERFORMS = (" performs {communication}", "? with {data}")
+_THEN = (" | then", "? do {assignments}", "? goto {goto}")
 _DEFAULT_RULE = ("default | -> {value}",)
 _OBJECT_CONSTANT = ("constant {name}: {type} = {value}",)
 _OBJECT_PARAMETER = ("parameter {name}: {type} = {value}",)
@@ -192,6 +200,12 @@ class Formatter:
                 docs = self._filled(node, _OBJECT_CONSTANT)
             case ParameterNode(value=DataObjectNode()):
                 docs = self._filled(node, _OBJECT_PARAMETER)
+            case StateNode(performs=PerformsNode() as performs):
+                docs = [*self._filled(node, _STATE), *self._filled(performs, _PERFORMS)]
+                begin = self.words.index
+                docs.append(self.words.group(begin, self._filled(performs, _THEN)))
+                if self.words.next_is("{"):
+                    docs += [" ", self._block(node.items)]
             case _:
                 docs = self._filled(node, _LAYOUTS[type(node)])
         has_block = any(hasattr(node, name) for name in _BLOCKS)

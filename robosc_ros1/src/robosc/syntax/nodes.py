@@ -418,13 +418,42 @@ class AfterNode(_Node):
 
 
 @dataclass(frozen=True, slots=True)
+class PerformsNode(_Node):
+    """``performs communication with data then do … goto …``."""
+
+    communication: Access
+    data: DataNode | None
+    assignments: tuple[AssignmentNode, ...]
+    goto: Name | Access | None
+
+
+@dataclass(frozen=True, slots=True)
+class EffectNode(_Node):
+    """``do … goto …``."""
+
+    assignments: tuple[AssignmentNode, ...]
+    goto: Name | Access | None
+
+
+@dataclass(frozen=True, slots=True)
+class RetryNode(_Node):
+    """``retry 2 times every 5 s goto … else do … goto …``; ``finally_`` stands behind ``else``."""
+
+    times: LiteralNode | None
+    every: ExprNode | None
+    goto: Name | Access | None
+    finally_: EffectNode | None
+
+
+@dataclass(frozen=True, slots=True)
 class StateNode(_Node):
-    """``initial marked state name { … }``."""
+    """``initial marked state name { … }``; one that performs a command needs no braces."""
 
     name: Name
     initial: bool
     marked: bool
-    items: tuple[ResultTransitionNode | TauNode | AfterNode | StateNode, ...]
+    items: tuple[ResultTransitionNode | TauNode | AfterNode | RetryNode | StateNode, ...]
+    performs: PerformsNode | None = None
 
     @property
     def states(self) -> tuple[StateNode, ...]:

@@ -39,7 +39,9 @@ class Cases:
         self._requirements = [
             (set(r["communications"]), Decision(r["condition"])) for r in plant["requirements"]
         ]
-        self._of_starts = {n for n, r in enumerate(plant["requirements"]) if r["to_start"]}
+        numbered = list(enumerate(plant["requirements"]))
+        self._of_starts = {n for n, r in numbered if r["to_start"]}
+        self._of_cancels = {n for n, r in numbered if "to_cancel" in r}
         self._provides = [
             (p["communication"], None if p["condition"] is None else Decision(p["condition"]))
             for p in plant["provides"]
@@ -119,7 +121,8 @@ class Cases:
 
     def _concerns(self, number, keys, kind, key):
         """Whether a requirement on some commands decides about one."""
-        restricts = kind in SENT or (kind == "cancel" and number not in self._of_starts)
+        others = self._of_starts if kind == "cancel" else self._of_cancels
+        restricts = (kind in SENT or kind == "cancel") and number not in others
         return key in keys and restricts
 
     def of_state(self, shadow):

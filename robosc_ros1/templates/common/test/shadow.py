@@ -252,7 +252,7 @@ class Shadow(Delays):
         if kind == "refusal":
             return found
         for requirement in self.plant["requirements"]:
-            if kind == "cancel" and requirement["to_start"]:
+            if requirement["to_start"] if kind == "cancel" else "to_cancel" in requirement:
                 continue
             if key in requirement["communications"] and not self.is_met(requirement):
                 found.append("%s (%s)" % (requirement["text"], requirement["place"]))
@@ -321,7 +321,8 @@ class Shadow(Delays):
         for component in self.mentions.get((kind, key), ()):
             taken = self.transitions(component, kind, key, content)
             if kind in AGREED and not taken:
-                yield component
+                if component not in self.plant.get("together", {}).get(key, ()):
+                    yield component
                 continue
             try:
                 self._follow(component, taken, content, {}, {})

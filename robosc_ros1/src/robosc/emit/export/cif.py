@@ -305,7 +305,8 @@ class _Writer:
             yield f"requirement invariant not ({text});"
         for occurrence in self.occurrences:
             event = occurrence.event
-            if event.kind.sent and event.key in requirement.communications:
+            restricted = event.kind.sent and requirement.concerns(event.kind)
+            if restricted and event.key in requirement.communications:
                 if requirement.kind == "needs":
                     yield f"requirement invariant {occurrence.name} needs {text};"
                 else:

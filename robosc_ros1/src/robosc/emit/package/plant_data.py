@@ -80,6 +80,7 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
         "provides": [_statement(p, robot, enums) for p in robot.provides if p not in corrected],
         **_of_others(robot, guards, judged, corrected, enums),
         "enums": _enum_tables(enums),
+        **({"together": _together(robot)} if robot.together else {}),
         "preferences": {key: list(others) for key, others in robot.yields_to.items()},
         "restricted": [
             [guard.event.kind.value, guard.event.key, _tree(exact(guard.expr), enums)]
@@ -87,6 +88,11 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
             if guard.status != "as required" and guard.event.kind is not EventKind.TAU
         ],
     }
+
+
+def _together(robot: Robot) -> dict[str, list[str]]:
+    """The components that perform a command that several perform, by its key."""
+    return {key: sorted(components) for key, components in robot.together.items()}
 
 
 def _of_others(
@@ -117,6 +123,7 @@ def _required(requirement: Requirement, enums: dict[str, EnumType]) -> dict[str,
         "communications": list(requirement.communications),
         "condition": _tree(requirement.condition, enums),
         "to_start": requirement.to_start,
+        **({"to_cancel": True} if requirement.to_cancel else {}),
         "text": requirement.text,
         "place": place(requirement.span),
     }

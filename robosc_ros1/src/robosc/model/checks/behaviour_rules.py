@@ -181,7 +181,7 @@ def check_staying(instance: Instance, behaviour: Behaviour, report: Report) -> N
     One that changes nothing is never taken, and only a change of the plant's state is one.
     """
     for assignment in (a for taken in behaviour.staying for a in taken.assignments):
-        type_ = instance.variables[assignment.variable]
+        type_ = instance.variables.get(assignment.variable)
         if type_ is not None and domain(type_) is None:
             report.add(
                 "not-finite",
@@ -239,12 +239,15 @@ def check_hiding(
     ``event_spans`` maps the offset of a transition and its event to the span of the event's name;
     ``rest`` has those with ``else``.
     """
+    performed = {(EventKind.REQUEST, outer.performs) for outer in behaviour.composites}
     seen: set[tuple[str, EventKind, str]] = set()
     for state in behaviour.states:
         places: tuple[State | CompositeState, ...] = (state, *state.around)
         for depth, place in enumerate(places):
             for transition in place.transitions:
                 key = transition.event, transition.communication
+                if key in performed:
+                    continue  # it is no other state's: that is reported
                 is_rest = (transition.span.start, transition.event) in rest
                 outer = (t for level in behaviour.levels(state)[depth + 1 :] for t in level)
                 hidden = [

@@ -21,6 +21,8 @@ def check_reach(
     steps = {state.name: _successors(state, behaviour) for state in behaviour.states}
     reached = _closure(initial, steps)
     for name, state in instance.states.items():
+        if name.rpartition(".")[0] in instance.performed:
+            continue  # it stands where no state can
         if reached.isdisjoint(instance.leaves(name)):
             report.add(
                 "unreachable-state",
@@ -33,7 +35,11 @@ def check_reach(
             back[target].add(source)
     marked = [s.name for s in behaviour.states if s.marked]
     coreachable = _closure(marked, back)
-    cut_off = [name for name in steps if name in reached and name not in coreachable]
+    cut_off = [
+        name if name in instance.states else name.rpartition(".")[0]
+        for name in steps
+        if name in reached and name not in coreachable
+    ]
     if not cut_off:
         return
     message = (

@@ -26,6 +26,8 @@ from robosc.model.checks.behaviour_rules import (
     with_else,
 )
 from robosc.model.checks.reach import check_reach
+from robosc.model.declarations.performing import Performing, with_counts
+from robosc.model.declarations.performing_clauses import PerformingResolver, own_transitions
 from robosc.model.declarations.transitions import TransitionResolver
 from robosc.model.diagnostics import Report
 from robosc.model.names.tables import Instance, SymbolTable, path_of
@@ -39,6 +41,7 @@ from robosc.syntax.nodes import (
     BehaviourNode,
     Name,
     ResultTransitionNode,
+    RetryNode,
     StateNode,
     TauNode,
     VariableNode,
@@ -53,6 +56,8 @@ class BehaviourResolver:
         self._symbols = symbols
         self._report = report
         self._transitions = TransitionResolver(instance, symbols, report)
+        self._performing = PerformingResolver(instance, self._transitions, report)
+        self._performed: dict[int, Performing] = {}
         self._levels: dict[int, _Level] = {}
         self._composites: dict[str, CompositeState] = {}
         self._is_sound = True
@@ -70,6 +75,7 @@ class BehaviourResolver:
             tuple(self._composites.values()),
             span=node.span,
         )
+        behaviour = with_counts(behaviour, self._performing.counts)
         self._check_states(node, behaviour)
         return behaviour
 
@@ -146,6 +152,7 @@ class BehaviourResolver:
         taus: list[tuple[Tau, TauNode]] = []
         afters: list[After | None] = []
         inner: dict[int, _Level] = {}
+        retries: list[RetryNode] = []
         for item in node.items:
             self._transitions.inside = path
             match item:
@@ -157,11 +164,25 @@ class BehaviourResolver:
                     taus.append((self._transitions.tau(item), item))
                 case AfterNode():
                     afters.append(self._transitions.after(item))
+                case RetryNode():
+                    retries.append(item)
         self._levels |= inner
         state = node if isinstance(node, StateNode) else None
         check_events(self._instance, self._report, named, state)
+        self._performing.check_requests(named, path)
+        found = with_else(named)
+        if state is None or state.performs is None:
+            self._performing.check_retries(retries)
+        elif path in self._instance.performed:
+            self._transitions.inside = path
+            mine, found = own_transitions(found, self._instance.performed[path].key)
+            performing = self._performing.resolve(state, path, mine, retries)
+            if performing is not None:
+                self._performed[id(node)] = performing
+        else:
+            self._is_sound = False
         own = internal_with_else(taus, state, self._report)
-        return with_else(named), own, tuple(after for after in afters if after is not None)
+        return found, own, tuple(after for after in afters if after is not None)
 
     def _states(
         self, node: BehaviourNode | StateNode, path: str, around: tuple[CompositeState, ...]
@@ -175,10 +196,14 @@ class BehaviourResolver:
                 continue
             transitions, taus, afters = self._levels[id(item)]
             span = item.name.span
-            if item.states:
-                outer = CompositeState(name, transitions, taus, afters, span=span)
+            performing = self._performed.get(id(item))
+            key = None if performing is None else performing.command.key
+            if item.states or performing is not None:
+                outer = CompositeState(name, transitions, taus, afters, key, span=span)
                 self._composites[name] = outer
-                yield from self._states(item, name, (outer, *around))
+                around_inner = (outer, *around)
+            if item.states and performing is None:
+                yield from self._states(item, name, around_inner)
                 continue
             levels = [self._instance.states[state.name] for state in around]
             marked = item.marked
@@ -186,7 +211,11 @@ class BehaviourResolver:
             for level in levels:
                 marked = marked or (begins and level.marked)
                 begins = begins and level.initial
-            yield State(name, begins, marked, transitions, taus, afters, around, span=span)
+            if performing is not None:
+                whole = State(name, begins, marked, (), (), span=span)
+                yield from performing.states(whole, around_inner)
+            else:
+                yield State(name, begins, marked, transitions, taus, afters, around, span=span)
 
     def _check_states(self, node: BehaviourNode, behaviour: Behaviour) -> None:
         if self._instance.types.scope.is_damaged(node.span):
@@ -196,6 +225,8 @@ class BehaviourResolver:
         sound = check_initial(self._instance, self._report, states, None)
         for composite in self._composites:
             around = self._instance.states[composite]
+            if around.performs is not None:
+                continue
             sound &= check_initial(self._instance, self._report, around.states, around)
         check_staying(self._instance, behaviour, self._report)
         check_hiding(behaviour, self._transitions.event_spans, self._transitions.rest, self._report)

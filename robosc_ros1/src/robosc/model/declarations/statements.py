@@ -58,6 +58,8 @@ class Statements:
     provides: list[Provide] = field(default_factory=list)
     preferences: list[Preference] = field(default_factory=list)
     goals: list[Goal] = field(default_factory=list)
+    performed: list[Provide] = field(default_factory=list)
+    """The data of commands that states perform, which go before all others."""
 
     def add(self, items: Iterable[_Node], resolver: StatementResolver) -> None:
         """Resolve those of the nodes that are statements, and add them."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from robosc.errors import Note
 from robosc.expr.presence import condition_on_data
@@ -34,10 +35,13 @@ from robosc.syntax.nodes import (
     Access,
     AfterNode,
     AssignmentNode,
+    EffectNode,
     ElseNode,
     ExprNode,
     Name,
+    PerformsNode,
     ResultTransitionNode,
+    RetryNode,
     TauNode,
 )
 
@@ -76,22 +80,42 @@ class TransitionResolver:
 
     def after(self, node: AfterNode) -> After | None:
         """The transition after a delay; None after an error."""
-        self._afters += 1
         incoming = no_value("'after' carries no value")
-        delay = self._typer(incoming).check(node.duration, DURATION, "'after'")
-        if delay and not is_long_enough(delay, "'after'", node.duration.span, self._report):
-            delay = None
         guard = self._guard(node.guard, incoming)
         assignments = self._assignments(node.assignments, incoming)
         goto, named = self._goto(node.goto)
-        if delay is None:
-            self.is_sound = False
-            return None
         name = self._instance.name
         happening = ResultTransition(
             EventKind.AFTER, name, guard, assignments, goto, named, span=node.span
         )
+        return self.waits(node.duration, "'after'", happening)
+
+    def waits(self, duration: ExprNode, what: str, happening: ResultTransition) -> After | None:
+        """What happens after a duration, which stands behind the word ``what``; None after an
+        error."""
+        self._afters += 1
+        typer = self._typer(no_value(f"{what} carries no value"))
+        delay = typer.check(duration, DURATION, what)
+        if delay is None or not is_long_enough(delay, what, duration.span, self._report):
+            self.is_sound = False
+            return None
         return After(self._afters, delay, happening)
+
+    def effect(
+        self, event: EventKind, info: CommunicationInfo, node: PerformsNode | EffectNode
+    ) -> ResultTransition:
+        """What a clause says about an event of a communication."""
+        taken = self.goes(event, info.key, node)
+        return replace(
+            taken, assignments=self._assignments(node.assignments, _incoming(event, info))
+        )
+
+    def goes(
+        self, event: EventKind, key: str, node: PerformsNode | EffectNode | RetryNode
+    ) -> ResultTransition:
+        """Where the ``goto`` of a clause leads."""
+        goto, named = self._goto(node.goto)
+        return ResultTransition(event, key, None, (), goto, named, span=node.span)
 
     def results(self, node: ResultTransitionNode) -> list[NamedTransition]:
         """One transition for each event of each communication that has it."""

@@ -297,13 +297,21 @@ class Meanings:
         owner = self._symbols.component(access.root.text)
         for component, steps in ((owner, names[1:]), (self._symbols.own, names)):
             path = ".".join(step.text for step in steps)
-            if component is None or len(steps) < 2 or path not in component.states:
+            if component is None or len(steps) < 2:
                 continue
             use = self._types.scope.names.use
+            outer, _, stage = path.rpartition(".")
+            performing = outer in component.performed and stage in component.stages(outer)
+            if path not in component.states and not performing:
+                continue
             use(access.root, component.declaration if component is owner else None)
+            if performing:
+                steps = steps[:-1]
             for length, step in enumerate(steps, 1):
                 inside = ".".join(s.text for s in steps[:length])
                 use(step, component.states[inside], component.name)
+            if performing:
+                return [StateRef(component.name, path, access.span)]
             return [self._in_state(component, path, access.span)]
         return []
 

@@ -223,6 +223,8 @@ def _kind_and_detail(node: _Named) -> tuple[SymbolKind, str]:
             return SymbolKind.COMMUNICATION, f"{kind_of(node).value}: {types}"
         case StateNode():
             words = ["initial"] * node.initial + ["marked"] * node.marked + ["state"]
+            if node.performs is not None:
+                words.append(f"that performs {node.performs.communication.span.text}")
             return SymbolKind.STATE, " ".join(words)
         case VariableNode(type=type_):
             return SymbolKind.VARIABLE, f"variable: {type_.span.text}"

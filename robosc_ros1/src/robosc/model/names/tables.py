@@ -29,6 +29,7 @@ from robosc.syntax.nodes import (
     CommunicationNode,
     ComponentNode,
     ImportNode,
+    RetryNode,
     StateNode,
     VariableNode,
 )
@@ -99,6 +100,11 @@ class CommunicationInfo:
         return f"{self.instance.name}.{self.name}"
 
 
+DUE, UNDER_WAY, WAITING = "due", "under_way", "waiting"
+"""The stages of a state that performs a command: its request may be sent; it was sent, and is not
+done; and, with ``every``, it waits before it tries again."""
+
+
 @dataclass
 class Instance:
     """A component under the name that it has in the file being resolved.
@@ -106,7 +112,8 @@ class Instance:
     ``states`` has each state under its path: ``docking.near`` is state ``near`` of ``docking``.
     ``node`` and ``types`` are those of the declaration, in a library for an import; ``prefix`` is
     the whole chain of prefixes, joined, or None after an error; ``original`` and ``library`` are
-    the instance that an import refers to and its table. The tables contain the first of two equal
+    the instance that an import refers to and its table. ``performed`` has the commands that states
+    perform, under the path of the state. The tables contain the first of two equal
     names; a variable whose type has an error is there with None. ``duplicate_behaviours`` are
     behaviours beyond the one that a component may have.
     """
@@ -122,6 +129,7 @@ class Instance:
     variables: dict[str, Type | None] = field(default_factory=dict)
     variable_nodes: dict[str, VariableNode] = field(default_factory=dict)
     communications: dict[str, CommunicationInfo] = field(default_factory=dict)
+    performed: dict[str, CommunicationInfo] = field(default_factory=dict)
     original: Instance | None = None
     library: ComponentTable | None = None
 
@@ -156,6 +164,8 @@ class Instance:
     def leaves(self, path: str) -> list[str]:
         """The paths of the states without states in them that a state is, or contains."""
         node = self.states[path]
+        if node.performs is not None:
+            return [f"{path}.{phase}" for phase in self.stages(path)]
         if not node.states:
             return [path]
         inner = [path_of(state, path) for state in node.states]
@@ -163,11 +173,25 @@ class Instance:
 
     def first_leaf(self, path: str) -> str:
         """The state in which one begins, through the initial states in it."""
-        states = self.states[path].states
+        node = self.states[path]
+        if node.performs is not None:
+            return f"{path}.{DUE}"
+        states = node.states
         if not states:
             return path
         first = next((state for state in states if state.initial), states[0])
         return self.first_leaf(path_of(first, path))
+
+    def stages(self, path: str) -> list[str]:
+        """The stages of a state that performs a command."""
+        command = self.performed.get(path)
+        found = [DUE]
+        if command is None or command.phases is not None:
+            found.append(UNDER_WAY)
+        items = self.states[path].items
+        if any(isinstance(item, RetryNode) and item.every is not None for item in items):
+            found.append(WAITING)
+        return found
 
     @property
     def members(self) -> list[str]:

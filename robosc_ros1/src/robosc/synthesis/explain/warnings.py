@@ -274,6 +274,8 @@ class _Examiner:
                     "remove it, or correct the condition",
                 )
             return
+        if requirement.to_cancel:
+            return
         unmet = []
         for key in requirement.communications:
             where = disjunction(

@@ -1,0 +1,302 @@
+"""States that perform a command, as states with states in them: their stages.
+
+``due``: the request may be sent. ``under_way``: it was sent, and is not done; a message is done
+when it is sent. ``waiting``: the time between an error and the next try, where ``retry`` says
+``every``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+from robosc.errors import listing
+from robosc.expr.presence import known_condition, none_of
+from robosc.expr.quantified import chain
+from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
+from robosc.expr.types import BooleanType, IntegerType
+from robosc.language.events import EventKind, Kind
+from robosc.model.automata import (
+    After,
+    Assignment,
+    Behaviour,
+    CompositeState,
+    ResultTransition,
+    State,
+    Variable,
+    is_in,
+)
+from robosc.model.entities import Requirement, Robot
+from robosc.model.names.tables import DUE, UNDER_WAY, WAITING, CommunicationInfo, Instance
+from robosc.source import Span
+from robosc.syntax.nodes import PerformsNode, RetryNode
+
+_BOOLEAN = BooleanType()
+
+
+@dataclass(frozen=True)
+class Retries:
+    """The variable that counts the errors in a row of a state that performs a command.
+
+    The count is kept in the states ``scope``, and begins anew where the state is entered otherwise:
+    by what goes to ``restart``. Elsewhere it is 0.
+    """
+
+    variable: Variable
+    scope: tuple[str, ...]
+    restart: str | None = None
+
+    def zero(self, span: Span) -> Assignment:
+        """The assignment with which the count begins anew."""
+        return Assignment(self.variable.name, Literal(0, self.variable.type), span=span)
+
+    def keeps(self, goto: str | None) -> bool:
+        """Whether the count goes on in a state."""
+        return goto is None or any(is_in(goto, kept) for kept in self.scope)
+
+    def begins_anew(self, place: str | None, taken: ResultTransition) -> bool:
+        """Whether a transition, which stands in a place, begins the count anew."""
+        if taken.goto is None or any(a.variable == self.variable.name for a in taken.assignments):
+            return False
+        if not self.keeps(taken.goto):
+            return True
+        if self.restart is None or not is_in(taken.goto, self.restart):
+            return False
+        own = self.scope[0]
+        if place is None:
+            return len(self.scope) == 1
+        return is_in(place, own) and taken.named == own
+
+
+@dataclass
+class Performing:
+    """A state that performs a command, while it is unfolded: what its clauses say.
+
+    ``done``, ``again`` and ``given_up`` are what happens when the command is done, when it is tried
+    again after an error, and after the last error.
+    """
+
+    path: str
+    node: PerformsNode
+    command: CommunicationInfo
+    done: ResultTransition
+    again: ResultTransition | None = None
+    given_up: ResultTransition | None = None
+    wait: After | None = None
+    retries: Retries | None = None
+    own: list[ResultTransition] = field(default_factory=list)
+    """The transitions in its braces for events of the command."""
+
+    def states(self, outer: State, around: tuple[CompositeState, ...]) -> Iterator[State]:
+        """The stages; ``outer`` says where the whole state begins, and whether it is marked."""
+        request = self._with(EventKind.REQUEST, [self._sent()])
+        yield replace(outer, name=f"{self.path}.{DUE}", transitions=tuple(request), around=around)
+        if not self.is_message:
+            found = self._with(EventKind.RESPONSE, [self._anew(self.done)])
+            found += self._with(EventKind.ERROR, list(self._errors()))
+            if self._has(EventKind.CANCELLED):
+                found += self._with(EventKind.CANCELLED, [self._goes(EventKind.CANCELLED, DUE)])
+            for kind in (EventKind.FEEDBACK, EventKind.CANCEL):
+                found += self._with(kind, [])
+            name = f"{self.path}.{UNDER_WAY}"
+            yield replace(
+                outer, name=name, initial=False, marked=False, transitions=tuple(found),
+                around=around,
+            )  # fmt: skip
+        if self.wait is not None:
+            name = f"{self.path}.{WAITING}"
+            yield replace(
+                outer, name=name, initial=False, transitions=(), afters=(self.wait,), around=around
+            )
+
+    @property
+    def is_message(self) -> bool:
+        return self.command.phases is None
+
+    def _has(self, kind: EventKind) -> bool:
+        return kind in self.command.events
+
+    def _sent(self) -> ResultTransition:
+        return self.done if self.is_message else self._goes(EventKind.REQUEST, UNDER_WAY)
+
+    def _goes(self, kind: EventKind, stage: str) -> ResultTransition:
+        goto = f"{self.path}.{stage}"
+        return ResultTransition(kind, self.command.key, None, (), goto, span=self.node.span)
+
+    def _anew(self, taken: ResultTransition) -> ResultTransition:
+        if self.retries is None:
+            return taken
+        return replace(taken, assignments=(*taken.assignments, self.retries.zero(taken.span)))
+
+    def _errors(self) -> Iterator[ResultTransition]:
+        """What follows an error: one of a cancelled goal is none of those that are counted."""
+        back = self._goes(EventKind.ERROR, DUE)
+        if self.again is None:
+            yield back
+            return
+        again, span = self.again, self.again.span
+        if self.wait is not None:
+            again = replace(again, goto=f"{self.path}.{WAITING}", named=None)
+        plain: list[Expr] = []
+        if self._has(EventKind.CANCELLED):
+            cancelling: Expr = PhaseRef(self.command.key, "cancelling", span)
+            yield replace(back, guard=cancelling, span=span)
+            plain = [Unary("!", cancelling, _BOOLEAN, span)]
+        if self.retries is None or self.given_up is None:
+            yield replace(again, guard=_all(plain, span))
+            return
+        count = self.retries.variable
+        assert isinstance(count.type, IntegerType) and count.type.bounds is not None
+        read = VariableRef(count.component, count.name, count.type, span)
+        last = Literal(count.type.bounds[1], count.type, span)
+        more = Binary("+", read, Literal(1, count.type, span), IntegerType(), span)
+        fewer = Binary("<", read, last, _BOOLEAN, span)
+        counted = Assignment(count.name, more, span=span)
+        if not self.retries.keeps(again.goto):
+            counted = self.retries.zero(span)
+        yield replace(again, guard=_all([*plain, fewer], span), assignments=(counted,))
+        none_left = Binary("=", read, last, _BOOLEAN, span)
+        yield self._anew(replace(self.given_up, guard=_all([*plain, none_left], span)))
+
+    def _with(
+        self, kind: EventKind, performed: Sequence[ResultTransition]
+    ) -> list[ResultTransition]:
+        """What the state does on an event of its command, with what stands in its braces.
+
+        A transition there without ``goto`` goes along, one with ``goto`` replaces what the state
+        does by itself.
+        """
+        found: list[ResultTransition] = []
+        before: list[Expr] = []
+        for own in (t for t in self.own if t.event is kind):
+            if own.goto is not None or not performed:
+                found.append(self._anew(own) if kind is EventKind.RESPONSE else own)
+            else:
+                found += (_together(own, other) for other in performed)
+            if own.guard is None:
+                return found
+            before.append(known_condition(own.guard))
+        rest = [none_of(before, self.node.span)] if before else []
+        for other in performed:
+            guards = [*rest, *(() if other.guard is None else (other.guard,))]
+            found.append(replace(other, guard=_all(guards, other.span)))
+        return found
+
+
+def _together(own: ResultTransition, performed: ResultTransition) -> ResultTransition:
+    """Two transitions that are taken as one, with the assignments of both."""
+    guards = [guard for guard in (own.guard, performed.guard) if guard is not None]
+    assigned = {a.variable for a in own.assignments}
+    others = (a for a in performed.assignments if a.variable not in assigned)
+    return replace(
+        performed,
+        guard=_all(guards, own.span),
+        assignments=(*own.assignments, *others),
+        span=own.span,
+    )
+
+
+def _all(guards: Sequence[Expr], span: Span) -> Expr | None:
+    return chain("and", guards, span) if guards else None
+
+
+# --- the count of errors --------------------------------------------------------------------------
+
+
+def count_of(
+    path: str, node: RetryNode, instance: Instance, via: str | None, kept: Iterable[str]
+) -> Retries | None:
+    """The count of the errors of a state; None if it tries again for ever.
+
+    ``via`` is the state to which it goes before it tries again, ``kept`` are the names of other
+    counts of the component.
+    """
+    if node.times is None:
+        return None
+    taken = {*instance.variables, *instance.states, *instance.communications, *kept}
+    name = f"{path.replace('.', '_')}_retries"
+    while name in taken:
+        name += "_"
+    type_ = IntegerType((0, int(node.times.value)))
+    variable = Variable(name, instance.name, type_, 0, False, span=node.span)
+    outer = path.rpartition(".")[0]
+    if outer:
+        return Retries(variable, (outer,))
+    return Retries(variable, (path,) if via is None else (path, via), path)
+
+
+def with_counts(behaviour: Behaviour, counts: Sequence[Retries]) -> Behaviour:
+    """The behaviour with counts that begin anew where their states are left, or entered anew."""
+    if not counts:
+        return behaviour
+
+    def of(place: str | None, taken: ResultTransition) -> ResultTransition:
+        zeros = tuple(c.zero(taken.span) for c in counts if c.begins_anew(place, taken))
+        return replace(taken, assignments=(*taken.assignments, *zeros)) if zeros else taken
+
+    def outer(place: CompositeState) -> CompositeState:
+        return replace(
+            place,
+            transitions=tuple(of(place.name, t) for t in place.transitions),
+            taus=tuple(replace(t, transition=of(place.name, t.transition)) for t in place.taus),
+            afters=tuple(replace(a, transition=of(place.name, a.transition)) for a in place.afters),
+        )
+
+    def state(place: State) -> State:
+        return replace(
+            place,
+            transitions=tuple(of(place.name, t) for t in place.transitions),
+            taus=tuple(replace(t, transition=of(place.name, t.transition)) for t in place.taus),
+            afters=tuple(replace(a, transition=of(place.name, a.transition)) for a in place.afters),
+            around=tuple(map(outer, place.around)),
+        )
+
+    return replace(
+        behaviour,
+        variables=(*behaviour.variables, *(count.variable for count in counts)),
+        states=tuple(map(state, behaviour.states)),
+        transitions=tuple(of(None, t) for t in behaviour.transitions),
+        taus=tuple(replace(t, transition=of(None, t.transition)) for t in behaviour.taus),
+        composites=tuple(map(outer, behaviour.composites)),
+    )
+
+
+# --- where it is performed ------------------------------------------------------------------------
+
+
+def with_performed(robot: Robot) -> Robot:
+    """The robot with requirements on the commands that are performed.
+
+    If several components perform a command, its request needs one in which it is due. A goal is
+    cancelled where no state has it under way.
+    """
+    added: list[Requirement] = []
+    for key in robot.performed:
+        if key in robot.together:
+            added.append(_needed(robot, key, DUE, "is performed in", to_start=True))
+        if robot.communications[key].kind is Kind.ACTION:
+            added.append(_needed(robot, key, UNDER_WAY, "goes on in", to_cancel=True))
+    return replace(robot, requirements=(*robot.requirements, *added))
+
+
+def _needed(
+    robot: Robot,
+    key: str,
+    stage: str,
+    what: str,
+    *,
+    to_start: bool = False,
+    to_cancel: bool = False,
+) -> Requirement:
+    places = robot.performed[key]
+    names = listing((f"{component}.{path}" for component, path in places), "or")
+    return Requirement(
+        "needs",
+        (key,),
+        chain("or", [StateRef(component, f"{path}.{stage}") for component, path in places]),
+        f"{robot.display_names[key]} {what} {names}",
+        to_start,
+        to_cancel=to_cancel,
+        implied=True,
+        span=robot.communications[key].span,
+    )

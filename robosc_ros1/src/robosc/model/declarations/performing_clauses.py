@@ -1,0 +1,188 @@
+"""Resolution of what states perform: the command, what follows, and what happens after errors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+from robosc.errors import Note
+from robosc.expr.tree import StateRef
+from robosc.language.events import EventKind, Kind
+from robosc.model.automata import After, ResultTransition
+from robosc.model.checks.behaviour_rules import NamedTransition
+from robosc.model.declarations.performing import Performing, Retries, count_of
+from robosc.model.declarations.statements import StatementResolver
+from robosc.model.declarations.transitions import TransitionResolver
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Provide
+from robosc.model.names.communications import SENT, resolve_communication
+from robosc.model.names.tables import DUE, CommunicationInfo, Instance, SymbolTable
+from robosc.syntax.nodes import PerformsNode, ProvideNode, RetryNode, StateNode
+
+_PERFORMED = (Kind.INCOMING, Kind.SERVICE, Kind.ACTION)
+
+
+def find_performed(instance: Instance, symbols: SymbolTable, report: Report) -> None:
+    """Resolve the commands that the states of a component perform."""
+    for path, state in instance.states.items():
+        if state.performs is None:
+            continue
+        access = state.performs.communication
+        found = resolve_communication(access, symbols, instance.types.scope, report)
+        if found is not None and found.kind not in _PERFORMED:
+            message = f"'{found.name}' is an {found.kind.value}: no state can perform it"
+            outgoing = found.kind is Kind.OUTGOING
+            hint = SENT.format(found.name) if outgoing else "answer it with 'on request from'"
+            report.add("performs-outgoing", access.span, message, hint)
+        elif found is not None:
+            instance.performed[path] = found
+        for inner in state.states[:1]:
+            report.add(
+                "states-in-performing",
+                inner.name.span,
+                f"state '{path}' performs '{access.span.text}', so that no states stand in it",
+                "let a state in another one perform it: put this state, and what it performs, into"
+                " a state around both",
+            )
+
+
+def performed_data(instance: Instance, resolver: StatementResolver) -> Iterator[Provide]:
+    """The data behind ``performs``: those of the command where the state is due to send it."""
+    for path, command in instance.performed.items():
+        node = instance.states[path].performs
+        assert node is not None
+        if node.data is None:
+            continue
+        statement = ProvideNode(node.communication, node.data, None, span=node.data.span)
+        found = resolver.provide(statement)
+        if found is not None:
+            due = StateRef(instance.name, f"{path}.{DUE}", node.span)
+            yield replace(found, communication=command.key, condition=due)
+
+
+class PerformingResolver:
+    """Resolves the clauses of states that perform, of one component."""
+
+    def __init__(self, instance: Instance, transitions: TransitionResolver, report: Report) -> None:
+        self._instance = instance
+        self._transitions = transitions
+        self._report = report
+        self.counts: list[Retries] = []
+
+    def resolve(
+        self,
+        state: StateNode,
+        path: str,
+        own: Sequence[ResultTransition],
+        retries: Sequence[RetryNode],
+    ) -> Performing | None:
+        """What a state performs; None after an error in its command.
+
+        ``own`` are the transitions in its braces for events of the command.
+        """
+        node, command = state.performs, self._instance.performed.get(path)
+        if node is None or command is None:
+            return None
+        ends = EventKind.REQUEST if command.phases is None else EventKind.RESPONSE
+        done = self._outcome(ends, command, path, node)
+        found = Performing(path, node, command, done, own=list(own))
+        spans = self._transitions.event_spans
+        for kind in command.events:
+            spans.setdefault((node.span.start, kind), node.communication.span)
+        for other in retries[1:]:
+            note = Note("the first one is here", retries[0].span)
+            self._misplaced(other, f"state '{path}' has a 'retry' already", "join them", [note])
+        if retries:
+            self._retry(found, retries[0])
+        return found
+
+    def check_retries(self, retries: Iterable[RetryNode]) -> None:
+        """Report each ``retry`` in a state that performs nothing."""
+        for node in retries:
+            self._misplaced(
+                node,
+                "'retry' stands in a state that performs a service or an action",
+                "write 'performs' and the name of the command behind the name of the state",
+            )
+
+    def check_requests(self, named: Iterable[NamedTransition], path: str) -> None:
+        """Report what is said about a request, outside of the states that perform it."""
+        for new in named:
+            transition = new.transition
+            if transition.event is not EventKind.REQUEST:
+                continue
+            key = transition.communication
+            places = [p for p, command in self._instance.performed.items() if command.key == key]
+            if not places or (path in places and transition.goto is None):
+                continue
+            name = new.communication.span.text
+            if path in places:
+                message = f"'goto' stands behind 'then': the state is left when {name} is done"
+                hint = "leave out 'goto' here: the state is the same while its command is under way"
+            else:
+                message = f"{name} is performed in state '{places[0]}': only that state requests it"
+                hint = f"let this state perform it: performs {name} then …"
+            self._report.add("performed-elsewhere", new.event.span, message, hint)
+
+    def _outcome(
+        self,
+        event: EventKind,
+        command: CommunicationInfo,
+        path: str,
+        node: PerformsNode | RetryNode,
+    ) -> ResultTransition:
+        """What ``then`` or ``else`` of a node says; without ``goto`` the state begins anew."""
+        clauses = node.finally_ if isinstance(node, RetryNode) else node
+        assert clauses is not None
+        found = self._transitions.effect(event, command, clauses)
+        found = replace(found, span=node.span)
+        return found if found.goto else replace(found, goto=f"{path}.{DUE}", named=path)
+
+    def _retry(self, found: Performing, node: RetryNode) -> None:
+        command = found.command
+        if command.phases is None:
+            self._misplaced(
+                node,
+                f"{command.name} is a message, which is done when it is sent: it has no errors",
+                "leave out 'retry'",
+            )
+            return
+        if (node.times is None) != (node.finally_ is None):
+            missing = "'else', and what follows then" if node.finally_ is None else "'times'"
+            text = f"'{'times' if node.times else 'else'}' of 'retry' needs {missing}"
+            self._misplaced(node, text, "write: retry 2 times else goto failed")
+            return
+        again = self._transitions.goes(EventKind.ERROR, command.key, node)
+        via = again.named or again.goto
+        if again.goto is None:
+            again = replace(again, goto=f"{found.path}.{DUE}")
+        kept = [count.variable.name for count in self.counts]
+        found.retries = count_of(found.path, node, self._instance, via, kept)
+        if found.retries is not None:
+            self.counts.append(found.retries)
+        found.again = again
+        if node.every is not None:
+            found.wait = self._wait(node, again)
+        if node.finally_ is not None:
+            found.given_up = self._outcome(EventKind.ERROR, command, found.path, node)
+
+    def _wait(self, node: RetryNode, again: ResultTransition) -> After | None:
+        assert node.every is not None
+        taken = replace(again, event=EventKind.AFTER, communication=self._instance.name)
+        return self._transitions.waits(node.every, "'every'", taken)
+
+    def _misplaced(
+        self, node: RetryNode, message: str, hint: str, notes: Sequence[Note] = ()
+    ) -> None:
+        self._report.add("misplaced-retry", node.span, message, hint, notes)
+
+
+def own_transitions(
+    named: Iterable[ResultTransition], key: str
+) -> tuple[list[ResultTransition], tuple[ResultTransition, ...]]:
+    """The transitions of a place for events of a command, and the others."""
+    own: list[ResultTransition] = []
+    others: list[ResultTransition] = []
+    for transition in named:
+        (own if transition.communication == key else others).append(transition)
+    return own, tuple(others)

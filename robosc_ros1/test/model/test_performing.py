@@ -1,0 +1,131 @@
+"""States that perform commands do what their forms unfolded by hand do."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from performing_models import PARTS, Unfolded, performing_text, random_machine
+
+from robosc.errors import Severity, render_all
+from robosc.language.events import EventKind
+from robosc.model.entities import Robot
+from robosc.model.resolve import load
+from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.build import lower
+from robosc.plant.step import Outcome, Verdict, holds, outcome, valuations
+from robosc.source import Source
+
+
+def robot_of(behaviour: str) -> Robot | None:
+    """The robot; None if no marked state can be reached from some state."""
+    robot, diagnostics = load(Source("model.rscd", f"robot Test {{ {PARTS % behaviour} }}"))
+    errors = {d.code for d in diagnostics if d.severity is Severity.ERROR}
+    assert errors <= {"no-marked-reachable"}, behaviour + render_all(diagnostics)
+    return robot
+
+
+class Side:
+    """One of two plants that are compared, with what of a state is to be equal."""
+
+    def __init__(self, robot: Robot, unfolded: Unfolded) -> None:
+        self.plant: Plant = lower(robot)
+        self.names = [v.name.rpartition(".")[2] for v in self.plant.variables]
+        self.scopes = {}
+        for state in unfolded.counted:
+            around = state.path[:1] if "." in state.path else ""
+            self.scopes[state.count] = (around,) if around else (state.path, state.via)
+
+    def seen(self, state: PlantState) -> dict[str, object]:
+        found = {
+            name: variable.values[index]
+            for name, variable, index in zip(self.names, self.plant.variables, state, strict=True)
+        }
+        here = str(found["P"])
+        place = here.replace(".", "_")
+        found["P"] = place
+        for count, scope in self.scopes.items():
+            paths = [path.replace(".", "_") for path in scope if path]
+            if not any(place == path or place.startswith(f"{path}_") for path in paths):
+                found.pop(count, None)
+        return found
+
+    def steps(self, state: PlantState) -> dict[str, list[Outcome]]:
+        """What each event leads to; those of time, which have other numbers, are one."""
+        found: dict[str, list[Outcome]] = {}
+        for event in self.plant.events:
+            for values in valuations(event):
+                paths = [parameter.path for parameter in event.parameters]
+                given = dict(zip(paths, values, strict=True)).get((), "")
+                after = outcome(self.plant, event, values, state)
+                name = f"{event.kind} {event.name}"
+                if event.kind is EventKind.AFTER and after is Verdict.IMPOSSIBLE:
+                    continue
+                for value in (
+                    (given,) if given != "" or event.kind is EventKind.AFTER else ((True, False))
+                ):
+                    found.setdefault(f"{name} {value}", []).append(after)
+        return found
+
+
+@pytest.mark.parametrize("first", range(0, 24, 12))
+def test_they_do_what_their_unfolded_form_does(first: int) -> None:
+    compared = retried = 0
+    for seed in range(first, first + 12):
+        machine = random_machine(random.Random(seed))
+        unfolded = Unfolded(machine)
+        texts = performing_text(machine), unfolded.text()
+        robots = [robot_of(text) for text in texts]
+        if None in robots:
+            assert robots == [None, None], "\n\n".join(texts)
+            continue
+        here, there = (Side(robot, unfolded) for robot in robots if robot is not None)
+        start = here.plant.initial, there.plant.initial
+        todo, known = [start], {start}
+        while todo:
+            one, other = todo.pop()
+            assert here.seen(one) == there.seen(other), "\n\n".join(texts)
+            assert here.plant.is_marked(one) == there.plant.is_marked(other)
+            cancels(here.plant, one)
+            left, right = here.steps(one), there.steps(other)
+            assert left.keys() == right.keys(), (seed, *texts)
+            for name, outcomes in left.items():
+                pairs = paired(here, there, outcomes, right[name], f"{seed} {name}\n{texts}")
+                todo += pairs - known
+                known |= pairs
+        compared += len(known)
+        retried += any(state.times for state in unfolded.counted)
+    assert compared > 400
+    assert retried > 3
+
+
+def paired(
+    here: Side, there: Side, ours: list[Outcome], theirs: list[Outcome], text: str
+) -> set[tuple[PlantState, PlantState]]:
+    """The states in which one event leaves both, which must be the same."""
+
+    def seen(side: Side, found: Outcome) -> object:
+        return found if isinstance(found, Verdict) else sorted(side.seen(found).items())
+
+    assert {str(seen(here, o)) for o in ours} == {str(seen(there, t)) for t in theirs}, text
+    return {
+        (one, other)
+        for one in ours
+        for other in theirs
+        if isinstance(one, tuple)
+        and isinstance(other, tuple)
+        and seen(here, one) == seen(there, other)
+    }
+
+
+def cancels(plant: Plant, state: PlantState) -> None:
+    """A goal is cancelled where no state has it under way, and nowhere else."""
+    place = str(plant.variables[0].values[state[0]])
+    owner = place.rpartition(".")[0]
+    robot = plant.robot
+    performed = [path for _, path in robot.performed.get("P.go", ())]
+    cancel = next(event for event in plant.events if event.kind is EventKind.CANCEL)
+    if performed:
+        assert cancel.requirement is not None
+        keeps = owner in performed and place.endswith("under_way")
+        assert holds(plant, cancel.requirement, state) is not keeps
