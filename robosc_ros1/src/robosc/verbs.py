@@ -13,7 +13,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -338,8 +338,11 @@ def _view(args: Arguments) -> int:
 
 
 def _load(args: Arguments, target: pipeline.Target | None = None) -> Robot:
-    """The robot of the model; its warnings are shown."""
-    loaded = pipeline.load(args.model, _options(args), target)
+    """The robot of the model; its warnings are shown. ``target``: that of a bag."""
+    options = _options(args)
+    if target is not None:  # recorded is what any controller sent
+        options = replace(options, supervises=True)
+    loaded = pipeline.load(args.model, options, target)
     tell(loaded.diagnostics)
     return loaded.robot
 

@@ -7,18 +7,32 @@ Messages of the other controller come by :meth:`JudgingEngine.offer`; subclasses
 
 from __future__ import annotations
 
+import struct
 from typing import Any, Callable, Dict, FrozenSet, Optional, Sequence, Tuple
 
 from .engine import Engine
 from .inbox import Inbox
-from .matching import CommandPattern
-from .model import Controller
+from .matching import CommandPattern, changed_fields
+from .model import Command, Controller
 from .offers import Offered, Reasons, Repack, itself
 from .port import Port, steady_time
 from .reasons import blocked_by, violated
 from .scheduler import ScheduledCommand
 from .settings import Settings
-from .values import not_finite
+from .values import Mismatch, Undefined, not_finite
+from .verdicts import CORRECTION
+
+UNFIT = (Mismatch, TypeError, ValueError, OverflowError, struct.error)
+"""What is raised where data do not fit."""
+NOTHING_TO_CORRECT_BY = "what its correction reads is not there"
+
+
+class JudgingPort(Port):
+    """A port that can tell what becomes of another controller's message."""
+
+    def corrected(self, message: Any, data: Dict[str, Any]) -> Any:
+        """Return a copy of a message with the given fields set, as it will arrive."""
+        raise NotImplementedError
 
 
 class JudgingEngine(Engine):
@@ -27,11 +41,12 @@ class JudgingEngine(Engine):
     def __init__(
         self,
         controller: Controller,
-        port: Port,
+        port: JudgingPort,
         settings: Optional[Settings] = None,
         steady: Callable[[], float] = steady_time,
     ) -> None:
         super().__init__(controller, port, settings, steady)
+        self._port_that_corrects = port
         self._scheduled: Dict[Tuple[str, str], ScheduledCommand] = {
             (c.key, c.kind): c for c in self._scheduler.commands
         }
@@ -85,6 +100,50 @@ class JudgingEngine(Engine):
         """Do nothing."""
 
     # What is allowed
+
+    def _correction(
+        self, row: Command, message: Any, data: Any
+    ) -> Optional[Tuple[Any, Dict[str, Any]]]:
+        """Return a message, of which ``data`` were read, as the model corrects it, and what is
+        told of that; None if nothing changes.
+
+        Raises:
+            Undefined: what the correction reads is not there.
+            Exception: one of ``UNFIT``.
+        """
+        found = None if row.correct is None else row.correct(self.controller, data)
+        if found is None:
+            return None
+        fields, text, place = found
+        made = self._port_that_corrects.corrected(message, fields)
+        changes = changed_fields(message, made, fields)
+        return (made, {"by": text, "place": place, "fields": changes}) if changes else None
+
+    def _objections(self, command: ScheduledCommand, message: Any, data: Tuple[Any, ...]) -> Reasons:
+        """Return why a message that was sent would not have been passed on as it is now; empty if
+        it would."""
+        row = command.row
+        reasons = self._reasons(command.key, command.kind, data)
+        if row.correct is None or row.read is None:
+            return reasons
+        try:
+            found = self._correction(row, message, *data)
+            if found is None:
+                return reasons
+            made, told = found
+            blocked = self._reasons(command.key, command.kind, (row.read(self.controller, made),))
+        except Undefined:
+            return [*reasons, {"kind": "data", "text": NOTHING_TO_CORRECT_BY}]
+        except UNFIT as error:
+            return [*reasons, {"kind": "data", "text": str(error)}]
+        if blocked:
+            return blocked
+        fields = told["fields"].items()
+        because = ["%s %s becomes %s" % (path, f["sent"], f["made"]) for path, f in fields]
+        correction = {
+            "kind": CORRECTION, "text": told["by"], "place": told["place"], "because": because
+        }  # fmt: skip
+        return [*(r for r in reasons if r["kind"] == "requirement"), correction]
 
     def _unmatched(self, patterns: Sequence[CommandPattern]) -> Reasons:
         """Return why a message is none of the commands of its topic."""

@@ -14,18 +14,19 @@ decide: until then a forbidden one waits, and those behind it on its topic with 
 
 from __future__ import annotations
 
-from typing import Any, Callable, Container, Dict, FrozenSet, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Callable, Container, Dict, FrozenSet, List, Optional, Set, Tuple
 
 from .calls import Failure
 from .intake import BoundInput
-from .judging_engine import JudgingEngine
+from .judging_engine import UNFIT, JudgingEngine, JudgingPort
 from .matching import matching_command
 from .model import Controller, Requirement
-from .offers import Reasons, Repack
-from .port import Port, steady_time
+from .offers import Reasons, Repack, told
+from .port import steady_time
 from .reasons import reason_text, violation
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
+from .seen import RecentStates, Seen
 from .settings import Settings
 from .shortening import Shortener
 from .telemetry import dump
@@ -36,21 +37,7 @@ _NEVER = float("-inf")
 _REPLACED = "another goal took its place"
 
 
-class _Seen(NamedTuple):
-    """A command, or the answer to one (``entry`` is its input), in the order in which they were
-    seen; ``time`` is that of the port, ``stamp`` that of the recorder. ``excused``: it is allowed,
-    or was a moment ago."""
-
-    key: str
-    kind: str
-    message: Any
-    time: float
-    stamp: float
-    excused: bool = True
-    entry: Optional[BoundInput] = None
-
-
-class MonitorPort(Port):
+class MonitorPort(JudgingPort):
     """A port that sends nothing to the robot."""
 
     def found(self, text: str) -> None:
@@ -71,7 +58,7 @@ class MonitorEngine(JudgingEngine):
         self._port_of_findings = port
         self.recorder.counters.update(forbidden=0, violations=0, crossed=0)
         self.tolerance = self.settings.tolerance
-        self._seen: List[_Seen] = []
+        self._seen: List[Seen] = []
         self._topics: Dict[str, str] = {}  # by key, of the commands that were seen
         self._allowed: Dict[Tuple[str, str], bool] = {}
         self._allowed_until: Dict[Tuple[str, str], float] = {}
@@ -84,6 +71,8 @@ class MonitorEngine(JudgingEngine):
             i: row for i, row in enumerate(controller.REQUIREMENTS) if i not in on_commands
         }
         self._violated: Set[int] = set()
+        reads_data = any(row.read is not None for row in controller.COMMANDS)
+        self._recent = RecentStates(controller) if reads_data else None
         self.describe: Callable[[Any], Any] = lambda message: None
         """Returns what is recorded of the message of a command."""
 
@@ -124,7 +113,8 @@ class MonitorEngine(JudgingEngine):
     def _begin(self) -> None:
         super()._begin()
         for command in self._scheduler.commands:
-            self._allowed[command.key, command.kind] = self._is_allowed(command)
+            if command.row.read is None:
+                self._allowed[command.key, command.kind] = self._is_allowed(command)
         self._look_at_states()
 
     def time_to_deadline(self) -> Optional[float]:
@@ -147,19 +137,27 @@ class MonitorEngine(JudgingEngine):
             self._topics[key] = topic
             self._take_command(key, "request", message)
             return
-        self._forbid("request", "", self._unmatched(patterns), message)
+        seen = Seen("", "request", message, self._port.now(), self.recorder.now())
+        self._forbid("request", "", self._unmatched(patterns), seen)
 
     def _take_command(self, key: str, kind: str, message: Any) -> None:
         command = self._scheduled[key, kind]
-        now = self._port.now()
-        until = self._allowed_until.get((key, kind), _NEVER)
+        seen = Seen(key, kind, message, self._port.now(), self.recorder.now())
+        if command.row.read is not None:
+            if message is None:
+                return  # what it would have done is not known
+            try:
+                seen = seen._replace(data=(command.row.read(self.controller, message),))
+            except UNFIT as error:
+                self._forbid(kind, self._names[key], [{"kind": "data", "text": str(error)}], seen)
+                return
         excused = (
             self._is_unjudged(command)
-            or self._is_allowed(command)
-            or now - until < self.tolerance
+            or self._is_allowed(command, seen)
+            or self._was_allowed(command, seen)
             or self._pauses.holds  # the order of what waited is not known
         )
-        self._seen.append(_Seen(key, kind, message, now, self.recorder.now(), excused))
+        self._seen.append(seen._replace(excused=excused))
         self._judge()
 
     def _take_answer(self, entry: BoundInput, message: Any, former: bool) -> None:
@@ -169,9 +167,8 @@ class MonitorEngine(JudgingEngine):
                 self._answer(entry, message)
         elif waits or self._may_cross(entry):
             now = self._port.now()
-            self._seen.append(
-                _Seen(entry.key, entry.kind, message, now, self.recorder.now(), entry=entry)
-            )
+            stamp = self.recorder.now()
+            self._seen.append(Seen(entry.key, entry.kind, message, now, stamp, entry=entry))
         else:
             self._answer(entry, message)
 
@@ -212,12 +209,12 @@ class MonitorEngine(JudgingEngine):
             waiting.add(topic)
         return None
 
-    def _topic(self, seen: _Seen) -> str:
+    def _topic(self, seen: Seen) -> str:
         return (
             seen.key + seen.kind if seen.kind == "cancel" else self._topics.get(seen.key, seen.key)
         )
 
-    def _is_decided(self, seen: _Seen) -> bool:
+    def _is_decided(self, seen: Seen) -> bool:
         """Apply a command, unless it has to wait for what may come; an answer is not applied."""
         over = self._port.now() - seen.time >= self.tolerance
         if seen.entry is not None:
@@ -227,14 +224,13 @@ class MonitorEngine(JudgingEngine):
             return self._is_cancelled(seen, command, over)
         if seen.key in self._withdrawn and not command.possible:
             self._replace(seen.key)
-        fits = self._fits(command)
+        fits = self._fits(command, *seen.data)
         unfit = self._unfit(seen.message)
-        if fits and not unfit and (seen.excused or self._is_allowed(command)):
+        if fits and not unfit and (seen.excused or self._is_allowed(command, seen)):
             self._happen(seen, command)
             return True
         if self._is_unjudged(command):
             return True
-        reasons = unfit or self._reasons(seen.key, seen.kind)
         if not unfit and not over:
             return False
         if seen.key == self.settings.stop_command and fits and not unfit:
@@ -242,10 +238,11 @@ class MonitorEngine(JudgingEngine):
         elif seen.excused and not unfit:
             self.recorder.counters["crossed"] += 1
         else:
-            self._happen(seen, command, reasons=reasons)
+            objections = self._objections(command, seen.message, seen.data)
+            self._happen(seen, command, reasons=unfit or objections)
         return True
 
-    def _is_cancelled(self, seen: _Seen, command: ScheduledCommand, over: bool) -> bool:
+    def _is_cancelled(self, seen: Seen, command: ScheduledCommand, over: bool) -> bool:
         """Take a cancel, which a supervisor always passes on: where the model does not have it, the
         goal goes on until the robot says otherwise."""
         if not command.possible:
@@ -264,25 +261,24 @@ class MonitorEngine(JudgingEngine):
 
     def _happen(
         self,
-        seen: _Seen,
+        seen: Seen,
         command: ScheduledCommand,
         reasons: Optional[Reasons] = None,
         detail: Optional[str] = None,
     ) -> None:
         """Apply a command that was seen."""
-        fits = self._fits(command)
+        fits = self._fits(command, *seen.data)
         if fits and command.apply is not None:
-            command.apply()
+            command.apply(*seen.data)
         command.count += 1
         name = self._names[seen.key]
         if reasons:
-            self._forbid(seen.kind, name, reasons, seen.message, seen.stamp, command.writes)
+            self._forbid(seen.kind, name, reasons, seen, command.writes)
         else:
             self.recorder.counters["commands"] += 1
-            value = self.describe(seen.message)
             self.recorder.record(
-                seen.kind, name, value, detail=detail, writes=command.writes, time=seen.stamp,
-                seen=True,
+                seen.kind, name, self._value(seen), detail=detail, writes=command.writes,
+                time=seen.stamp, seen=True,
             )  # fmt: skip
         if fits:
             self._own = self._topic(seen)
@@ -294,19 +290,21 @@ class MonitorEngine(JudgingEngine):
         kind: str,
         name: str,
         reasons: Reasons,
-        message: Any,
-        stamp: Optional[float] = None,
+        seen: Seen,
         writes: FrozenSet[str] = frozenset(),
     ) -> None:
         text = "; ".join(map(reason_text, reasons))
         self.recorder.counters["forbidden"] += 1
         self.recorder.record(
-            kind, name, self.describe(message), "forbidden", text, writes=writes, time=stamp,
+            kind, name, self._value(seen), "forbidden", text, writes=writes, time=seen.stamp,
             seen=True, blocked_by=reasons,
         )  # fmt: skip
-        self._tell("forbidden", kind, name, message, text, reasons, stamp)
+        self._tell("forbidden", kind, name, seen.message, text, reasons, seen.stamp)
         what = "%s of %s" % (kind, name) if name else "a message"
         self._log("warning", name + kind, "%s was sent, which is forbidden: %s" % (what, text))
+
+    def _value(self, seen: Seen) -> Any:
+        return told(seen.data) if seen.data else self.describe(seen.message)
 
     def _tell(
         self,
@@ -337,13 +335,15 @@ class MonitorEngine(JudgingEngine):
         return not self._unknown.isdisjoint(command.reads)
 
     @staticmethod
-    def _fits(command: ScheduledCommand) -> bool:
+    def _fits(command: ScheduledCommand, *data: Any) -> bool:
         """Whether a command is possible in the components, whatever the requirements say."""
         if not command.possible:
             return False
-        return command.synchronisation is None or bool(command.synchronisation())
+        return command.synchronisation is None or bool(command.synchronisation(*data))
 
-    def _is_allowed(self, command: ScheduledCommand) -> bool:
+    def _is_allowed(self, command: ScheduledCommand, seen: Optional[Seen] = None) -> bool:
+        if seen is not None and seen.data:
+            return not self._objections(command, seen.message, seen.data)
         if not (command.possible and command.authorised()):
             return False
         if command.is_cancel:
@@ -353,10 +353,21 @@ class MonitorEngine(JudgingEngine):
                 return False
         return True
 
+    def _was_allowed(self, command: ScheduledCommand, seen: Seen) -> bool:
+        """Whether a command was allowed a moment before it was seen."""
+        since = seen.time - self.tolerance
+        if self._recent is None or not seen.data:
+            return self._allowed_until.get((seen.key, seen.kind), _NEVER) > since
+        return self._recent.held(lambda: self._is_allowed(command, seen), since, self._topic(seen))
+
     def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
         written = super()._after(writes, ended)
+        if self._recent is not None:
+            self._recent.note(self._port.now(), self._own, self.tolerance)
         for command in self._scheduler.affected(written):
             place = command.key, command.kind
+            if command.row.read is not None:
+                continue
             allowed = self._is_allowed(command)
             if not allowed and self._own == self._topics.get(command.key, command.key):
                 self._allowed_until.pop(place, None)

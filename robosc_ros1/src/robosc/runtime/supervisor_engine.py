@@ -16,13 +16,12 @@ stop it: what counts is whether it would be forbidden if it had not changed the 
 
 from __future__ import annotations
 
-import struct
 import time
 from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
 from .inbox import Inbox
-from .judging_engine import JudgingEngine
-from .matching import CommandPattern, changed_fields, matching_command
+from .judging_engine import NOTHING_TO_CORRECT_BY, UNFIT, JudgingEngine, JudgingPort
+from .matching import CommandPattern, matching_command
 from .model import Command, Controller
 from .offers import (
     UNCHECKED,
@@ -35,23 +34,19 @@ from .offers import (
     itself,
     told,
 )
-from .port import Port, steady_time
+from .port import steady_time
 from .reasons import reason_text, violated
 from .scheduler import ScheduledCommand
 from .settings import Settings
 from .telemetry import dump
-from .values import Mismatch, Undefined
+from .values import Undefined
 
 
-class SupervisorPort(Port):
+class SupervisorPort(JudgingPort):
     """A port on which ``data`` are the payloads from the other controller, passed on unchanged."""
 
     def blocked(self, text: str) -> None:
         """Publish a document about a blocked command on ``~blocked``."""
-        raise NotImplementedError
-
-    def corrected(self, message: Any, data: Dict[str, Any]) -> Any:
-        """Return a copy of a message with the given fields set, as it will arrive."""
         raise NotImplementedError
 
     def composed(self, key: str, data: Optional[Dict[str, Any]]) -> Any:
@@ -152,18 +147,14 @@ class SupervisorEngine(JudgingEngine):
             return checked, self._unfit(message)
         try:
             data = row.read(self.controller, message)
-            found = None if row.correct is None else row.correct(self.controller, data)
+            found = self._correction(row, message, data)
             if found is not None:
-                fields, text, place = found
-                sent, message = message, self._port_of_commands.corrected(message, fields)
+                message, correction = found
                 data = row.read(self.controller, message)
-                changes = changed_fields(sent, message, fields)
-                if changes:
-                    correction = {"by": text, "place": place, "fields": changes}
-                    checked = CheckedCommand(repack(message), (), correction)
+                checked = CheckedCommand(repack(message), (), correction)
         except Undefined:
-            return checked, [{"kind": "data", "text": "what its correction reads is not there"}]
-        except (Mismatch, TypeError, ValueError, OverflowError, struct.error) as error:
+            return checked, [{"kind": "data", "text": NOTHING_TO_CORRECT_BY}]
+        except UNFIT as error:
             return checked, [{"kind": "data", "text": str(error)}]
         return checked._replace(data=(data,)), self._unfit(message)
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 
 from typing import Any, Dict, List, Literal, NamedTuple, Optional, Sequence
 
-Sort = Literal["violation", "blocked", "departure"]
+Sort = Literal["violation", "blocked", "corrected", "departure"]
 VIOLATION: Sort = "violation"
 BLOCKED: Sort = "blocked"
+CORRECTED: Sort = "corrected"
 DEPARTURE: Sort = "departure"
-"""A requirement was violated; a supervisor would have blocked a command for another reason; the
-model does not have what happened."""
+"""A requirement was violated; a supervisor would have blocked a command for another reason, or
+corrected it; the model does not have what happened."""
 
+CORRECTION = "correction"
+"""The kind of the reason for which a supervisor would have passed on another message."""
 _OUTSIDE = ("phase", "synchronisation", "range", "unknown")
 """The kinds of reasons for which the components, not the requirements, lack a command."""
 
@@ -26,14 +29,17 @@ class Judged(NamedTuple):
 def verdicts(
     outcome: str, detail: Optional[str], blocked_by: Optional[Sequence[Dict[str, Any]]]
 ) -> List[Judged]:
-    """Return the findings of an event: none, or what leaves the model and what was violated."""
+    """Return the findings of an event: none, or what leaves the model, what was violated, and what
+    would have been corrected."""
     if outcome in ("mismatch", "stopped"):
         text = detail or "no reason is given"
         return [Judged(DEPARTURE, [{"kind": outcome, "text": text}])]
     reasons = blocked_by or []
     outside = [reason for reason in reasons if reason["kind"] in _OUTSIDE]
     required = [reason for reason in reasons if reason["kind"] == "requirement"]
-    rest = [reason for reason in reasons if reason not in outside and reason not in required]
+    corrections = [reason for reason in reasons if reason["kind"] == CORRECTION]
+    known = (*outside, *required, *corrections)
+    rest = [reason for reason in reasons if reason not in known]
     found = []
     if outside:
         found.append(Judged(DEPARTURE, outside))
@@ -41,4 +47,6 @@ def verdicts(
         found.append(Judged(VIOLATION, required))
     if rest and not found:
         found.append(Judged(BLOCKED, rest))
+    if corrections:
+        found.append(Judged(CORRECTED, corrections))
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from copy import deepcopy
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Literal
@@ -111,19 +112,24 @@ class Bag:
             for number, (connection, time, raw) in enumerate(found):
                 if not number % 256:
                     progress("reading messages", number, most)
-                yield connection.topic, time / 1e9, read(raw, self.topics[connection.topic])
+                message = _plain(read(raw, self.topics[connection.topic]))
+                yield connection.topic, time / 1e9, message
 
     def make(self, type_: str) -> Callable[[dict[str, Any]], Any]:
         """A function that makes messages of a type from data, as they would arrive."""
 
-        def made(data: dict[str, Any]) -> Any:
-            message = default_message(self._store, type_)
-            fill(message, data)
-            store = self._store
-            pack = store.serialize_ros1 if self.ros_1 else store.serialize_cdr
-            return self._deserialise()(pack(message, type_), type_)
+        return lambda data: self._arrived(_plain(default_message(self._store, type_)), data)
 
-        return made
+    def corrected(self, message: Any, data: dict[str, Any]) -> Any:
+        """A copy of a message with other fields, as it would arrive."""
+        return self._arrived(deepcopy(message), data)
+
+    def _arrived(self, message: Any, data: dict[str, Any]) -> Any:
+        fill(message, data)
+        store, type_ = self._store, message.__msgtype__
+        pack = store.serialize_ros1 if self.ros_1 else store.serialize_cdr
+        raw = pack(_with_arrays(store, message), type_)
+        return _plain(self._deserialise()(raw, type_))
 
     def _deserialise(self) -> Callable[[Any, str], Any]:
         name = "deserialize_ros1" if self.ros_1 else "deserialize_cdr"
@@ -195,6 +201,39 @@ def default_message(store: Any, type_: str) -> Any:
     """A message with all fields at their defaults, which are all zeros in the bytes of ROS 1."""
     definition = store.get_msgdef(type_)
     message, _ = definition.deserialize_ros1(bytes(_ENOUGH), 0, definition.cls, store)
+    return message
+
+
+def _plain(message: Any) -> Any:
+    """The message with lists, or bytes, in place of arrays: their elements count like those in ROS,
+    where a number is one of 64 bits."""
+    for name in type(message).__slots__:
+        value = getattr(message, name)
+        if hasattr(value, "dtype"):
+            setattr(message, name, bytes(value) if value.dtype == "uint8" else value.tolist())
+        elif hasattr(value, "__msgtype__"):
+            _plain(value)
+        elif isinstance(value, list):
+            for part in value:
+                if hasattr(part, "__msgtype__"):
+                    _plain(part)
+    return message
+
+
+def _with_arrays(store: Any, message: Any) -> Any:
+    """The message with arrays again, as they are packed."""
+    for name, blank in vars(default_message(store, message.__msgtype__)).items():
+        value = getattr(message, name)
+        if hasattr(blank, "dtype"):
+            blank.resize(len(value), refcheck=False)
+            blank[:] = list(value)
+            setattr(message, name, blank)
+        elif hasattr(value, "__msgtype__"):
+            _with_arrays(store, value)
+        elif isinstance(value, list):
+            for part in value:
+                if hasattr(part, "__msgtype__"):
+                    _with_arrays(store, part)
     return message
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from robosc.emit.supervisor.guarding import CommandMatch, command_matches
-from robosc.emit.supervisor.listening import demand_no_data
 from robosc.errors import UsageError
 from robosc.language.events import Kind
 from robosc.model.declarations.servers import shared_servers
@@ -57,10 +56,11 @@ class Track:
 
 
 class _BagPort(MonitorPort):
-    """The clock of a recording."""
+    """The clock of a recording, and its types."""
 
-    def __init__(self) -> None:
-        self.time = 0.0
+    def __init__(self, bag: Bag) -> None:
+        self.time = bag.start
+        self.corrected = bag.corrected  # type: ignore[method-assign]
 
     def now(self) -> float:
         return self.time
@@ -97,7 +97,6 @@ class BagRun:
 
     Raises:
         ModelError: commands of one topic cannot be told apart by their data.
-        UsageError: the model decides on the data of commands.
     """
 
     def __init__(
@@ -110,13 +109,11 @@ class BagRun:
         names: RecordedNames | None = None,
     ) -> None:
         robot = supervisor.plant.robot
-        demand_no_data(robot)
         self.supervisor = supervisor
         self.bag = bag
         self.settings = settings
         self.tracks: dict[str, Track] = {}
-        self._port = _BagPort()
-        self._port.time = bag.start
+        self._port = _BagPort(bag)
         controller = make_controller(supervisor)
         controller.configure(settings.more)
         self.engine = MonitorEngine(controller, self._port, settings, self._port.now)
@@ -220,7 +217,7 @@ class BagRun:
     def _connect_action(self, action: Communication) -> None:
         if self.bag.ros_1:
             self._add_parts(action, SeenAction(self.engine, action.key).handlers)
-        elif self._reads_ends(action):
+        elif self._reads_ends(action) or self._reads_goals(action):
             self._heard.unseen.append(action.key)
         else:
             self._add_parts(action, SeenActionOfRos2(self.engine, action.key).handlers)
@@ -231,6 +228,11 @@ class BagRun:
         return any(
             r.key == action.key and r.kind == "response" and r.read is not None for r in rows
         )
+
+    def _reads_goals(self, action: Communication) -> bool:
+        """Whether the model decides on the data of goals, which a bag of ROS 2 does not have."""
+        rows = self.engine.controller.COMMANDS
+        return any(r.key == action.key and r.read is not None for r in rows)
 
     def _connect_service(self, service: Communication) -> None:
         handlers = SeenServiceOfRos2(self.engine, service.key).handlers

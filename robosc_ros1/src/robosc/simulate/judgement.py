@@ -1,5 +1,5 @@
-"""What is to be said of a bag: violations, commands that a supervisor would have blocked, places
-where the run leaves the model, and how often everything came."""
+"""What is to be said of a bag: violations, commands that a supervisor would have blocked or
+corrected, places where the run leaves the model, and how often everything came."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from robosc.simulate.junit import Outcome, suite_text
 _TITLES: dict[Sort, str] = {
     "violation": "violated",
     "blocked": "a supervisor would have blocked",
+    "corrected": "a supervisor would have corrected",
     "departure": "leaves the model",
 }
 _DONE = {"request": "was sent", "cancel": "was cancelled"}
@@ -96,6 +97,7 @@ def _verdict(found: Judgement) -> str:
     kinds: tuple[tuple[Sort, str, str], ...] = (
         ("violation", "violation", ""),
         ("blocked", "command", " blocked beyond the requirements"),
+        ("corrected", "command", " to correct"),
         ("departure", "place", " outside the model"),
     )
     said = [
@@ -158,7 +160,7 @@ def judgement_document(found: Judgement) -> dict[str, Any]:
 
 
 def judgement_junit(found: Judgement) -> str:
-    """A test case for each requirement, one for synthesis, and one for the model."""
+    """A test case for each requirement, one for synthesis, one for corrections, and one for the model."""
     robot = found.robot
     outcomes = [
         Outcome(
@@ -172,6 +174,9 @@ def judgement_junit(found: Judgement) -> str:
     outcomes.append(
         Outcome("what synthesis forbids", [_said_at(found, f) for f in found.of("blocked")])
     )
+    if robot.corrected:
+        corrected = [_said_at(found, f) for f in found.of("corrected")]
+        outcomes.append(Outcome("what a supervisor corrects", corrected))
     outcomes.append(
         Outcome("the run follows the model", [_said_at(found, f) for f in found.of("departure")])
     )

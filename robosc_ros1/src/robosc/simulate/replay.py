@@ -216,8 +216,8 @@ class Follower:
             return _apply(controller, input_, entry.value, parts)
         command = self._commands.get((entry.name, entry.kind))
         if entry.seen:  # what others sent was judged by the monitor that saw it
-            if command is not None and command.apply is not None and _fits(controller, command):
-                command.apply(controller)
+            if command is not None and command.apply is not None:
+                self._apply_seen(controller, command, entry)
             return None
         if command is not None:
             stopping = entry.document.get("detail") == STOP_COMMAND
@@ -228,6 +228,16 @@ class Follower:
             event = self._events[entry.name, entry.kind]
             return "; ".join([reason, *data_behind(self._plant, event, controller.variables())])
         return f"the model has no {entry.text}"
+
+
+    def _apply_seen(self, controller: Controller, command: Command, entry: LogEntry) -> None:
+        parts = self._carried.get((command.key, command.kind), {})
+        try:
+            given = () if command.read is None else (restored_value(entry.value, parts),)
+        except ValueError:
+            return  # a message that could not be read did nothing
+        if _fits(controller, command, *given):
+            command.apply(controller, *given)
 
 
 def _can_step(controller: Controller, tau: Tau) -> bool:
@@ -290,9 +300,9 @@ def _perform(
     return None
 
 
-def _fits(controller: Controller, command: Command) -> bool:
+def _fits(controller: Controller, command: Command, *given: Any) -> bool:
     """Whether the components have a command now, whatever the requirements say."""
-    return command.possible(vars(controller)) and _synchronises(controller, command)
+    return command.possible(vars(controller)) and _synchronises(controller, command, *given)
 
 
 def _synchronises(controller: Controller, command: Command, *given: Any) -> bool:

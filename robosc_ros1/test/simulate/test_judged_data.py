@@ -1,0 +1,203 @@
+"""``robosc replay`` of bags by models that decide on the data of commands, or correct them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy
+import pytest
+
+pytest.importorskip("rosbags")
+
+from emit.generated_code import supervisor_of
+from ros_support import EXAMPLES, Completed
+from runtime.schemas import validate
+from simulate.recorded_runs import EVENT_2, GOAL, START, BagWriter
+
+from robosc.simulate.bag_files import default_message, fill
+from robosc.simulate.judgement import Judgement, judge
+from robosc.supervisor import Supervisor
+from robosc.view.hub import Hub
+from robosc.view.recorded import Recording
+
+Robosc = Callable[..., Completed]
+
+LIMITER = EXAMPLES / "gallery" / "limiter" / "limiter.rscd"
+
+
+@pytest.fixture(scope="module")
+def limiter() -> Supervisor:
+    return supervisor_of(LIMITER.read_text(), str(LIMITER))
+
+
+def scan(writer: BagWriter, time: float, ahead: float) -> None:
+    ranges = [*[ahead] * 61, *[3.0] * 238, *[ahead] * 61]
+    seen = numpy.array(ranges, dtype="float32")
+    data: dict[str, Any] = {"ranges": seen, "range_min": 0.1, "range_max": 10.0}
+    writer.write("/scan", "sensor_msgs/msg/LaserScan", START + time, data)
+
+
+def drive(writer: BagWriter, time: float, speed: float, turn: float) -> None:
+    data = {"linear": {"x": speed}, "angular": {"z": turn}}
+    writer.write("/cmd_vel", "geometry_msgs/msg/Twist", START + time, data)
+
+
+def driven(folder: Path, kind: str, *commands: tuple[float, float, float]) -> Path:
+    """Free until 5 s, then something stands 0.2 m ahead."""
+    writer = BagWriter(folder / f"run.{kind}", {})
+    for tick in range(200):
+        scan(writer, tick * 0.05, 3.0 if tick < 100 else 0.2)
+    for command in commands:
+        drive(writer, *command)
+    writer.close()
+    return writer.path
+
+
+def judged(supervisor: Supervisor, path: Path) -> Judgement:
+    return judge(supervisor, path, (), lambda *_: None)
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap", "db3"])
+def test_what_was_sent_and_what_a_supervisor_would_have_made_of_it(
+    limiter: Supervisor, tmp_path: Path, kind: str
+) -> None:
+    path = driven(
+        tmp_path,
+        kind,
+        (1.01, 0.3, 0.2),
+        (2.01, 1.0, 0.6),
+        (3.01, 0.5, 0.3),
+        (4.01, -0.1, 0.0),
+        (6.01, 0.1, 0.4),
+        (7.01, 0.0, 0.4),
+    )
+    found = judged(limiter, path)
+    assert [(f.sort, round(f.time - found.start, 3)) for f in found.findings] == [
+        ("violation", 2.01),
+        ("corrected", 2.01),
+        ("violation", 4.01),
+        ("violation", 6.01),
+        ("corrected", 6.01),
+    ]
+    limited, backwards, near = (found.findings[i].reasons for i in (1, 2, 4))
+    assert "linear.x 1.0 becomes 0.5, angular.z " in limited[0]
+    assert "limiter.rscd:" in limited[0]
+    assert backwards[0].startswith("requirement move needs value.linear.x >= 0.0")
+    assert "linear.x 0.1" in near[0] and "becomes 0.0" in near[0]
+
+
+def test_a_command_crosses_the_message_that_it_is_judged_by(
+    limiter: Supervisor, tmp_path: Path
+) -> None:
+    # Just before and after what is ahead is seen, either may have been known to who sent it.
+    path = driven(tmp_path, "bag", (4.98, 0.0, 0.4), (4.99, 0.4, 0.0), (5.02, 0.3, 0.0))
+    assert judged(limiter, path).findings == []
+    path.unlink()
+    later = driven(tmp_path, "bag", (5.09, 0.3, 0.0))
+    assert [f.sort for f in judged(limiter, later).findings] == ["violation", "corrected"]
+
+
+def test_the_documents(limiter: Supervisor, tmp_path: Path, robosc: Robosc) -> None:
+    path = driven(tmp_path, "bag", (2.01, 1.0, 0.6))
+    done = robosc("replay", str(LIMITER), str(path), "--json")
+    assert done.returncode == 1, done.stderr
+    validate(document := json.loads(done.stdout), "judgement")
+    assert [f["sort"] for f in document["findings"]] == ["violation", "corrected"]
+    text = robosc("replay", str(LIMITER), str(path)).stdout
+    assert "a supervisor would have corrected: move was sent: provide move with" in text
+    assert "1 violation, 1 command to correct" in text
+
+
+def test_the_page_follows_a_bag_whose_data_decide(tmp_path: Path) -> None:
+    recording = Recording(supervisor_of(LIFTER, supervises=True), str(lifted(tmp_path, "bag")), Hub())
+    assert recording.overview({})["departures"] == []
+    at = {d["event"]["name"]: n for n, d in enumerate(recording.documents, 1)}
+    assert recording.documents[at["lift"] - 1]["event"]["value"] == {"angle": 2.5}
+    state = recording.moment({"at": at["lift"]})["state"]
+    assert state["variables"]["Lift.high"] is True
+
+
+LIFTER = """
+robot Lifter {
+    component Lift {
+        action lift with identifier: "/lift", request: Target, response: none, feedback: none
+            links turn
+        service lock with identifier: "/lock", type: std_srvs/SetBool
+        behaviour {
+            variable high: boolean
+            initial marked state resting {
+                on request to lift do high := value.angle > 1.0 goto lifting
+            }
+            state lifting {
+                on response, error, cancelled from lift goto resting
+            }
+        }
+    }
+    requirement lift needs value.angle < 2.0
+    requirement lock needs Lift.high => value.data
+    datatype object Target { angle: double }
+    interface turn use Turn from gallery_msgs
+}
+"""
+
+
+def lifted(folder: Path, kind: str) -> Path:
+    """A bag of ROS 1 with two goals, the first of which is allowed."""
+    name = "gallery_msgs/msg/Turn"
+    definitions = {
+        f"{name}Goal": "float64 angle\n",
+        f"{name}ActionGoal": GOAL.format(type="gallery_msgs/Turn"),
+    }
+    writer = BagWriter(folder / f"goals.{kind}", definitions)
+    for time, angle in ((1.0, 0.5), (2.0, 2.5)):
+        data = {"goal_id": {"id": str(angle)}, "goal": {"angle": angle}}
+        writer.write("/lift/goal", f"{name}ActionGoal", START + time, data)
+    writer.close()
+    return writer.path
+
+
+def test_goals_are_judged_by_their_data(tmp_path: Path) -> None:
+    found = judged(supervisor_of(LIFTER, supervises=True), lifted(tmp_path, "bag"))
+    violations = [f for f in found.findings if f.sort == "violation"]
+    (violation,) = violations
+    assert round(violation.time - START, 3) == 2.0
+    assert violation.reasons[0].endswith("value.angle is 2.5")
+
+
+@pytest.mark.parametrize("contents", [True, False])
+def test_calls_of_ros_2_are_judged_by_their_data_where_they_are_recorded(
+    tmp_path: Path, contents: bool
+) -> None:
+    type_ = "std_srvs/srv/msg/SetBool"
+    definitions = {
+        f"{type_}_Request": "bool data\n",
+        f"{type_}_Response": "bool success\nstring message\n",
+        f"{type_}_Event": EVENT_2.format(type=type_),
+    }
+    writer = BagWriter(tmp_path / "calls.mcap", definitions)
+    for number, data in enumerate((True, False)):
+        info = {"event_type": 0, "sequence_number": number}
+        request = default_message(writer.store, f"{type_}_Request")
+        fill(request, {"data": data})
+        event = {"info": info, "request": [request] if contents else []}
+        writer.write("/lock/_service_event", f"{type_}_Event", START + number, event)
+        answer = {"info": {**info, "event_type": 3}}
+        writer.write("/lock/_service_event", f"{type_}_Event", START + number + 0.2, answer)
+    writer.close()
+    text = LIFTER.replace("Lift.high => value.data", "value.data")
+    found = judged(supervisor_of(text, supervises=True), writer.path)
+    violated = [round(f.time - START, 3) for f in found.findings]
+    assert violated == ([1.0] if contents else [])
+
+
+def test_goals_of_ros_2_are_not_judged_by_what_a_bag_does_not_show(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "goals.mcap", {})
+    writer.write("/lift/_action/status", "action_msgs/msg/GoalStatusArray", START, {})
+    writer.write("/lamp", "std_msgs/msg/Empty", START, {})
+    writer.close()
+    lamp = 'incoming message lamp with identifier: "/lamp", type: none\n        behaviour {'
+    found = judged(supervisor_of(LIFTER.replace("behaviour {", lamp), supervises=True), writer.path)
+    assert "lift" in found.unseen and ("lift", "request") in found.unjudged
