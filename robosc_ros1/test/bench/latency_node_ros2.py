@@ -1,6 +1,6 @@
 """Sends through a relay and through a generated node in turn, and writes how long it took (JSON).
 
-Arguments: "supervisor" or "controller", samples of each, the file.
+Arguments: "supervisor", "controller" or "limiter", samples of each, the file.
 """
 
 import sys
@@ -8,7 +8,9 @@ import threading
 import time
 
 import rclpy
+from geometry_msgs.msg import Twist
 from measuring_ros2 import spinning, write
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float32, Int16
 
 WAYS = {
@@ -19,6 +21,10 @@ WAYS = {
     "controller": {
         "relay": (Int16, "echo_in", "echo_out"),
         "controller": (Int16, "level", "blow", "halt"),
+    },
+    "limiter": {
+        "relay": (Twist, "twist_in", "twist_out"),
+        "limiter": (Twist, "supervised/cmd_vel", "cmd_vel"),
     },
 }
 """The type of the messages, the topic on which they go in, those on which they come out."""
@@ -41,17 +47,28 @@ class Way:
 
     def measure(self, number):
         """Seconds; None if nothing came out."""
-        # The level changes sides each time, so that each message enables another command.
-        message = self.type(data=self.type().data + (3 if number % 2 else 9))
+        message = self.type()
+        if self.type is Twist:  # so fast that it is corrected
+            message.linear.x, message.angular.z = 1.0, 0.6
+        else:  # the level changes sides each time, so that each message enables another command
+            message.data += 3 if number % 2 else 9
         self.arrived.clear()
         start = time.perf_counter()
         self.publisher.publish(message)
         return self.arrival - start if self.arrived.wait(2.0) else None
 
 
+def sense(node):
+    """What lets a limiter pass commands: a laser, ten times per second."""
+    publisher = node.create_publisher(LaserScan, "scan", 10)
+    scan = LaserScan(ranges=[3.0] * 360, range_min=0.1, range_max=10.0)
+    node.create_timer(0.1, lambda: publisher.publish(scan))
+
+
 def main():
     rclpy.init()
     node = rclpy.create_node("latency")
+    sense(node)
     ways = {name: Way(node, *way) for name, way in WAYS[sys.argv[1]].items()}
     with spinning(node):
         while any(way.measure(number) is None for way in ways.values() for number in (0, 1)):

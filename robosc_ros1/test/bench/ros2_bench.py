@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from bench.ros_bench import report_flood, report_latency, resident
+from bench.ros_bench import LIMITER, report_flood, report_latency, resident
 from ros2.bed import Unavailable, test_bed
 from ros2.ros2_support import Graph, Process, free_domain
 
@@ -50,8 +50,11 @@ def main(arguments: list[str] | None = None) -> int:
         with ended(graph):
             guarded = run_latency(graph, ARM, "supervisor", args.samples)
         with ended(graph):
+            limited = run_latency(graph, LIMITER, "limiter", args.samples)
+        with ended(graph):
             flood, memory = run_flood(graph, args.seconds, args.rate)
     failed = report_latency(controlled, "controller") | report_latency(guarded, "supervisor")
+    failed |= report_latency(limited, "limiter")
     return failed | report_flood(flood, memory)
 
 
@@ -74,13 +77,13 @@ def generated(graph: Graph, model: Path, mode: pipeline.Mode, *arguments: str) -
 
 
 def run_latency(
-    graph: Graph, model: Path, mode: pipeline.Mode, samples: int, *arguments: str
+    graph: Graph, model: Path, node: str, samples: int, *arguments: str
 ) -> dict[str, Any]:
     """What latency_node_ros2.py found."""
     found = graph.folder / "latency.json"
-    generated(graph, model, mode, *arguments)
+    generated(graph, model, "controller" if node == "controller" else "supervisor", *arguments)
     graph.start(graph.bed.python, HERE / "relay_node_ros2.py")
-    probe = graph.start(graph.bed.python, HERE / "latency_node_ros2.py", mode, str(samples), found)
+    probe = graph.start(graph.bed.python, HERE / "latency_node_ros2.py", node, str(samples), found)
     assert probe.wait(samples * 0.1 + 60) == 0, probe.output
     taken: dict[str, Any] = json.loads(found.read_text(encoding="utf-8"))
     return taken

@@ -25,7 +25,8 @@ from robosc.emit.write.writer import write
 __all__ = ["main"]
 
 HERE = Path(__file__).resolve().parent
-LIMITS = {"controller": 1.3, "supervisor": 1.5}
+LIMITER = ros_support.EXAMPLES / "gallery" / "limiter" / "limiter.rscd"
+LIMITS = {"controller": 1.3, "supervisor": 1.5, "limiter": 1.3}
 """So many times as long as a relay may a node take on an idle machine, but for one message in 100."""
 
 
@@ -44,8 +45,10 @@ def main(arguments: list[str] | None = None) -> int:
         (Path(folder) / "master").mkdir()
         with ros_support.master(Path(folder) / "master") as master:
             result, memory = run(workspace, master, args)
-            guarded = run_guard(workspace, master, args.samples)
-    return report(result, memory) | report_latency(guarded, "supervisor")
+            guarded = run_guard(workspace, master, "supervisor", args.samples)
+            limited = run_guard(workspace, master, "limiter", args.samples)
+    failed = report(result, memory) | report_latency(guarded, "supervisor")
+    return failed | report_latency(limited, "limiter")
 
 
 def built_workspace(folder: Path) -> Workspace:
@@ -54,6 +57,8 @@ def built_workspace(folder: Path) -> Workspace:
     write(package_of("probe"), folder / "src")
     supervisor = pipeline.synthesize(pipeline.load(model_path("probe")).robot)
     write(ros1_target.emit(supervisor, "probe_supervisor", mode="supervisor"), folder / "src")
+    output = pipeline.Output(target="ros1", mode="supervisor", folder=folder / "src")
+    pipeline.generate(LIMITER, output=output)
     workspace.build()
     return workspace
 
@@ -82,12 +87,13 @@ def run(
         return json.loads(output.read_text(encoding="utf-8")), memory
 
 
-def run_guard(workspace: Workspace, master: Master, samples: int) -> dict[str, Any]:
+def run_guard(workspace: Workspace, master: Master, guard: str, samples: int) -> dict[str, Any]:
     """What guard_node.py found."""
-    node = ("rosrun", "probe_supervisor", "probe_supervisor")
+    package = {"supervisor": "probe_supervisor", "limiter": "limiter_supervisor"}[guard]
+    node = ("rosrun", package, package)
     relay = (str(PYTHON), str(HERE / "relay_node.py"))
     output = workspace.folder / "guard.json"
-    probe = (str(PYTHON), str(HERE / "guard_node.py"), str(samples), str(output))
+    probe = (str(PYTHON), str(HERE / "guard_node.py"), guard, str(samples), str(output))
     with workspace.start(*node, master=master), workspace.start(*relay, master=master):
         workspace.run(*probe, master=master)
     found: dict[str, Any] = json.loads(output.read_text(encoding="utf-8"))

@@ -112,7 +112,9 @@ def test_the_documents(limiter: Supervisor, tmp_path: Path, robosc: Robosc) -> N
 
 
 def test_the_page_follows_a_bag_whose_data_decide(tmp_path: Path) -> None:
-    recording = Recording(supervisor_of(LIFTER, supervises=True), str(lifted(tmp_path, "bag")), Hub())
+    recording = Recording(
+        supervisor_of(LIFTER, supervises=True), str(lifted(tmp_path, "bag")), Hub()
+    )
     assert recording.overview({})["departures"] == []
     at = {d["event"]["name"]: n for n, d in enumerate(recording.documents, 1)}
     assert recording.documents[at["lift"] - 1]["event"]["value"] == {"angle": 2.5}

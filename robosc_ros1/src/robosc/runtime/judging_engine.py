@@ -119,7 +119,9 @@ class JudgingEngine(Engine):
         changes = changed_fields(message, made, fields)
         return (made, {"by": text, "place": place, "fields": changes}) if changes else None
 
-    def _objections(self, command: ScheduledCommand, message: Any, data: Tuple[Any, ...]) -> Reasons:
+    def _objections(
+        self, command: ScheduledCommand, message: Any, data: Tuple[Any, ...]
+    ) -> Reasons:
         """Return why a message that was sent would not have been passed on as it is now; empty if
         it would."""
         row = command.row

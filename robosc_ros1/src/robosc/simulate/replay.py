@@ -216,7 +216,7 @@ class Follower:
             return _apply(controller, input_, entry.value, parts)
         command = self._commands.get((entry.name, entry.kind))
         if entry.seen:  # what others sent was judged by the monitor that saw it
-            if command is not None and command.apply is not None:
+            if command is not None:
                 self._apply_seen(controller, command, entry)
             return None
         if command is not None:
@@ -229,14 +229,13 @@ class Follower:
             return "; ".join([reason, *data_behind(self._plant, event, controller.variables())])
         return f"the model has no {entry.text}"
 
-
     def _apply_seen(self, controller: Controller, command: Command, entry: LogEntry) -> None:
         parts = self._carried.get((command.key, command.kind), {})
         try:
             given = () if command.read is None else (restored_value(entry.value, parts),)
         except ValueError:
             return  # a message that could not be read did nothing
-        if _fits(controller, command, *given):
+        if command.apply is not None and _fits(controller, command, *given):
             command.apply(controller, *given)
 
 
