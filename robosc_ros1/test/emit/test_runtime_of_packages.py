@@ -13,6 +13,7 @@ MONITOR = {
     "judging_engine",
     "monitor_engine",
     "observation",
+    "seen",
     "unseen",
     "verdicts",
 }

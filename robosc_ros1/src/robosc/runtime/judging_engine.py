@@ -16,11 +16,10 @@ from .matching import CommandPattern, changed_fields
 from .model import Command, Controller
 from .offers import Offered, Reasons, Repack, itself
 from .port import Port, steady_time
-from .reasons import blocked_by, violated
+from .reasons import CORRECTION, blocked_by, violated
 from .scheduler import ScheduledCommand
 from .settings import Settings
 from .values import Mismatch, Undefined, not_finite
-from .verdicts import CORRECTION
 
 UNFIT = (Mismatch, TypeError, ValueError, OverflowError, struct.error)
 """What is raised where data do not fit."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import Any, Dict, List, Literal, NamedTuple, Optional, Sequence
 
+from .reasons import CORRECTION
+
 Sort = Literal["violation", "blocked", "corrected", "departure"]
 VIOLATION: Sort = "violation"
 BLOCKED: Sort = "blocked"
@@ -13,8 +15,6 @@ DEPARTURE: Sort = "departure"
 """A requirement was violated; a supervisor would have blocked a command for another reason, or
 corrected it; the model does not have what happened."""
 
-CORRECTION = "correction"
-"""The kind of the reason for which a supervisor would have passed on another message."""
 _OUTSIDE = ("phase", "synchronisation", "range", "unknown")
 """The kinds of reasons for which the components, not the requirements, lack a command."""
 

@@ -160,7 +160,7 @@ def judgement_document(found: Judgement) -> dict[str, Any]:
 
 
 def judgement_junit(found: Judgement) -> str:
-    """A test case for each requirement, one for synthesis, one for corrections, and one for the model."""
+    """A test case for each requirement, for synthesis, for corrections, and for the model."""
     robot = found.robot
     outcomes = [
         Outcome(
