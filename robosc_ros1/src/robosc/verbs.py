@@ -13,7 +13,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -339,10 +339,7 @@ def _view(args: Arguments) -> int:
 
 def _load(args: Arguments, target: pipeline.Target | None = None) -> Robot:
     """The robot of the model; its warnings are shown. ``target``: that of a bag."""
-    options = _options(args)
-    if target is not None:  # recorded is what any controller sent
-        options = replace(options, supervises=True)
-    loaded = pipeline.load(args.model, options, target)
+    loaded = pipeline.load(args.model, _options(args, target is not None), target)
     tell(loaded.diagnostics)
     return loaded.robot
 
@@ -353,9 +350,9 @@ def _supervise(args: Arguments, target: pipeline.Target | None = None) -> Superv
     return supervisor
 
 
-def _options(args: Arguments) -> pipeline.Options:
-    folders, guards = tuple(args.library_path), args.mode == "supervisor"
-    return pipeline.Options(folders, args.strict, guards, args.progress)
+def _options(args: Arguments, of_others: bool = False) -> pipeline.Options:
+    guards = of_others or args.mode == "supervisor"  # commands of any controller
+    return pipeline.Options(tuple(args.library_path), args.strict, guards, args.progress)
 
 
 def _show(

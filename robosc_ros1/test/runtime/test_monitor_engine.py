@@ -11,8 +11,9 @@ from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, Play
 from runtime.schemas import validate
 
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.monitor_engine import MonitorEngine, MonitorPort
+from robosc.runtime.monitor_engine import MonitorEngine
 from robosc.runtime.observation import SeenAction
+from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
 
 TOLERANCE = Settings().tolerance

@@ -18,7 +18,7 @@ from typing import Any, Callable, Container, Dict, FrozenSet, List, Optional, Se
 
 from .calls import Failure
 from .intake import BoundInput
-from .judging_engine import UNFIT, JudgingEngine, JudgingPort
+from .judging_engine import UNFIT, JudgingEngine
 from .matching import matching_command
 from .model import Controller, Requirement
 from .offers import Reasons, Repack, told
@@ -26,7 +26,7 @@ from .port import steady_time
 from .reasons import reason_text, violation
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
-from .seen import RecentStates, Seen
+from .seen import MonitorPort, RecentStates, Seen
 from .settings import Settings
 from .shortening import Shortener
 from .telemetry import dump
@@ -34,14 +34,6 @@ from .unseen import unknown_attributes
 from .verdicts import verdicts
 
 _NEVER = float("-inf")
-_REPLACED = "another goal took its place"
-
-
-class MonitorPort(JudgingPort):
-    """A port that sends nothing to the robot."""
-
-    def found(self, text: str) -> None:
-        """Publish the document of a finding on ``~findings``."""
 
 
 class MonitorEngine(JudgingEngine):
@@ -189,13 +181,12 @@ class MonitorEngine(JudgingEngine):
 
     def _judge(self) -> None:
         """Apply what was seen, in order on each topic, as far as it need not wait."""
-        place: Optional[int] = 0
+        place = self._next_decided()
         while place is not None:
+            answered = self._seen.pop(place)
+            if answered.entry is not None:
+                self._answer(answered.entry, answered.message)
             place = self._next_decided()
-            if place is not None:
-                answered = self._seen.pop(place)
-                if answered.entry is not None:
-                    self._answer(answered.entry, answered.message)
 
     def _next_decided(self) -> Optional[int]:
         """Apply the first command that need not wait, and return its place; or that of an answer to
@@ -210,9 +201,8 @@ class MonitorEngine(JudgingEngine):
         return None
 
     def _topic(self, seen: Seen) -> str:
-        return (
-            seen.key + seen.kind if seen.kind == "cancel" else self._topics.get(seen.key, seen.key)
-        )
+        is_cancel = seen.kind == "cancel"
+        return seen.key + "cancel" if is_cancel else self._topics.get(seen.key, seen.key)
 
     def _is_decided(self, seen: Seen) -> bool:
         """Apply a command, unless it has to wait for what may come; an answer is not applied."""
@@ -238,8 +228,8 @@ class MonitorEngine(JudgingEngine):
         elif seen.excused and not unfit:
             self.recorder.counters["crossed"] += 1
         else:
-            objections = self._objections(command, seen.message, seen.data)
-            self._happen(seen, command, reasons=unfit or objections)
+            reasons = unfit or self._objections(command, seen.message, seen.data)
+            self._happen(seen, command, reasons=reasons)
         return True
 
     def _is_cancelled(self, seen: Seen, command: ScheduledCommand, over: bool) -> bool:
@@ -257,7 +247,7 @@ class MonitorEngine(JudgingEngine):
     def _replace(self, key: str) -> None:
         """End a cancelled goal whose end was not seen before the next one began."""
         self._withdrawn.discard(key)
-        self._input((self._inputs[key, "error"],), Failure(_REPLACED))
+        self._input((self._inputs[key, "error"],), Failure("another goal took its place"))
 
     def _happen(
         self,

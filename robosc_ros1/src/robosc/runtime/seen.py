@@ -7,7 +7,15 @@ from collections import deque
 from typing import Any, Callable, Deque, Dict, NamedTuple, Optional, Tuple
 
 from .intake import BoundInput
+from .judging_engine import JudgingPort
 from .model import Controller
+
+
+class MonitorPort(JudgingPort):
+    """A port that sends nothing to the robot."""
+
+    def found(self, text: str) -> None:
+        """Publish the document of a finding on ``~findings``."""
 
 
 class Seen(NamedTuple):

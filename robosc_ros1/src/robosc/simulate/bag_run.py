@@ -17,9 +17,10 @@ from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Communication, Robot
 from robosc.progress import Progress
 from robosc.runtime.matching import command_patterns
-from robosc.runtime.monitor_engine import MonitorEngine, MonitorPort
+from robosc.runtime.monitor_engine import MonitorEngine
 from robosc.runtime.observation import Handler, SeenAction, SeenActionOfRos2, SeenServiceOfRos2
 from robosc.runtime.recorder import Entry
+from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
 from robosc.simulate.bag_files import Bag
 from robosc.simulate.execute import read_settings
