@@ -80,8 +80,16 @@ def test_scans_that_waited_while_the_node_stood_still_move_nothing(
 
 
 def test_a_sensor_at_the_edge_of_its_timeout(stage: Stage, ear: Puppet) -> None:
-    """On a simulated clock the edge is exact, however slow the machine is."""
-    with stage.simulated_time(), stage.controller(ear, NODE) as node, stage.puppet() as sensor:
+    """On a simulated clock the edge is exact, however slow the machine is.
+
+    The timeout is so long that it does not end by the clock of the machine, while that counts.
+    """
+    parameters = {"timeout__scan": 3000.0}
+    with (
+        stage.simulated_time(),
+        stage.controller(ear, NODE, **parameters) as node,
+        stage.puppet() as sensor,
+    ):
 
         def shows_left(left: float, seconds: float = PATIENCE) -> None:
             """Await a time that is left of the timeout; another one than before."""
@@ -104,25 +112,25 @@ def test_a_sensor_at_the_edge_of_its_timeout(stage: Stage, ear: Puppet) -> None:
             mark = ear.mark
             clock(1000.0, 1000.1)
             try:
-                shows_left(0.4, seconds=PATIENCE if last else 3.0)
+                shows_left(2999.9, seconds=PATIENCE if last else 3.0)
                 break
             except AssertionError:
                 assert not last
         for turn in range(5):
             mark = ear.mark
             sensor.do("publish", **SCAN)
-            shows_left(0.5)
-            clock(1000.1 + 0.49 * (turn + 1))
+            shows_left(3000.0)
+            clock(1000.1 + 2999.99 * (turn + 1))
             shows_left(0.01)
         assert node.events(event("timeout", "scan")) == []
         # A bag that is played anew: the clock jumps back, and the timeout starts anew.
         mark = ear.mark
         clock(500.0)
-        shows_left(0.5)
-        clock(500.45)
+        shows_left(3000.0)
+        clock(3499.95)
         shows_left(0.05)
         assert node.events(event("timeout", "scan")) == []
-        clock(500.51)
+        clock(3500.01)
         node.tells(event("timeout", "scan"))
 
 
@@ -163,6 +171,17 @@ def test_silence_is_noticed_before_ros_time_begins(stage: Stage, ear: Puppet) ->
             mark = ear.mark
         node.tells(event("timeout", "scan"), since=mark)
         node.shows(lambda s: any("has not begun" in f for f in s["faults"]))
+
+
+def test_silence_is_noticed_after_the_clock_died(stage: Stage, ear: Puppet) -> None:
+    with stage.simulated_time(), stage.controller(ear, NODE) as node:
+        with stage.puppet() as bag:
+            play = {"start": 100.0, "seconds": 1e4, "speed": 1.0, "end": 1e4}
+            bag.begin("play", **SCAN, to=NODE_NAME, **play)
+            node.shows(lambda s: s["communications"]["scan"] == "fresh" and not s["faults"])
+            mark = ear.mark
+        node.tells(event("timeout", "scan"), since=mark)
+        node.shows(lambda s: any("stands still" in f for f in s["faults"]))
 
 
 def test_silence_is_noticed_without_a_master(

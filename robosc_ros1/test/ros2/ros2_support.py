@@ -147,13 +147,17 @@ class Peer:
 
     def order(self, do: str, seconds: float = PATIENCE, **arguments: Any) -> Any:
         """Have something done; what the peer answers to it."""
+        answer = self.expect("done", seconds, order=self.begin(do, **arguments))
+        assert "fault" not in answer, answer["fault"]
+        return answer.get("result")
+
+    def begin(self, do: str, **arguments: Any) -> int:
+        """Have something begun, without waiting for its end; the number of the order."""
         self._count += 1
         text = json.dumps({"do": do, "order": self._count, **arguments})
         self._orders.write(text.encode() + b"\n")
         self._orders.flush()
-        answer = self.expect("done", seconds, order=self._count)
-        assert "fault" not in answer, answer["fault"]
-        return answer.get("result")
+        return self._count
 
     def expect(
         self,

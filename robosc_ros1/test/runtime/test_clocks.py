@@ -256,11 +256,13 @@ def test_silence_is_noticed_however_many_clocks_there_are(seed: int) -> None:
 class Wall:
     """A bench whose port has a clock of its own, beside that of the machine."""
 
-    def __init__(self, start: float) -> None:
+    def __init__(self, start: float, engine_type: Any = Engine) -> None:
         self.seconds = 0.0
         self.port = PlayedPort()
         self.port.time = start
-        self.engine = Engine(WatchController(), self.port, DEFAULTS, steady=lambda: self.seconds)
+        self.engine = engine_type(
+            WatchController(), self.port, DEFAULTS, steady=lambda: self.seconds
+        )
         self.engine.begin()
 
     def faults(self, *times: float) -> list[str]:
@@ -287,6 +289,34 @@ def test_time_that_stands_still_is_shown() -> None:
     assert wall.faults(6.0) == ["ROS time stands still"]
     assert wall.faults(6.1) == []
     assert wall.faults(6.0, 5.9) == ["ROS time stands still", "ROS time steps back again and again"]
+
+
+@pytest.mark.parametrize("engine_type", [Engine, SupervisorEngine])
+def test_silence_is_noticed_while_time_that_has_begun_stands_still(engine_type: Any) -> None:
+    """Whoever published /clock is gone, and the scan with it, or later."""
+    wall = Wall(5.0, engine_type)
+    post = wall.engine.poster([SCAN])
+
+    def fresh(seconds: float, scan: bool = False, going_on: bool = False) -> bool:
+        for _ in range(round(seconds * 10)):
+            wall.seconds += 0.1
+            wall.port.time += 0.02 * going_on  # of a simulation at a fifth of its speed
+            if scan:
+                post(5.0)
+            wall.engine.cycle()
+        return bool(wall.engine.controller.scan_fresh)
+
+    assert fresh(1.0, scan=True, going_on=True)
+    assert fresh(2.4, going_on=True), "0.48 s of ROS time"
+    assert fresh(5.0, scan=True)
+    assert fresh(0.4)
+    assert not fresh(0.2)
+    assert fresh(0.1, scan=True, going_on=True)
+    assert fresh(1.9)
+    assert not fresh(0.3)
+    assert fresh(0.1, scan=True, going_on=True)
+    wall.seconds += 100.0
+    assert fresh(0.1), "this process stood still, too"
 
 
 def test_several_clocks_are_shown_but_not_a_recording_that_is_played_again() -> None:

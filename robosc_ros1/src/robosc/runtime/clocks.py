@@ -4,8 +4,9 @@
 Their time is that of the port's clock without its steps back: it stops while simulated ROS time
 stops, and a step back by less than the longest delay changes nothing of what is left of each delay.
 All clocks restart when ROS time starts or jumps back further, as when a recording is played again.
-Until ROS time starts, timeouts follow the clock of the machine, so that no message stays fresh for
-ever where nobody publishes ``/clock``; delays begin when it starts.
+Until ROS time starts, and once it has stood still for :data:`STANDSTILL`, timeouts follow the clock
+of the machine, so that no message stays fresh for ever where nobody publishes ``/clock``, or no
+longer; delays begin when it starts, and stand still with it.
 A timeout counts from the arrival of the message, not from when the engine handles it. A running
 clock is one entry in a heap, so that it costs nothing until it is due.
 """
@@ -22,6 +23,10 @@ from .port import BEFORE_TIME
 
 _SHORTEST = 1e-6
 """Seconds; the shortest delay that a double of the time since 1970 resolves."""
+
+STANDSTILL = 2.0
+"""Seconds of the machine after which ROS time does not go on by itself: a simulator on a busy machine
+seldom takes as long for a step."""
 
 
 class _Clock:
@@ -40,11 +45,12 @@ class _Clock:
 class Watch(_Clock):
     """The clock for the timeout of a message."""
 
-    __slots__ = ("key",)
+    __slots__ = ("heard", "key")
 
     def __init__(self, key: str, delay: float, rank: int) -> None:
         super().__init__(delay, rank)
         self.key = key
+        self.heard = 0.0  # the time of the machine when a message came last
 
 
 class Timer(_Clock):
@@ -104,12 +110,35 @@ class Clocks:
         """How often the port's clock stepped back."""
         self._last = self._since = BEFORE_TIME  # the port's time, and when it stepped back last
         self._shift = 0.0  # what the port's clock lost by steps back
+        self._seen = self._last  # the port's time at the last look
+        self._looked = self._moved = 0.0  # the times of the machine of that look, and of its change
 
     def begin(self) -> None:
         self.has_begun = self._port_time() != BEFORE_TIME
         self._last = self._since = self.moment()
         for timer in self._timers:
             self._restart(timer, self.time())
+
+    def look(self) -> float:
+        """Return the seconds of the machine for which the port's time has not gone on; end the
+        timeouts of messages that did not come meanwhile, if that is long.
+
+        To be called at least once per second; otherwise this process stood still itself, and it is
+        not known whether the port's time did.
+        """
+        machine, seen = self._steady(), self.time()
+        if not self.has_begun:
+            seen = BEFORE_TIME
+        if seen != self._seen or machine - self._looked > STANDSTILL:
+            self._seen, self._moved = seen, machine
+        self._looked = machine
+        stood = machine - self._moved
+        if stood > STANDSTILL and self.has_begun:
+            for watch in self._watches.values():
+                if min(stood, machine - watch.heard) > watch.delay and watch.deadline is not None:
+                    watch.deadline = min(watch.deadline, seen)
+                    self.plan(watch)
+        return stood
 
     def moment(self) -> float:
         """Return the port's time; until that starts, the time of the machine."""
@@ -164,12 +193,14 @@ class Clocks:
         """Restart the timeouts of messages that arrived at this time of the port, or end them
         (None: too long ago); messages without a timeout are ignored."""
         time = now = self.time()
+        machine = self._steady()
         # Otherwise it is from before a step back, or before time started.
         if arrival is not None and self._since <= arrival <= self._last:
             time = arrival + self._shift
         for key in keys:
             watch = self._watches.get(key)
             if watch is not None:
+                watch.heard = machine
                 watch.deadline = now if arrival is None else time + watch.delay
                 self.plan(watch)
 

@@ -196,6 +196,8 @@ class Intake:
         if pause is not None:
             text = "this node stood still for %.1f s (it was stopped, or the machine was busy)"
             self._log("warning", "pause", text % pause)
+        if self._pauses.beat is not None:
+            self._clocks.look()
 
     def _patience(self) -> Optional[float]:
         """Return the seconds for which the engine's thread may wait."""

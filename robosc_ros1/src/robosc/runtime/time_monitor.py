@@ -10,7 +10,6 @@ from collections import deque
 from typing import Callable, Deque, List, Optional, Tuple
 
 from .clocks import Clocks
-from .port import BEFORE_TIME
 
 _MEMORY = 10.0
 """Seconds for which steps back are remembered."""
@@ -23,7 +22,7 @@ _NOT_BEGUN = (
 )
 _STANDS = (
     "ROS time stands still: nobody publishes /clock, or the simulation is paused; meanwhile no"
-    " silence is noticed and no delay ends"
+    " delay ends, and silences are noticed by the clock of the machine"
 )
 _STEPS_BACK = (
     "ROS time steps back again and again: several nodes publish /clock, or a short recording is"
@@ -41,8 +40,6 @@ class TimeMonitor:
         """The fault that the clock was replaced, while that is so."""
         self._clocks = clocks
         self._steady = steady
-        self._time: Optional[float] = None
-        self._moved = 0.0  # when the time was seen to move
         self._steps: Deque[Tuple[float, int]] = deque()
 
     def look(self) -> List[str]:
@@ -54,13 +51,9 @@ class TimeMonitor:
         return [fault for fault in self.faults if fault not in before]
 
     def _found(self) -> List[str]:
-        time, now = self._clocks.time(), self._steady()
-        if not self._clocks.has_begun:
-            time = BEFORE_TIME
         found = []
-        if time != self._time:
-            self._time, self._moved = time, now
-        elif now - self._moved > self._clocks.delays[0]:
+        stood, now = self._clocks.look(), self._steady()
+        if stood > self._clocks.delays[0]:
             found.append(_STANDS if self._clocks.has_begun else _NOT_BEGUN)
         if not self._steps or self._clocks.steps_back != self._steps[-1][1]:
             self._steps.append((now, self._clocks.steps_back))
