@@ -87,7 +87,8 @@ class RosPort(CallingPort):
         return list(self._services.values())
 
     def await_inputs(self, done):
-        return BACKLOG.await_taken(done)
+        BACKLOG.await_taken(done)
+        return True
 
     def send(self, key, data):
         publisher, message_type = self._publishers[key]

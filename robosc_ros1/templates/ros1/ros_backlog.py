@@ -42,7 +42,7 @@ class Backlog:
         self._done = None
 
     def await_taken(self, done):
-        """Have ``done`` called once all that waits now was handed over; False if nothing waits."""
+        """Have ``done`` called once all that waits now was handed over, which may be so already."""
         with self._lock:
             left = dict(self._unfinished(list(self._open)))
             self._left, self._done = left, done
@@ -50,7 +50,9 @@ class Backlog:
             unfinished = {sock for sock, _ in self._unfinished(list(left))}
             for sock in left.keys() - unfinished:
                 del left[sock]
-            return bool(left)
+            is_over = not left
+        if is_over:
+            done()
 
     def _unfinished(self, sockets):
         """Yield the sockets whose bytes were not all handed over, with the bytes that wait."""

@@ -96,8 +96,15 @@ def test_renaming_and_going_to_the_declaration(code: Code) -> None:
     line, column = place("current: Clearance")
     code.shows(".statusbar-item", f"Ln {line}, Col {column}")
     code.palette("Rename Symbol")
+    # The old name is selected a moment after its input is there: what is typed before is put beside it.
     code.sees("document.activeElement?.classList.contains('rename-input')")
-    code.type(f"clearance{ENTER}")
+    code.sees(
+        "(input => input.value.slice(input.selectionStart, input.selectionEnd) === 'current')"
+        "(document.activeElement)"
+    )
+    code.type("clearance")
+    code.sees("document.activeElement?.value === 'clearance'")
+    code.type(ENTER)
     code.shows(".view-lines", "variable clearance: Clearance")
     code.problems("Warnings: 2")
 

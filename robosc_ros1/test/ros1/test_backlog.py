@@ -79,9 +79,8 @@ def test_all_that_waited_was_handed_over(module: Any, seed: int) -> None:
             found.append([reader.handed for reader in readers])
             over.set()
 
-        if not backlog.await_taken(done):
-            done()
-        elif chance.random() < 0.5:
+        backlog.await_taken(done)
+        if chance.random() < 0.5:
             readers[0].send(5000)  # more may come meanwhile
         for reader in readers:
             reader.may_go_on.set()
@@ -93,14 +92,28 @@ def test_all_that_waited_was_handed_over(module: Any, seed: int) -> None:
         reader.thread.join(20)
 
 
+def test_what_was_handed_over_before_is_over_at_once(module: Any) -> None:
+    backlog = module.Backlog()
+    reader = Reader(backlog, random.Random(0))
+    reader.send(10)
+    reader.await_arrival()
+    await_condition(lambda: reader.handed == 10, "what was sent")
+    over = threading.Event()
+    backlog.await_taken(over.set)
+    assert over.wait(20)
+    reader.theirs.close()
+
+
 def test_a_connection_that_ends_keeps_nobody_waiting(module: Any) -> None:
     backlog = module.Backlog()
     reader, other = (Reader(backlog, random.Random(n)) for n in range(2))
+    await_condition(lambda: len(backlog._open) == 2, "two threads that receive")
     reader.may_go_on.clear()
     reader.send(10)
+    reader.await_arrival()
     over = threading.Event()
-    while not backlog.await_taken(over.set):  # until its thread waits for data
-        pass
+    backlog.await_taken(over.set)
+    assert not over.is_set()
     reader.theirs.close()
     reader.may_go_on.set()
     assert over.wait(20)

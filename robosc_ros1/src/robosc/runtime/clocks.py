@@ -25,8 +25,8 @@ _SHORTEST = 1e-6
 """Seconds; the shortest delay that a double of the time since 1970 resolves."""
 
 STANDSTILL = 2.0
-"""Seconds of the machine after which ROS time does not go on by itself: a simulator on a busy machine
-seldom takes as long for a step."""
+"""Seconds of the machine for which ROS time stands still before that counts: a simulator on a busy
+machine seldom takes as long for a step."""
 
 
 class _Clock:

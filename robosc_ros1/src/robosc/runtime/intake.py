@@ -202,7 +202,8 @@ class Intake:
     def _patience(self) -> Optional[float]:
         """Return the seconds for which the engine's thread may wait."""
         times = (self.time_to_deadline(), self._pauses.beat)
-        return min((time for time in times if time is not None), default=None)
+        known = [time for time in times if time is not None]
+        return min(_LONGEST_WAIT, *known) if known else None
 
     def _time_to_command(self, now: float) -> Optional[float]:
         return self._scheduler.time_to_next(now)

@@ -80,7 +80,11 @@ class Port:
 
     def await_inputs(self, done: Callable[[], None]) -> bool:
         """Have ``done`` called, in any thread, once the engine was given all messages that wait for
-        it outside now; False if nothing waits there."""
+        it outside now; False if none can, since there is no outside: ``done`` is not called then.
+
+        Threads of a middleware may have put what waited into the engine's queue already; what
+        ``done`` queues comes behind it.
+        """
         return False
 
     def exit(self, code: int) -> None:
