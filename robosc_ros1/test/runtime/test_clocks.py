@@ -525,6 +525,15 @@ def test_after_a_pause_nothing_is_commanded_on_messages_that_waited() -> None:
     assert "stood still for 7.0 s" in standing.port.logs[0][1]
 
 
+def test_a_pause_in_the_middle_of_a_cycle_is_noticed_before_a_command() -> None:
+    standing = Standing()
+    assert standing.hear() == [DRIVE]
+    standing.post(5.0)
+    standing.engine.invoke(lambda: setattr(standing.port, "time", standing.port.time + 7.0))
+    standing.engine.cycle()
+    assert standing.port.take() == []
+
+
 def test_a_second_pause_begins_anew_and_a_hanging_connection_ends() -> None:
     standing = Standing()
     for _ in range(2):
@@ -558,8 +567,8 @@ def test_a_supervisor_blocks_what_it_cannot_judge_after_a_pause() -> None:
 
     standing.hear()
     assert offer() == [DRIVE]
-    standing.port.time += 7.0
-    standing.engine.cycle()
+    standing.engine.invoke(lambda: setattr(standing.port, "time", standing.port.time + 7.0))
+    assert offer() == [], "a pause in the middle of the cycle"
     standing.hear()
     assert offer() == []
     assert '"kind":"paused"' in standing.blocked[-1]

@@ -138,6 +138,7 @@ class Engine(Serving):
 
     def _perform_next(self) -> bool:
         """Perform the next command that is due; False if there is none."""
+        self._notice_pause()  # the process may have been stopped since the cycle began
         if self.stopped is not None or self._closing or self._pauses.holds:
             return False
         command = self._scheduler.next(self._port.now())

@@ -168,6 +168,7 @@ class SupervisorEngine(JudgingEngine):
 
     def _passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
         """Apply a command and pass it on if it is allowed; False if not."""
+        self._notice_pause()  # the process may have been stopped since the cycle began
         data = checked.data
         reasons = self._reasons(key, kind, data)
         name = self._names[key]
