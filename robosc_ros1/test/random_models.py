@@ -37,13 +37,17 @@ def models(
     return st.builds(random_model, st.randoms(use_true_random=False), sizes)
 
 
-def random_model(rng: random.Random, size: int = 2, *, served: bool = False) -> str:
+def random_model(
+    rng: random.Random, size: int = 2, *, served: bool = False, assumes: bool = False
+) -> str:
     """The text of a robot that ``check`` accepts without errors.
 
-    ``served``: at least half of what would be services are calls of the robot.
+    ``served``: at least half of what would be services are calls of the robot. ``assumes``: there
+    are assumptions.
     """
     builder = _Builder(rng, BUDGETS[size])
     builder.serves = served
+    builder.assumes = assumes
     return builder.build()
 
 
@@ -51,6 +55,7 @@ class _Builder(RandomBehaviours):
     """Draws the declarations and requirements of a robot."""
 
     serves = False
+    assumes = False
 
     # --- the whole ---------------------------------------------------------------------------
 
@@ -69,6 +74,7 @@ class _Builder(RandomBehaviours):
             for c in self.components
         ]
         rest = self.requirements() + self.provides()
+        rest += self.assumptions() if self.assumes else []
         declarations = ["interface link use Thing from random_robot_msgs", *self.declarations]
         parts = declarations + bodies + rest
         return "robot Random {\n" + "".join(indented(part) for part in parts) + "}\n"
@@ -232,6 +238,24 @@ class _Builder(RandomBehaviours):
             parts += [f"from {self.boolean(Scope())}"] if self.chance(60) else []
             parts += [f"while {self.boolean(Scope())}"] if self.chance(30) else []
             texts.append(" ".join(parts))
+        return texts
+
+    def assumptions(self) -> list[str]:
+        heard = [
+            c
+            for component in self.components
+            for c in component.communications
+            if c.kind in ("outgoing", "service", "action")
+        ]
+        texts = []
+        for _ in range(self.number(1, 3)):
+            if heard and self.chance(50):
+                one = heard[self.rng.randrange(len(heard))]
+                condition = self.boolean(Scope(value=one.response))
+                texts.append(f"assume {one.name} needs {condition}")
+            else:
+                kind = self.pick(("never", "always"))
+                texts.append(f"assume {kind} {self.boolean(Scope())}")
         return texts
 
     def work_requirements(self) -> list[str]:

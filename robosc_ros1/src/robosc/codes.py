@@ -51,7 +51,7 @@ _MODEL_ERRORS = (
     # requirements and data
     "not-over-components", "requirement-on-outgoing", "preference-on-outgoing", "preference-cycle",
     "provide-for-outgoing", "nothing-to-provide", "data-not-given", "stop-not-a-message",
-    "several-stops", "served-twice", "error-is-free",
+    "several-stops", "served-twice", "error-is-free", "assumption-on-command",
     # libraries
     "library-not-found", "library-clash", "import-cycle", "import-incomplete",
     # ROS interfaces
@@ -71,7 +71,8 @@ _PLANT_WARNINGS = (
     "never-allowed", "restricted-command", "topic-conflict", "provide-overlap", "provide-missing",
     "nothing-to-send", "requirement-always-true", "requirement-never-met", "livelock",
     "properties-unchecked", "synthesis-unchecked", "order-matters", "blocking-under-control",
-    "impossible-under-control", "possible-free", "self-cancelling",
+    "impossible-under-control", "possible-free", "self-cancelling", "assumption-excludes-all",
+    "assumption-broken",
 )  # fmt: skip
 _SUPERVISOR_ERRORS = ("commands-alike", "topic-both-ways", "data-of-others", "calls-to-supervisor")
 

@@ -119,7 +119,7 @@ REACTION = "on response from seen do last := value"
             "function ahead(x: double): boolean = x > 1 requirement drive needs ah|",
             ["ahead"],
         ),
-        ("robot R {", "robot R {\n |", ["component", "condition", "constant", "datatype enum"]),
+        ("robot R {", "robot R {\n |", ["assume", "component", "condition", "constant"]),
         ("robot R {", "// |\nrobot R {", []),
         ('"/seen"', '"/se|"', []),
     ],

@@ -27,7 +27,16 @@ def _build_generated(folder: Path) -> None:
     workspace = Workspace(folder)
     workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
     workspace.add(EXAMPLES / "robot_common")
-    for model in ("lantern", "gauntlet", "thermostat", "probe", "watch", "shared", *CALLED):
+    for model in (
+        "lantern",
+        "gauntlet",
+        "thermostat",
+        "probe",
+        "watch",
+        "shared",
+        "hoist",
+        *CALLED,
+    ):
         write(package_of(model), folder / "src")
     write(package_of("gauntlet", mode="monitor"), folder / "src")
     workspace.build()

@@ -37,6 +37,13 @@ ROWS = {
         "allows +requirement say needs steps &gt; 1",
         "forbids +requirement rest needs Sensor.degrees &gt; wanted or Sensor.degrees &gt; limit",
     ),
+    # Of this one something is assumed.
+    "hoist_controller": (
+        "event +door response",
+        "event +rise request",
+        "event +hold request",
+        "event +height timeout",
+    ),
     # Three services have one name, and two actions.
     "shared_controller": (
         "event +light request",

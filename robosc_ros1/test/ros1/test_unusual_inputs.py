@@ -28,6 +28,23 @@ def test_a_value_out_of_range_is_told_and_ignored(
         node.tells(event("request", "blow"))
 
 
+def test_what_is_assumed_away_is_told_and_shown(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    number = "std_msgs/Float32"
+    with stage.controller(ear, "hoist_controller") as node:
+        puppet.steadily("/hoist/height", number, 0.5)
+        node.tells(event("request", "rise"))
+        puppet.publish("/hoist/door", BOOL, True)
+        told = node.tells(event("response", "door", outcome="mismatch"))
+        assert told["detail"].startswith("assume never Cabin.moving and Cabin.open (")
+        state = node.shows(lambda s: any("assume never" in fault for fault in s["faults"]))
+        assert state["variables"]["Cabin.open"] is False
+        # What counts as not arrived does not keep a message fresh.
+        puppet.steadily("/hoist/height", number, -1.0)
+        node.tells(event("response", "height", outcome="mismatch"))
+        node.tells(event("timeout", "height"))
+        node.tells(event("request", "hold"))
+
+
 def test_the_policy_stop_makes_a_safe_stop(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     puppet.do("listen", topic="/halt", type="std_msgs/Empty")
     ear.do("listen", topic="/diagnostics", type="diagnostic_msgs/DiagnosticArray")

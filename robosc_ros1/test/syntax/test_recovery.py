@@ -119,7 +119,7 @@ model.rscd:36:20: error[syntax]: expected 'needs' or 'disables'
 model.rscd:37:27: error[syntax]: expected ',' or '}'
    37 |     provide a with { x: 3 y: 4 }
       |                           ^
-model.rscd:38:22: error[syntax]: expected 'if', 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'stop', 'for' or '}'
+model.rscd:38:22: error[syntax]: expected 'if', 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'assume', 'stop', 'for' or '}'
    38 |     provide b with 3 iff c
       |                      ^^^ did you mean 'if'?
 """,
@@ -300,16 +300,16 @@ robot R {
 }
 """,
         """\
-model.rscd:2:5: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'stop', 'for' or '}'
+model.rscd:2:5: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'assume', 'stop', 'for' or '}'
     2 |     42
       |     ^^
-model.rscd:3:21: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'stop', 'for' or '}'
+model.rscd:3:21: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'assume', 'stop', 'for' or '}'
     3 |     component A { } foo bar
       |                     ^^^
 model.rscd:4:19: error[syntax]: expected 'incoming message', 'outgoing message', 'outgoing service', 'service', 'action', 'behaviour', 'requirement', 'provide', 'constant', 'parameter', 'condition', 'function', 'prefer' or '}'
     4 |     component B { ( }
       |                   ^
-model.rscd:5:27: error[syntax]: expected 'to start', 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'stop', 'for' or '}'
+model.rscd:5:27: error[syntax]: expected 'to start', 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'assume', 'stop', 'for' or '}'
     5 |     requirement a needs b ) or c
       |                           ^
 """,

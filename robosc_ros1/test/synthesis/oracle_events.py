@@ -21,7 +21,7 @@ from robosc.expr.tree import (
     VariableRef,
 )
 from robosc.model.automata import ResultTransition, Variable
-from robosc.model.entities import Communication, Component, EventKind, Kind, Robot
+from robosc.model.entities import Assumption, Communication, Component, EventKind, Kind, Robot
 
 OracleState = tuple[Any, ...]
 
@@ -157,6 +157,7 @@ class OracleEvents:
         robot = self.robot
         conditions: list[Expr] = [r.condition for r in robot.requirements]
         conditions += [e for g in robot.goals for e in g.conditions]
+        conditions += [a.condition for a in robot.assumptions]
         conditions += [p.condition for p in robot.provides if p.condition is not None]
         conditions += [t.guard for _, t in self.all_transitions if t.guard is not None]
         found = {read for condition in conditions for read in _variables_in(condition)}
@@ -218,6 +219,14 @@ class OracleEvents:
                     for part in walk(expr):
                         if isinstance(part, ValueRef) and part.path not in paths:
                             paths.append(part.path)
+        for assumption in self.robot.assumptions:
+            if self.is_about(assumption, event):
+                read_here = (part for part in walk(assumption.condition))
+                paths += dict.fromkeys(
+                    part.path
+                    for part in read_here
+                    if isinstance(part, ValueRef) and part.path not in paths
+                )
         if not paths:
             return [Occurrence(event)]
         type_ = self.robot.communications[event.key].value_type(event.kind)
@@ -227,6 +236,30 @@ class OracleEvents:
         nothing = [Occurrence(event, tuple((path, None) for path in paths))]
         found = [Occurrence(event, values) for values in product(*choices) if _possible(values)]
         return found + (nothing if event.kind is EventKind.ERROR else [])
+
+    def is_about(self, assumption: Assumption, event: Event) -> bool:
+        """Whether an assumption names what sends an event, and speaks of it."""
+        if assumption.communication != event.key:
+            return False
+        communication = self.robot.communications[event.key]
+        if event.kind is EventKind.FEEDBACK:
+            reads = any(isinstance(part, ValueRef) for part in walk(assumption.condition))
+            return not reads or communication.feedback == communication.response
+        return event.kind is EventKind.RESPONSE
+
+    def is_excluded(self, state: OracleState, occurrence: Occurrence, target: OracleState) -> bool:
+        """Whether the robot is assumed not to do this."""
+        event = occurrence.event
+        if event.kind not in (EventKind.RESPONSE, EventKind.FEEDBACK):
+            return False
+        for assumption in self.robot.assumptions:
+            condition = assumption.condition
+            if self.is_about(assumption, event) and not self.holds(condition, state, occurrence):
+                return True
+            lasting = assumption.communication is None and self.holds(condition, state)
+            if lasting and not self.holds(condition, target):
+                return True
+        return False
 
     def _effective(
         self, component: Component, event: Event

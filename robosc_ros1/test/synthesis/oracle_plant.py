@@ -213,9 +213,13 @@ class OraclePlant(OracleEvents):
         found = self._found[state] = []
         for occurrence in self._all_occurrences:
             try:
-                found.append((occurrence, self.step(state, occurrence)))
+                target = self.step(state, occurrence)
+                if not self.is_excluded(state, occurrence, target):
+                    found.append((occurrence, target))
             except OutOfRange:
-                if not occurrence.event.controllable:
+                # Where it leads is no state, so nothing is assumed of it.
+                excluded = self.is_excluded(state, occurrence, state)
+                if not occurrence.event.controllable and not excluded:
                     self._leaving.add(state)
             except Impossible:
                 pass

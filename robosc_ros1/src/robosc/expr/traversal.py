@@ -28,7 +28,7 @@ from robosc.expr.tree import (
     VariableRef,
     condition_of,
 )
-from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
+from robosc.expr.types import ArrayType, EnumType, IntegerType, ObjectType, Type
 from robosc.source import Span
 
 T = TypeVar("T")
@@ -226,3 +226,17 @@ def operands(expr: Expr, operator: str) -> list[Expr]:
     if isinstance(expr, Binary) and expr.operator == operator:
         return [*operands(expr.left, operator), *operands(expr.right, operator)]
     return [expr]
+
+
+def within(expr: Expr, type_: Type) -> bool:
+    """Whether a value assigned to a variable of this type is surely in its range."""
+    if not (isinstance(type_, IntegerType) and type_.bounds):
+        return True
+    low, high = type_.bounds
+    match expr:
+        case Literal(value=int(value)):
+            return low <= value <= high
+        case VariableRef() | ValueRef() | ParameterRef() if isinstance(expr.type, IntegerType):
+            bounds = expr.type.bounds
+            return bounds is not None and low <= bounds[0] and bounds[1] <= high
+    return False

@@ -80,6 +80,7 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("condition", declaration, (*_FILES, "component", "for"))
     yield Keyword("function", declaration, (*_FILES, "component"))
     yield Keyword("prefer", declaration, _STATEMENTS)
+    yield Keyword("assume", declaration, ("robot", "for"))
     yield Keyword("stop", declaration, ("robot",))
     yield Keyword("for", clause, ("robot", "for"))
     yield Keyword("variable", declaration, ("behaviour",))
@@ -137,6 +138,7 @@ _MEANINGS = {
     " that is never or always true.",
     "provide": "The data that a command is sent with, perhaps only under a condition.",
     "prefer": "While the first command is enabled the second one is not sent.",
+    "assume": "What the robot does not do: synthesis leaves it out, the node treats it as a fault.",
     "for": "Writes its statements once for each number of a range.",
     "constant": "A name for a value that is known when the model is read.",
     "parameter": "A value that the generated node reads from its ROS parameter when it starts.",

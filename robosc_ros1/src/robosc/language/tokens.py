@@ -296,6 +296,7 @@ LOOKS = {
         "condition": "(?= NAME '=' )",
         "function": "(?= NAME '(' NAME ':' )",
         "prefer": "(?= QUALIFIED (?: over | except ) | '{' )",
+        "assume": "(?= (?: always | never | QUALIFIED needs ) )",
         "stop": "(?= with )",
         "for": "(?= NAME in )",
         "transition": "(?= if | goto )",

@@ -16,7 +16,8 @@ from robosc.source import Source, common_ends
 
 _EXPECT_NAME = frozenset({
     ".", "robot", "library", "component", "constant", "parameter", "condition", "function",
-    "requirement", "provide", "interface", "message", "service", "action", "variable", "state",
+    "requirement", "assume", "provide", "interface", "message", "service", "action",
+    "variable", "state",
     "from", "to", "goto", "do", "if", "needs", "disables", "never", "always", "possible", "while",
     "use", "import", "links", "object", "enum", "->", ":=", "(", ",", ":", "[",
     *symbols(words=True), *symbols(words=False),

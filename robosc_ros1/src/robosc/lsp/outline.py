@@ -13,6 +13,7 @@ from robosc.model.names.data_directions import kind_of
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
     ActionNode,
+    AssumeNode,
     BehaviourNode,
     CommunicationNode,
     ComponentNode,
@@ -132,7 +133,7 @@ def _item(node: _Node) -> OutlineItem:
         case StateNode():
             detail = " ".join(["initial"] * node.initial + ["marked"] * node.marked)
             return _named(node, "state", detail, node.states)
-        case RequirementNode() | PossibleNode():
+        case RequirementNode() | PossibleNode() | AssumeNode():
             label = " ".join(node.span.text.split()).removeprefix("requirement ")
             return OutlineItem(label, "requirement", "requirement", node.span, node.span)
         case ProvideNode(communication=name):

@@ -32,6 +32,8 @@ class StatementOffers(MemberOffers):
                 yield from self._import()
             case "requirement":
                 yield from self._requirement()
+            case "assume":
+                yield from self._assumption()
             case "prefer":
                 yield from self._preference()
             case "stop" if self._context.last == "stop":
@@ -125,6 +127,16 @@ class StatementOffers(MemberOffers):
             yield ALL_COMMANDS
             return
         yield from self._expression_or_more()
+
+    def _assumption(self) -> Iterator[Candidate]:
+        words = self._context.words
+        if len(words) == 1:
+            yield from self._communications(("response",), rank=0)
+            yield from keywords(("never", "always"))
+        elif "needs" in words or self._context.word(1) in ("never", "always"):
+            yield from self._expression_or_more()
+        else:
+            yield from keywords(("needs",), rank=0)
 
     def _preference(self) -> Iterator[Candidate]:
         if self._context.last in ("prefer", "over", "except"):

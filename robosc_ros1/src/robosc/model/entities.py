@@ -186,6 +186,23 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True)
+class Assumption:
+    """What the robot does not do (docs/semantics.md, "Assumptions").
+
+    ``needs``: the outgoing message or answer ``communication`` (a key) comes only where
+    ``condition`` holds, which may read its ``value``. Otherwise no response and no feedback leads
+    from a state in which the condition holds to one in which it does not; ``never`` is ``always``
+    with the condition negated. ``text`` is the assumption on one line.
+    """
+
+    kind: Literal["needs", "never", "always"]
+    communication: str | None
+    condition: Expr
+    text: str
+    span: Span = span_field()
+
+
+@dataclass(frozen=True, slots=True)
 class DataObject:
     """Values for named fields; fields that are not named keep their defaults."""
 
@@ -261,6 +278,7 @@ class Robot:
     stop: str | None = None
     """The key of the message that is sent at a safe stop and when the node ends."""
     goals: tuple[Goal, ...] = ()
+    assumptions: tuple[Assumption, ...] = ()
     supervises: bool = False
     """Whether the data of commands are those that another controller sends."""
     conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)

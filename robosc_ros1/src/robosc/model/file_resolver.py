@@ -137,7 +137,7 @@ class FileResolver:
         self._binder.check_unlinked(self._scope.interfaces.values())
         self.types.values.resolve()
         robot = self._with_statements(components)
-        self._binder.report_unknown_fields(Usage(components, robot.provides, robot.requirements))
+        self._binder.report_unknown_fields(Usage(robot))
         robot = select_state_variables(robot, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
         lengths = {**self._type_declarations.ros.lengths, **self._binder.lengths}
@@ -343,6 +343,7 @@ class FileResolver:
             tuple(self._parameters()),
             resolver.stop(stops),
             tuple(found.goals),
+            tuple(found.assumptions),
             conditions=conditions_over(self.types, self.component_table),
             span=node.name.span,
         )

@@ -13,7 +13,14 @@ from collections.abc import Sequence
 from robosc.expr.presence import known_condition
 from robosc.expr.tree import TRUE, Expr, StateRef
 from robosc.language.events import EventKind
-from robosc.plant.automaton import Edge, Event, LocalAutomaton, PhaseStep, StateVariable
+from robosc.plant.automaton import (
+    ASSUMPTIONS,
+    Edge,
+    Event,
+    LocalAutomaton,
+    PhaseStep,
+    StateVariable,
+)
 from robosc.plant.formulas import conjunction, disjunction
 from robosc.source import Span
 
@@ -53,9 +60,18 @@ def acceptance_of(event: Event) -> LocalAutomaton | None:
     return next(a for a in event.automata if a.component == event.key)
 
 
+def gate_of(event: Event) -> LocalAutomaton | None:
+    """Return the automaton of an event of the robot that says where it happens: where the call is
+    accepted, or where assumptions allow it. None: the phase alone decides."""
+    accepts = acceptance_of(event)
+    assumed = (a for a in event.automata if a.component == ASSUMPTIONS)
+    return accepts if accepts is not None else next(assumed, None)
+
+
 def components_of(event: Event) -> tuple[LocalAutomaton, ...]:
     """Return the automata of an event that are those of components."""
-    return tuple(a for a in event.automata if a is not acceptance_of(event))
+    gate = gate_of(event)
+    return tuple(a for a in event.automata if a is not gate)
 
 
 def phase_of(event: Event) -> PhaseStep | None:

@@ -40,11 +40,17 @@ class VariableKind(Enum):
     PHASE = "phase"
     DATA = "variable"
     TEST = "test"
+    ASSUMPTION = "assumption"
+
+
+ASSUMPTIONS = "the assumptions"
+"""Stands for a component in an automaton of what the robot is assumed not to do."""
 
 
 @dataclass(frozen=True, slots=True)
 class StateVariable:
-    """A variable of the plant's state: a location, a phase, data or a test of data.
+    """A variable of the plant's state: a location, a phase, data or a test of data; or the only
+    state of an automaton of assumptions.
 
     ``name`` is the component's name (location), the communication's key (phase) or
     ``Component.variable``. ``values`` are the state names, the phases, or the variable's values in
@@ -261,7 +267,8 @@ class Plant:
     ``Robot.requirements``; they must hold in every state (``never e`` is ``!e``). ``events`` are in
     model order: for each component those of its communications (request, response, feedback, error,
     cancel), then its taus. ``view`` is the finite view of the data. ``goals`` are what must remain
-    possible beside the marked states.
+    possible beside the marked states. ``lasting`` are the conditions of assumptions on states, each
+    with its index in ``Robot.assumptions``.
     """
 
     robot: Robot
@@ -270,6 +277,7 @@ class Plant:
     invariants: tuple[tuple[Expr, int], ...]
     view: FiniteView = field(compare=False, repr=False)
     goals: tuple[PlantGoal, ...] = ()
+    lasting: tuple[tuple[Expr, int], ...] = ()
 
     @cached_property
     def variable_index(self) -> dict[tuple[VariableKind, str], int]:

@@ -24,7 +24,9 @@ from robosc.language.events import EventKind, EventSort
 from robosc.model.automata import After, Behaviour, ResultTransition, Tau, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
 from robosc.plant.acceptance import acceptance
+from robosc.plant.assumptions import EXCLUDED, conditions, joined, restrictions
 from robosc.plant.automaton import (
+    ASSUMPTIONS,
     Edge,
     Event,
     EventParameter,
@@ -59,8 +61,13 @@ def lower(robot: Robot) -> Plant:
         if requirement.kind in ("never", "always")
     )
     goals = (_goal(goal, lowering.view, n) for n, goal in enumerate(robot.goals))
+    lasting = (
+        (lowering.view.expression(known_condition(assumption.condition)), index)
+        for index, assumption in enumerate(robot.assumptions)
+        if assumption.communication is None
+    )
     plant = lowering.variables, tuple(events), invariants, lowering.view, tuple(goals)
-    return Plant(robot, *plant)
+    return Plant(robot, *plant, tuple(lasting))
 
 
 def _goal(goal: Goal, view: FiniteView, index: int) -> PlantGoal:
@@ -99,6 +106,8 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
         yield StateVariable(
             VariableKind.TEST, test.name, outcomes, starts[0], None, labels, test, starts
         )
+    for kind, key in dict.fromkeys(event for event, _ in conditions(robot)):
+        yield StateVariable(VariableKind.ASSUMPTION, f"{kind.word} from {key}", (True,), 0)
 
 
 class _Lowering:
@@ -143,6 +152,8 @@ class _Lowering:
                 tuple(index(name) for name in sort.sources),
                 index(sort.target),
             )
+        if kind in EXCLUDED:
+            automata += tuple(self._assumptions(communication, kind))
         if kind is EventKind.CALL and phase is not None:
             accepts = acceptance(key, phase, automata, self.variables, communication.span)
             automata, phase = (*automata, accepts), None
@@ -160,6 +171,18 @@ class _Lowering:
             requirements=indexes,
             span=communication.span,
         )
+
+    def _assumptions(
+        self, communication: Communication, kind: EventKind
+    ) -> Iterator[LocalAutomaton]:
+        """The automaton that takes an event only where the robot is assumed to make it happen."""
+        found = restrictions(self.robot, communication, kind)
+        if found:
+            name = f"{kind.word} from {communication.key}"
+            variable = self.variable_index[VariableKind.ASSUMPTION, name]
+            guard = self.view.expression(joined(found))
+            edge = Edge(0, guard, (), (), 0, False, (), (), found[0].assumption.span)
+            yield LocalAutomaton(ASSUMPTIONS, variable, (edge,), True)
 
     def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:
         if not kind.restricted:

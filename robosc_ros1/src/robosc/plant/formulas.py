@@ -31,6 +31,7 @@ from robosc.expr.tree import (
     PhaseRef,
     StateRef,
     TestRef,
+    Unary,
     ValueRef,
     VariableRef,
     opposite,
@@ -365,3 +366,17 @@ def _through_array(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spel
 def element_name(variable: str) -> str:
     """Return the Python name of an aggregate's variable: no keyword, no name of the runtime."""
     return f"{variable}_"
+
+
+def simplified(expr: Expr) -> Expr:
+    """Return a condition without constant operands of ``and``, ``or``, ``=>`` and ``!``."""
+    if isinstance(expr, Unary) and expr.operator == "!":
+        return negation(simplified(expr.operand))
+    found = junction(expr, True)
+    if found is None or not isinstance(expr, Binary):
+        return expr
+    conjunctive, parts = found
+    sides = [
+        simplified(part) if polarity else negation(simplified(part)) for part, polarity in parts
+    ]
+    return conjunction(sides) if conjunctive else disjunction(sides)

@@ -23,7 +23,7 @@ from .intake import BoundInput, Inputs, Item
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
 from .served import Serving
-from .values import Mismatch, Undefined, demand_finite, without_gaps
+from .values import BrokenAssumption, Mismatch, Undefined, demand_finite, without_gaps
 
 INACTIVE = "not active"
 """The reason (``stopped``) of a suspended engine."""
@@ -214,6 +214,8 @@ class Engine(Serving):
                 value = entry.read(message.result if entry.kind == "error" else message)
             entry.apply(value)
         except Mismatch as mismatch:
+            if isinstance(mismatch, BrokenAssumption):
+                self._broken[str(mismatch)] = self._broken.get(str(mismatch), 0) + 1
             self._mismatch(entry, message, value, str(mismatch))
             return False
         except (AttributeError, TypeError, ValueError, OverflowError, LookupError) as error:

@@ -105,6 +105,8 @@ class Intake:
         if SERVED in sorts.values():
             self.recorder.counters["refused"] = 0
         self._undefined = 0
+        self._broken: Dict[str, int] = {}
+        """How often the robot has broken an assumption, by its text."""
         self._lost = 0
         self._closing = False
 
@@ -219,6 +221,7 @@ class Intake:
         left = self._clocks.time_left()
         for fault in self._time_monitor.look():
             self._log("warning", "time", fault)
+        broken = ["broken %d times: %s" % (count, text) for text, count in self._broken.items()]
         return {
             "clocks": {self._names.get(key, key): time for key, time in left.items()},
             "controller": self.controller.copy(),
@@ -226,7 +229,7 @@ class Intake:
             "begun": self.recorder.begun,
             "number": self.recorder.number,
             "stopped": self.stopped,
-            "faults": self._time_monitor.faults + self._port.faults(),
+            "faults": self._time_monitor.faults + self._port.faults() + broken,
             "backlog": self.backlog,
             "counts": {(c.key, c.kind): c.count for c in self._scheduler.commands},
         }

@@ -24,6 +24,10 @@ class Mismatch(Exception):
     """The robot reported an event that the model excludes; nothing of it was applied."""
 
 
+class BrokenAssumption(Mismatch):
+    """The robot did what the model assumes that it does not do; the text is the assumption."""
+
+
 class Undefined(IndexError):
     """An expression reads a missing array element, or data that have not been received."""
 

@@ -17,6 +17,7 @@ from robosc.syntax.nodes import (
     AggregateNode,
     ArrayNode,
     AssignmentNode,
+    AssumeNode,
     BehaviourNode,
     BinaryNode,
     CallNode,
@@ -127,6 +128,11 @@ _REQUIREMENTS = {
     "never": ("requirement never {condition}",),
     "always": ("requirement always {condition}",),
 }
+_ASSUMPTIONS = {
+    "needs": ("assume {communication} | needs {condition}",),
+    "never": ("assume never {condition}",),
+    "always": ("assume always {condition}",),
+}
 _ELSE = ("on {events} from {communications}", " | else", *_EFFECT)
 _PERFORMS = (" performs {communication}", "? with {data}")
 _THEN = (" | then", "? do {assignments}", "? goto {goto}")
@@ -189,6 +195,8 @@ class Formatter:
                 docs = self._filled(node, _PROVIDE)
                 begin = self.words.index
                 return [*docs, self.words.group(begin, self._filled(node, _PROVIDE_IF))]
+            case AssumeNode(kind=kind):
+                docs = self._filled(node, _ASSUMPTIONS[kind])
             case RequirementNode(kind=kind):
                 end = (" | to start",) if node.to_start else ()
                 docs = self._filled(node, (*_REQUIREMENTS[kind], *end))

@@ -42,6 +42,7 @@ from robosc.syntax.expressions import Expression
 from robosc.syntax.leaves import make_name, make_node, make_tuple
 from robosc.syntax.nodes import (
     ArgumentNode,
+    AssumeNode,
     BehaviourNode,
     ComponentNode,
     ForNode,
@@ -138,20 +139,26 @@ def _build_component(
 # --- requirements and data -----------------------------------------------------------------------
 
 
+_NAMED = "needs | disables | and | or | '.' | '[' | INFIX | ')'"
+"""Before these, 'never', 'always' and 'possible' are names: of a communication, or where an
+expression begins."""
+
+
+def _invariant() -> ParserElement:
+    """``never e`` or ``always e``."""
+    return choice(f"(?: never | always ) (?! {_NAMED} )", "") - Expression(
+        "a condition after 'never' or 'always'"
+    )
+
+
 def _requirement() -> Rule:
     expected = "a communication or a condition after 'requirement'"
     needs = choice("needs", "'needs'") - Expression("a condition after 'needs'")
     disables = choice("disables", "'disables'") - t.communications(
         "the name of a communication after 'disables'"
     )
-    # 'never', 'always' and 'possible' may also be names: of a communication, or where an
-    # expression begins.
-    named = "needs | disables | and | or | '.' | '[' | INFIX | ')'"
-    invariant = choice(f"(?: never | always ) (?! {named} )", "") - Expression(
-        "a condition after 'never' or 'always'"
-    )
     goal = (
-        choice(f"possible (?! {named} )", "")
+        choice(f"possible (?! {_NAMED} )", "")
         - Expression("a condition after 'possible'")
         - maybe(keyword("from") - Expression("a condition after 'from'"))
         - maybe(keyword("while") - Expression("a condition after 'while'"))
@@ -162,7 +169,7 @@ def _requirement() -> Rule:
     to_start = keyword("to") - choice("start", "'start' after 'to'")
     on_commands = either([t.braced_communications() - needs, single], expected) - maybe(to_start)
     return Rule(
-        either([invariant, goal, on_commands], expected),
+        either([_invariant(), goal, on_commands], expected),
         _build_requirement,
         tail=_clauses_missing,
     )
@@ -201,6 +208,24 @@ def _build_requirement(
         raise Fault(start + 1, message, span=excepted.span)
     group = t.make_group(reading, start, end, [(one,), excepted])
     return RequirementNode("needs", group, right, to_start, span=span)
+
+
+def _assume() -> Rule:
+    expected = "a communication, 'always' or 'never' after 'assume'"
+    on_message = (
+        t.communication(expected)
+        - choice("needs", "'needs'")
+        - Expression("a condition after 'needs'")
+    )
+    return Rule(either([_invariant(), on_message], expected), _build_assumption)
+
+
+def _build_assumption(reading: Reading, start: int, end: int, parts: list[Any]) -> AssumeNode:
+    span = reading.span(start, end)
+    if len(parts) == 2:
+        return AssumeNode(parts[0], None, parts[1], span=span)
+    communication, kind, condition = parts
+    return AssumeNode(kind, communication, condition, span=span)
 
 
 def _prefer() -> Rule:
@@ -256,6 +281,7 @@ def _file_block(kind: str) -> Block:
         "datatype": datatype_rule(object_block, enum_block),
         "interface": interface_rule(),
         **value_rules(),
+        "assume": _assume(),
         "stop": _stop(),
         "for": _for(lambda parts: for_block),
     }
@@ -274,10 +300,11 @@ _NOT_IN_LIBRARIES = {
     "requirement": "requirements",
     "provide": "provided data",
     "prefer": "preferences",
+    "assume": "assumptions",
     "stop": "a stop command",
     "for": "statements",
 }
-_INSTEAD = dict.fromkeys(("stop", "for"), "the robot that imports it")
+_INSTEAD = dict.fromkeys(("assume", "stop", "for"), "the robot that imports it")
 
 
 @cache

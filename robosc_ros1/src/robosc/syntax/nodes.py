@@ -562,6 +562,19 @@ class PossibleNode(_Node):
 
 
 @dataclass(frozen=True, slots=True)
+class AssumeNode(_Node):
+    """``assume c needs e``, ``assume always e`` or ``assume never e`` (no communication).
+
+    ``place`` is as in :class:`RequirementNode`.
+    """
+
+    kind: Literal["needs", "never", "always"]
+    communication: Access | None
+    condition: ExprNode
+    place: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class DataFieldNode(_Node):
     """``name: value`` in provided data."""
 
@@ -613,7 +626,14 @@ class ForNode(_Node):
 
 
 StatementNode: TypeAlias = (
-    RequirementNode | PossibleNode | ProvideNode | PreferNode | StopNode | ConditionNode | ForNode
+    RequirementNode
+    | PossibleNode
+    | AssumeNode
+    | ProvideNode
+    | PreferNode
+    | StopNode
+    | ConditionNode
+    | ForNode
 )
 DeclarationNode: TypeAlias = (
     ComponentNode

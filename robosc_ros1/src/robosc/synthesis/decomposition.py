@@ -32,18 +32,21 @@ _Identity: TypeAlias = tuple[EventKind, str, int]
 
 @dataclass(frozen=True, slots=True)
 class _Group:
-    """Variables, events, invariants and goals of a plant that belong together, by number."""
+    """Variables, events, invariants, goals and lasting assumptions of a plant that belong together,
+    by number."""
 
     variables: list[int] = field(default_factory=list)
     events: list[int] = field(default_factory=list)
     invariants: list[int] = field(default_factory=list)
     goals: list[int] = field(default_factory=list)
+    lasting: list[int] = field(default_factory=list)
 
     def add(self, other: _Group) -> None:
         self.variables.extend(other.variables)
         self.events.extend(other.events)
         self.invariants.extend(other.invariants)
         self.goals.extend(other.goals)
+        self.lasting.extend(other.lasting)
 
 
 def independent_parts(plant: Plant, size: int) -> list[Plant]:
@@ -65,6 +68,9 @@ def independent_parts(plant: Plant, size: int) -> list[Plant]:
     for number, goal in enumerate(plant.goals):
         reads = _read_by(plant, goal)
         (groups[sets.find(reads[0])] if reads else first).goals.append(number)
+    for number, (condition, _) in enumerate(plant.lasting):
+        read = support(plant, condition)
+        (groups[sets.find(read[0])] if read else first).lasting.append(number)
     bundles = _bundles(plant, groups.values(), size)
     return [plant] if len(bundles) < 2 else [_part(plant, bundle) for bundle in bundles]
 
@@ -100,6 +106,8 @@ def _sets(plant: Plant) -> DisjointSets:
     for event in plant.events:
         sets.join([event.identity, _component(event.key), *event_support(plant, event)])
     for condition, _ in plant.invariants:
+        sets.join(support(plant, condition))
+    for condition, _ in plant.lasting:
         sets.join(support(plant, condition))
     for goal in plant.goals:
         sets.join(_read_by(plant, goal))
@@ -140,6 +148,7 @@ def _part(plant: Plant, group: _Group) -> Plant:
         events=tuple(_renumbered(plant.events[event], number) for event in group.events),
         invariants=tuple(plant.invariants[invariant] for invariant in group.invariants),
         goals=tuple(plant.goals[goal] for goal in group.goals),
+        lasting=tuple(plant.lasting[number] for number in group.lasting),
     )
 
 

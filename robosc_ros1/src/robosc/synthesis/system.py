@@ -17,7 +17,15 @@ from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE, Binary, Expr, Literal, StateRef
 from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind, Kind
-from robosc.plant.automaton import Edge, Event, LocalAutomaton, PhaseStep, Plant, PlantState
+from robosc.plant.automaton import (
+    Edge,
+    Event,
+    LocalAutomaton,
+    PhaseStep,
+    Plant,
+    PlantState,
+    VariableKind,
+)
 from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.plant.step import Values
 from robosc.supervisor import Guard, Step
@@ -130,8 +138,15 @@ def possible(plant: Plant, event: Event) -> Expr:
 
 def taken_where(plant: Plant, automaton: LocalAutomaton, edge: Edge) -> list[Expr]:
     """Return the conditions under which an edge is taken: its location, no earlier edge, guard."""
-    location = location_name(plant, automaton.variable, edge.source)
-    found: list[Expr] = [StateRef(automaton.component, location)]
+    variable = plant.variables[automaton.variable]
+    match variable.kind:
+        case VariableKind.LOCATION:
+            here: Expr = StateRef(automaton.component, str(variable.values[edge.source]))
+        case VariableKind.PHASE:
+            here = variable.phase(edge.source)
+        case _:
+            here = TRUE
+    found = [here]
     for other in automaton.edges:
         if other is edge:
             break

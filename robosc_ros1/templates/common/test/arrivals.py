@@ -5,7 +5,7 @@ import json
 import math
 from pathlib import Path
 
-from contents import field_of, same, told_as
+from contents import field_of, part_of, same, told_as
 
 
 def logged(log):
@@ -25,6 +25,24 @@ def has_part(shadow, type_, message, path, part):
         else:
             type_, message = dict(type_[1])[step], field_of(message, step)
     return told_as(part, shadow.convert(type_, message))
+
+
+def fits(shadow, kind, key, value, message):
+    """Whether the value of an event is that of the message; that of a cancelled goal tells
+    nothing."""
+    if kind == "cancelled":
+        return True
+    if message is None:
+        return not has_come(value)
+    type_ = shadow.communications[key][part_of(kind)]
+    content = shadow.content(key, kind, message)
+    if type_[0] == "none" or value is None:
+        return True
+    if type_[0] != "object":
+        return told_as(value, shadow.convert(type_, content))
+    return all(
+        part is None or has_part(shadow, type_, content, path, part) for path, part in value.items()
+    )
 
 
 def holds_piece(received, wanted):

@@ -68,6 +68,7 @@ class Shadow(Delays):
                     transition
                 )
         self.preferences = plant["preferences"]
+        self.assumptions = plant.get("assumptions", ())
         self.restricted = {(kind, key): tree for kind, key, tree in plant["restricted"]}
         # How often each requirement was met, and how often violated.
         self.requirements_seen = [[0, 0] for _ in plant["requirements"]]
@@ -120,12 +121,17 @@ class Shadow(Delays):
         Raises: Wrong: it is not possible or not allowed."""
         if not self.is_possible(kind, key):
             raise Wrong("%s of %s while it is %s" % (kind, key, self.phase[key]))
+        for text in self.assumed_away(kind, key, content):
+            raise Wrong("%s of %s against: %s" % (kind, key, text))
         if kind in AGREED:
             self.check_sent(kind, key, content)
         elif kind == "cancel":
             self._check_cancel(key)
         elif kind == "call" and not self.takes(key, content):
             raise Wrong("a call of %s is accepted, which no component takes" % key)
+        self._apply(kind, key, content)
+
+    def _apply(self, kind, key, content):
         states, variables = dict(self.states), dict(self.variables)
         moved = []
         for component in self.mentions.get((kind, key), ()):
@@ -137,6 +143,23 @@ class Shadow(Delays):
         before, self.states, self.variables = self.states, states, variables
         for component, transition in moved:
             self.enter(component, transition, before[component])
+
+    def assumed_away(self, kind, key, content):
+        """Return the assumptions that an event of the robot breaks, as texts."""
+        broken, lasting = [], []
+        for assumption in self.assumptions if kind in ("response", "feedback") else ():
+            if assumption["communication"] is None:
+                if self.fits(assumption, None):
+                    lasting.append(assumption)
+            elif assumption["communication"] != key or kind not in assumption["events"]:
+                continue
+            elif not self.fits(assumption, content):
+                broken.append(assumption)
+        if lasting:
+            after = self.copy()
+            after._apply(kind, key, content)
+            broken += [a for a in lasting if not after.fits(a, None)]
+        return ["%s (%s)" % (a["text"], a["place"]) for a in broken]
 
     def step(self, component, index, path):
         """Apply an internal transition of a component."""

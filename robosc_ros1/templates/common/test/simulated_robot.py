@@ -13,6 +13,8 @@ from guide import SAMPLES
 from robot_calls import RobotCalls
 from rounds import Advice, RequestMatcher
 
+DRAWS = 100
+"""So many random messages are tried for one that breaks no assumption."""
 IGNORED = 0.3
 """The fraction of goals that end as if they were not cancelled."""
 
@@ -36,6 +38,7 @@ class SimulatedRobot(RobotCalls):
         self.requests = {key: deque() for _, _, key in (*tables.services, *tables.actions)}
         self.last = {}  # by topic: its communications and the latest message
         self.publishers = []
+        self._judge = None
         self._matcher = None
         self._types = {(keys[0], "response"): type_ for _, type_, keys in tables.subscriptions}
         for _, type_, key in tables.services:
@@ -92,7 +95,9 @@ class SimulatedRobot(RobotCalls):
         """Publish a message, or a random one; return the number of events that it causes."""
         if keys is None:
             publisher, keys = self.random.choice(self.publishers)
-            message = self._message(keys[0], "response")
+            message = self._kept("response", keys)
+            if message is None:
+                return 0
         else:
             publisher = next(p for p, others in self.publishers if others == keys)
             message = self.sendable(message)
@@ -102,6 +107,14 @@ class SimulatedRobot(RobotCalls):
         publisher.publish(message)
         return len(keys)
 
+    def _kept(self, kind, keys):
+        """Return a random message that breaks no assumption; None: none was found."""
+        for _ in range(DRAWS):
+            message = self._message(keys[0], kind)
+            if self._judge.keeps(kind, keys, self.plain(message)):
+                return message
+        return None
+
     def _message(self, key, kind):
         return self.values.message(self._types[key, kind], key, kind)
 
@@ -109,6 +122,7 @@ class SimulatedRobot(RobotCalls):
 
     def identify_requests(self, judge):
         """Prepare to serve; ``judge`` identifies requests where communications share a name."""
+        self._judge = judge
         self._matcher = RequestMatcher(judge)
 
     def answer(self, keys, request):
@@ -144,7 +158,9 @@ class SimulatedRobot(RobotCalls):
             elif advised is not None:
                 kind, message = advised
             elif left:
-                kind, message = "feedback", self._message(key, "feedback")
+                kind, message = "feedback", self._kept("feedback", [key])
+                if message is None:
+                    continue
             else:
                 kind, message = self._random_end(key)
             if message is None:
@@ -175,4 +191,5 @@ class SimulatedRobot(RobotCalls):
     def _random_end(self, key):
         if self.random.random() < 0.2:
             return "error", None
-        return "response", self._message(key, "response")
+        message = self._kept("response", [key])
+        return ("error" if message is None else "response"), message

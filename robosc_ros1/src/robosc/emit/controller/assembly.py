@@ -62,10 +62,11 @@ from robosc.supervisor import Guard, Supervisor
 
 # What the module imports or defines, and what the base class has.
 _RESERVED = """
-    After Command Communication Controller Input Mismatch Parameter Requirement Tau Undefined
-    Rows annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS REQUIREMENTS PARAMETERS
-    STEP_BOUND assigned components configure copied copy count_undefined given holds in_range kept
-    i message now only_field optional parameters rows self state undefined value variables
+    After BrokenAssumption Command Communication Controller Input Mismatch Parameter Requirement
+    Rows Tau Undefined annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS
+    REQUIREMENTS PARAMETERS STEP_BOUND assigned components configure copied copy count_undefined
+    given holds in_range kept i message now only_field optional parameters rows self state undefined
+    value variables
 """
 
 

@@ -24,8 +24,8 @@ _OF_RUNTIME = {
         "Rows", "Tau",
     },
     "values": {
-        "Mismatch", "copied", "given", "in_range", "now", "only_field", "optional",
-        "record", *_helpers("values"),
+        "BrokenAssumption", "Mismatch", "copied", "given", "in_range", "now", "only_field",
+        "optional", "record", *_helpers("values"),
     },
 }  # fmt: skip
 """What a controller may import, by module of the runtime."""

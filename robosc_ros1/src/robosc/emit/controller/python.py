@@ -316,20 +316,6 @@ def converter_parameters(enum: EnumType) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
-def within(expr: Expr, type_: Type) -> bool:
-    """Whether a value assigned to a variable of this type is surely in its range."""
-    if not (isinstance(type_, IntegerType) and type_.bounds):
-        return True
-    low, high = type_.bounds
-    match expr:
-        case Literal(value=int(value)):
-            return low <= value <= high
-        case VariableRef() | ValueRef() | ParameterRef() if isinstance(expr.type, IntegerType):
-            bounds = expr.type.bounds
-            return bounds is not None and low <= bounds[0] and bounds[1] <= high
-    return False
-
-
 def operand(expr: Expr, text: str) -> str:
     """The text of a condition as an operand of ``and``."""
     weak = isinstance(expr, Binary) and expr.operator in ("or", "=>")

@@ -12,15 +12,16 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from robosc.emit.controller.naming import PythonNames, place
-from robosc.emit.controller.python import Attributes, PythonCode, joined, literal, operand, within
+from robosc.emit.controller.python import Attributes, PythonCode, joined, literal, operand
 from robosc.emit.controller.views import PartnerView, ReactionView
 from robosc.emit.write.line_breaks import unparenthesised
-from robosc.expr.traversal import may_be_undefined
+from robosc.expr.traversal import may_be_undefined, within
 from robosc.expr.tree import Binary, Expr, Leaf, Literal
 from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
 from robosc.model.automata import Variable
 from robosc.plant.acceptance import acceptance_of, components_of, phase_of
+from robosc.plant.assumptions import EXCLUDED, restrictions
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.plant.formulas import exact, may_be_huge, to_dsl
 
@@ -83,6 +84,7 @@ class Reactions:
                 parts.append(_LocalReaction(automaton.component, branches))
         body = list(_body(parts))
         changed = {e.attribute: None for part in parts for b in part.branches for e in b.effects}
+        body = [*self._assumed(event), *body]
         if event.kind is EventKind.CALL:
             body = [*self._accepted(event), *body]
         phase = phase_of(event)
@@ -98,6 +100,16 @@ class Reactions:
                     body.append(f"self.{flag} = {becomes}")
                     changed[flag] = None
         return ReactionView(tuple(body), tuple(changed))
+
+    def _assumed(self, event: Event) -> Iterator[str]:
+        """The statements that refuse an event of the robot, with the reason, where it is assumed
+        not to happen."""
+        if event.kind in EXCLUDED:
+            communication = self.plant.robot.communications[event.key]
+            for found in restrictions(self.plant.robot, communication, event.kind):
+                where = f"{found.assumption.text} ({place(found.assumption.span)})"
+                yield f"if not ({self.attributes.text(found.condition)}):"
+                yield f"    raise BrokenAssumption({literal(where)})"
 
     def _accepted(self, event: Event) -> Iterator[str]:
         """The statements that refuse a call, with the reason, where no component takes it."""

@@ -20,20 +20,23 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from robosc import limits
+from robosc.emit.export.cif_events import CifEvent, cif_events
 from robosc.emit.export.cif_expr import condition, in_range, update
 from robosc.emit.export.cif_names import CifScope, CifVariable
-from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
-from robosc.names import without_index
 from robosc.plant.acceptance import acceptance_of, components_of, phase_of
-from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, VariableKind
-from robosc.plant.partial_evaluation import PartValues, assigned, holds
-from robosc.plant.step import valuations
+from robosc.plant.automaton import (
+    ASSUMPTIONS,
+    Edge,
+    LocalAutomaton,
+    Plant,
+    StateVariable,
+    VariableKind,
+)
+from robosc.plant.partial_evaluation import assigned, holds
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.event_parameters import weight
 
 
 def cif_plant(plant: Plant) -> str:
@@ -51,15 +54,6 @@ def cif_supervised(supervisor: Supervisor) -> str:
     return _Writer(supervisor.plant).specification(supervisor.guards)
 
 
-@dataclass(frozen=True, slots=True)
-class _Occurrence:
-    """An event with one value: an event of its own in CIF."""
-
-    event: Event
-    values: PartValues
-    name: str
-
-
 @dataclass
 class _Writer:
     plant: Plant
@@ -67,7 +61,7 @@ class _Writer:
 
     def __post_init__(self) -> None:
         self.scope = CifScope(self.plant)
-        self.occurrences = list(self._occurrences())
+        self.occurrences = list(cif_events(self.plant, self.scope))
 
     def specification(self, guards: Sequence[Guard] | None = None) -> str:
         robot = self.plant.robot
@@ -80,6 +74,7 @@ class _Writer:
             for communication in component.communications:
                 if communication.phases is not None:
                     self._phase(communication.key)
+        self._assumptions()
         self._parameters()
         self._messages()
         self._requirements()
@@ -106,29 +101,6 @@ class _Writer:
             if names:
                 self.lines.append("")
                 self.lines += [f"{word} {name};" for name in names]
-
-    def _occurrences(self) -> Iterator[_Occurrence]:
-        """Each event with each of its values.
-
-        Raises:
-            StateSpaceError: they are too many to be written down.
-        """
-        for event in self.plant.events:
-            if weight(event) > limits.CIF_VALUES:
-                name = f"{event.name}.{event.kind.word}"
-                raise StateSpaceError(
-                    f"CIF needs an event for each value, and {name} has more than"
-                    f" {limits.CIF_VALUES:,}: convert the received value by an enum,"
-                    " or export as JSON"
-                )
-            event_name = _event_name(event)
-            parameters = (event.whole or event).parameters
-            words = [self.scope.value_names(event_name, p) for p in parameters]
-            for values in valuations(event):
-                known = list(zip(parameters, values, words, strict=True))
-                parts = [event_name, *(own[p.values.index(value)] for p, value, own in known)]
-                name = self.scope.fresh("_".join(parts))
-                yield _Occurrence(event, {p.path: value for p, value, _ in known}, name)
 
     # --- automata ----------------------------------------------------------------------------
 
@@ -174,7 +146,7 @@ class _Writer:
                 yield f"disc {variable.type} {self.scope.own_name(variable)} {start};{note}"
 
     def _edges(
-        self, occurrence: _Occurrence, automaton: LocalAutomaton, location: int
+        self, occurrence: CifEvent, automaton: LocalAutomaton, location: int
     ) -> Iterator[str]:
         """The edges of one event in one location, and the self-loop that keeps it possible."""
         guards: list[Expr] = []
@@ -193,7 +165,7 @@ class _Writer:
             yield f"edge {occurrence.name}{when};"
 
     def _ways(
-        self, occurrence: _Occurrence, automaton: LocalAutomaton, location: int
+        self, occurrence: CifEvent, automaton: LocalAutomaton, location: int
     ) -> Iterator[tuple[Edge, Expr, list[Expr]]]:
         """Edges with their guards, and the guards of earlier edges that may hold together with it.
 
@@ -218,7 +190,7 @@ class _Writer:
 
     def _edge(
         self,
-        occurrence: _Occurrence,
+        occurrence: CifEvent,
         automaton: LocalAutomaton,
         edge: Edge,
         conditions: list[str],
@@ -237,7 +209,7 @@ class _Writer:
             return str(variable.values[number])
         return self.scope.location(automaton.component, variable.values[number])
 
-    def _updates(self, edge: Edge, occurrence: _Occurrence) -> Iterator[tuple[CifVariable, Expr]]:
+    def _updates(self, edge: Edge, occurrence: CifEvent) -> Iterator[tuple[CifVariable, Expr]]:
         """Assignments with the value put in; those that read a missing element drop out."""
         for index, expr in edge.updates:
             variable = self.plant.variables[index]
@@ -266,6 +238,20 @@ class _Writer:
                 own = self._edges(occurrence, accepts, variable.initial)
                 locations["idle"] += list(own) or [f"edge {occurrence.name} when false;"]
         self._automaton(f"plant automaton {self.scope.phase(key)}", locations)
+
+    def _assumptions(self) -> None:
+        """An automaton for each event of which something is assumed."""
+        found: dict[int, list[str]] = {}
+        for occurrence in self.occurrences:
+            for automaton in occurrence.event.automata:
+                if automaton.component == ASSUMPTIONS:
+                    # An event without an edge here would be possible always.
+                    edges = list(self._edges(occurrence, automaton, 0))
+                    edges = edges or [f"edge {occurrence.name} when false;"]
+                    found.setdefault(automaton.variable, []).extend(edges)
+        for edges in found.values():
+            name = self.scope.fresh("Assumption")
+            self._automaton(f"plant automaton {name}", {"": [*_ALWAYS, *edges]})
 
     def _parameters(self) -> None:
         """The variables that parameters of the node decide, which nothing changes."""
@@ -349,7 +335,7 @@ class _Writer:
             ]
             self.lines += list(dict.fromkeys(found))
 
-    def _overflows(self, occurrence: _Occurrence, automaton: LocalAutomaton) -> Iterator[str]:
+    def _overflows(self, occurrence: CifEvent, automaton: LocalAutomaton) -> Iterator[str]:
         places = self.plant.variables[automaton.variable].values
         here = []
         phase = phase_of(occurrence.event)
@@ -391,10 +377,3 @@ def _flags(variable: StateVariable, index: int) -> list[str]:
     """Whether the location of a value is initial, and whether it is marked."""
     marked = variable.marked is None or index in variable.marked
     return ["initial;"] * (index == variable.initial) + ["marked;"] * marked
-
-
-def _event_name(event: Event) -> str:
-    prefix = "c" if event.controllable else "u"
-    name = without_index(event.name).replace(".", "_")
-    number = event.index if event.kind.of_component else ""
-    return f"{prefix}_{name}_{event.kind.word}{number}"

@@ -16,6 +16,7 @@ from robosc.synthesis.documents import synthesize_document
 def export_document(supervisor: Supervisor) -> dict[str, Any]:
     """``export --format json``, version 1. Expressions are texts in the language's own syntax."""
     plant = supervisor.plant
+    assumptions = plant.robot.assumptions
     synthesized = synthesize_document(supervisor)
     sizes = ("plant_states", "controlled_states", "controlled_transitions")
     kept = ("engine", *sizes, "guards", "definitions")
@@ -31,6 +32,7 @@ def export_document(supervisor: Supervisor) -> dict[str, Any]:
             ],
         },
         "requirements": [requirement.text for requirement in plant.robot.requirements],
+        **({"assumptions": [a.text for a in assumptions]} if assumptions else {}),
         **({"possible": [goal.text for goal in plant.robot.goals]} if plant.robot.goals else {}),
         "supervisor": {
             "empty": supervisor.empty,

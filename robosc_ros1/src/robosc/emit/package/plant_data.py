@@ -48,6 +48,7 @@ from robosc.model.entities import (
     Requirement,
     Robot,
 )
+from robosc.plant.assumptions import events_of
 from robosc.plant.automaton import value_type
 from robosc.plant.formulas import exact
 from robosc.supervisor import Guard
@@ -65,7 +66,7 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
     ``["parameter", name]``, ``["value", path, type]``.
     """
     enums: dict[str, EnumType] = {}
-    usage = Usage(robot.components, robot.provides, robot.requirements)
+    usage = Usage(robot)
     judged = [r for r in robot.requirements if robot.supervises and r.on_data]
     corrected = [p for p in robot.provides if p.communication in robot.corrected]
     guards = tuple(guards)
@@ -79,6 +80,7 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
         "requirements": [_required(r, enums) for r in robot.requirements if r not in judged],
         "provides": [_statement(p, robot, enums) for p in robot.provides if p not in corrected],
         **_of_others(robot, guards, judged, corrected, enums),
+        **_assumed(robot, enums),
         "enums": _enum_tables(enums),
         **({"together": _together(robot)} if robot.together else {}),
         "preferences": {key: list(others) for key, others in robot.yields_to.items()},
@@ -115,6 +117,22 @@ def _of_others(
         ],
     }
     return {name: entries for name, entries in found.items() if entries}
+
+
+def _assumed(robot: Robot, enums: dict[str, EnumType]) -> dict[str, Json]:
+    """What the robot is assumed not to do, if something is; ``events`` are those of the
+    communication that one assumption concerns."""
+    found: list[Json] = [
+        {
+            "communication": assumption.communication,
+            "events": [kind.value for kind in events_of(assumption, robot)],
+            "condition": _tree(assumption.condition, enums),
+            "text": assumption.text,
+            "place": place(assumption.span),
+        }
+        for assumption in robot.assumptions
+    ]
+    return {"assumptions": found} if found else {}
 
 
 def _required(requirement: Requirement, enums: dict[str, EnumType]) -> dict[str, Json]:

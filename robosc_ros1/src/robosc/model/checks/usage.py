@@ -23,12 +23,10 @@ from robosc.expr.tree import (
 from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
 from robosc.language.events import Direction
 from robosc.model.entities import (
-    Component,
     Data,
     DataArray,
     DataObject,
-    Provide,
-    Requirement,
+    Robot,
     data_expressions,
 )
 
@@ -36,31 +34,32 @@ Path: TypeAlias = tuple[str, ...]
 """Names of members from the whole message on; an array's elements have the path of the array."""
 
 
+_RECEIVED: tuple[Direction, ...] = ("response", "feedback")
+
+
 class Usage:
     """The paths of each communication's data that components and requirements read and provide
     statements send."""
 
-    def __init__(
-        self,
-        components: Iterable[Component],
-        provides: Iterable[Provide],
-        requirements: Iterable[Requirement] = (),
-    ) -> None:
+    def __init__(self, robot: Robot) -> None:
         self._paths: dict[tuple[str, Direction], set[Path]] = {}
-        components = tuple(components)
-        sorts = {c.key: c.sort for component in components for c in component.communications}
-        for provide in provides:
+        sorts = {key: c.sort for key, c in robot.communications.items()}
+        for provide in robot.provides:
             exprs = data_expressions(provide.data)
             conditions = () if provide.condition is None else (provide.condition,)
             asked = (path for expr in (*exprs, *conditions) for path in _read(expr))
             sort = sorts.get(provide.communication)
             sends = "request" if sort is None else sort.sends
             self._add(provide.communication, sends, (*_sent(provide.data), *asked))
-        for requirement in requirements:
+        for requirement in robot.requirements:
             for key in requirement.communications if requirement.on_data else ():
                 sends = sorts[key].sends if key in sorts else "request"
                 self._add(key, sends, _read(requirement.condition))
-        for component in components:
+        for assumption in robot.assumptions:
+            if assumption.communication is not None:
+                for direction in _RECEIVED:
+                    self._add(assumption.communication, direction, _read(assumption.condition))
+        for component in robot.components:
             for communication in component.communications:
                 for direction in communication.sort.received:
                     converted = _converted(getattr(communication, direction))

@@ -80,6 +80,8 @@ def _deciding(robot: Robot) -> Iterator[Expr]:
         yield requirement.condition
     for goal in robot.goals:
         yield from goal.conditions
+    for assumption in robot.assumptions:
+        yield assumption.condition
     for provide in robot.provides:
         if provide.condition is not None:
             yield provide.condition

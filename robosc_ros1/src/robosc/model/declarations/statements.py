@@ -10,13 +10,14 @@ from typing import TypeAlias, TypeVar
 
 from robosc.errors import Note
 from robosc.expr.by_identity import ByIdentity
-from robosc.expr.presence import condition_on_data
+from robosc.expr.presence import condition_on_data, none_of
 from robosc.expr.tree import Expr
 from robosc.expr.types import NoneType
 from robosc.language.events import Kind
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import (
+    Assumption,
     Data,
     DataObject,
     Goal,
@@ -35,6 +36,7 @@ from robosc.model.typing.expressions import Typer
 from robosc.model.typing.incoming import Incoming, no_value
 from robosc.source import Span
 from robosc.syntax.nodes import (
+    AssumeNode,
     BehaviourNode,
     CommunicationNode,
     DataObjectNode,
@@ -47,7 +49,7 @@ from robosc.syntax.nodes import (
 )
 
 _Node: TypeAlias = DeclarationNode | CommunicationNode | BehaviourNode
-_Entity = TypeVar("_Entity", Provide, Preference, Goal)
+_Entity = TypeVar("_Entity", Provide, Preference, Goal, Assumption)
 
 
 @dataclass
@@ -60,6 +62,7 @@ class Statements:
     goals: list[Goal] = field(default_factory=list)
     performed: list[Provide] = field(default_factory=list)
     """The data of commands that states perform, which go before all others."""
+    assumptions: list[Assumption] = field(default_factory=list)
 
     def add(self, items: Iterable[_Node], resolver: StatementResolver) -> None:
         """Resolve those of the nodes that are statements, and add them."""
@@ -69,6 +72,8 @@ class Statements:
                     self.requirements += resolver.requirements(item)
                 case PossibleNode():
                     self.goals += _sound(resolver.goal(item))
+                case AssumeNode():
+                    self.assumptions += _sound(resolver.assumption(item))
                 case ProvideNode():
                     self.provides += _sound(resolver.provide(item))
                 case PreferNode():
@@ -140,6 +145,29 @@ class StatementResolver:
             return None
         return Goal(condition, origin, along, requirement_text(node), span=node.span)
 
+    def assumption(self, node: AssumeNode) -> Assumption | None:
+        """What the robot is assumed not to do; None after an error."""
+        typer, key = self._typer, None
+        if node.communication is not None:
+            scope = self._types.scope
+            info = resolve_communication(node.communication, self._symbols, scope, self._report)
+            if info is None:
+                return None
+            if info.kind not in _ASSUMED:
+                message = f"'{info.name}' sends no response: there is nothing to assume of it"
+                self._report.add("assumption-on-command", node.communication.span, message, _ASSUME)
+                return None
+            key = info.key
+            incoming = Incoming(info.response, known=info.response is not None)
+            typer = Typer(self._report, self._types, self._symbols, incoming)
+        condition = typer.check(node.condition, BOOLEAN, "an assumption")
+        if condition is None:
+            return None
+        condition = condition_on_data(condition, self._read)
+        if node.kind == "never":
+            condition = none_of([condition], node.condition.span)
+        return Assumption(node.kind, key, condition, requirement_text(node), span=node.span)
+
     def preference(self, node: PreferNode) -> Preference | None:
         """The preference; None after an error."""
         code = "preference-on-outgoing"
@@ -207,6 +235,8 @@ class StatementResolver:
         return data.typed(node.data, info.sent, f"'{info.name}'")
 
 
+_ASSUMED = (Kind.OUTGOING, Kind.SERVICE, Kind.ACTION)
+_ASSUME = "name an outgoing message, a service or an action"
 _CANNOT_FORBID = "the controller cannot forbid what the robot sends"
 _CANNOT_PREFER = "the controller does not decide when the robot sends it"
 _STOPS = "name an incoming message, such as the velocity of a base"

@@ -16,6 +16,7 @@ from robosc.model.diagnostics import Report
 from robosc.model.names.occurrences import NameRecorder, Symbol, SymbolKind
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
+    AssumeNode,
     BehaviourNode,
     ComponentNode,
     DeclarationNode,
@@ -143,7 +144,7 @@ def _declared(node: DeclarationNode | BehaviourNode | StateNode) -> Iterator[str
                 if isinstance(item, BehaviourNode):
                     yield from _declared(item)
                 elif not isinstance(
-                    item, RequirementNode | PossibleNode | ProvideNode | PreferNode
+                    item, RequirementNode | PossibleNode | AssumeNode | ProvideNode | PreferNode
                 ):
                     yield item.name.text
         case BehaviourNode(items=items):

@@ -19,7 +19,7 @@ from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.incoming import Incoming
 from robosc.source import Span
-from robosc.syntax.nodes import ExprNode, PossibleNode, ProvideNode, RequirementNode
+from robosc.syntax.nodes import AssumeNode, ExprNode, PossibleNode, ProvideNode, RequirementNode
 
 _VALUE = re.compile(r"(?<!\^)\bvalue\b")
 
@@ -30,8 +30,11 @@ def may_read_value(node: ExprNode | ProvideNode) -> bool:
     return _VALUE.search(node.span.text) is not None
 
 
-def requirement_text(node: RequirementNode | PossibleNode, part: Span | None = None) -> str:
-    """A requirement on one line; with one ``part`` of its condition, as if it were the whole."""
+def requirement_text(
+    node: RequirementNode | PossibleNode | AssumeNode, part: Span | None = None
+) -> str:
+    """A requirement or an assumption on one line; with one ``part`` of its condition, as if it were
+    the whole."""
     text, whole = node.span.text, node.condition.span
     if part is not None:
         before = text[: whole.start - node.span.start]

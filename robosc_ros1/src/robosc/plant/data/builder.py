@@ -34,6 +34,7 @@ from robosc.expr.types import (
 from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
 from robosc.model.automata import ResultTransition
 from robosc.model.entities import Component, Robot
+from robosc.plant.assumptions import conditions
 from robosc.plant.data.classes import Classes, Comparison
 from robosc.plant.data.disjoint_sets import DisjointSets
 from robosc.plant.data.terms import (
@@ -149,6 +150,7 @@ class ViewBuilder:
                     yield scope, kept_where_undefined(reference_to(variable), assignment.value)
         yield from ((data_scope(r), r.condition) for r in self.robot.requirements)
         yield from ((None, expr) for goal in self.robot.goals for expr in goal.conditions)
+        yield from conditions(self.robot)
         for provide in self.robot.provides:
             if provide.condition is not None and not provide.corrects:
                 yield None, provide.condition

@@ -8,13 +8,13 @@ component follow each other, and updates the set in place: what one event adds, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robosc.expr.tree import Expr, Unary
-from robosc.plant.acceptance import acceptance_of
+from robosc.plant.acceptance import gate_of
 from robosc.plant.automaton import Event, LocalAutomaton
 from robosc.plant.formulas import junction
 from robosc.plant.partial_evaluation import PartValues, holds
@@ -357,33 +357,35 @@ class DenseEngine:
     def occurrences(self, step: EventOperations, states: Bitset) -> int:
         """Return the number of transitions (state, event, values) of an uncontrollable event.
 
-        Only time events and calls are blocked by automata; for the others the phase decides.
+        Only events of time, and those that only happen in some states, are blocked by automata; for
+        the others the phase decides.
         """
-        accepts = acceptance_of(step.event)
-        if accepts is not None:
-            return self._accepted(step.event, accepts, states)
-        phase = step.event.phase
-        if step.event.kind.synchronised:
+        event, phase = step.event, step.event.phase
+        if event.kind.synchronised:
             return self._count_sources(step, step.plant, states, None) * step.rules.weight
+        gate = gate_of(event)
+        if gate is not None:
+            return self._passing(event, gate, states)
         if phase is None:
             return count(states) * step.rules.weight
-        there = Condition({phase.variable: self.compiler.values(phase.variable, phase.sources)})
-        possible = sum(measure(op, states) for op in self.layout.regions(there))
-        return possible * step.rules.weight
+        there = self._in(phase.variable, phase.sources)
+        return sum(measure(op, states) for op in self.layout.regions(there)) * step.rules.weight
 
-    def _accepted(self, event: Event, accepts: LocalAutomaton, states: Bitset) -> int:
-        """Return the number of pairs of a state and values with which a call is accepted there."""
-        if not accepts.edges:
+    def _in(self, variable: int, indexes: Collection[int]) -> Condition:
+        return Condition({variable: self.compiler.values(variable, indexes)})
+
+    def _passing(self, event: Event, gate: LocalAutomaton, states: Bitset) -> int:
+        """Return the number of pairs of a state and values with which a gate lets an event pass."""
+        if not gate.edges:
             return 0
-        (edge,) = accepts.edges
-        there = Condition(
-            {accepts.variable: self.compiler.values(accepts.variable, (edge.source,))}
-        )
-        idle = self._regions(states, (there,))
+        (edge,) = gate.edges
+        there = self._regions(states, (self._in(gate.variable, (edge.source,)),))
+        if event.phase is not None:
+            there = self._regions(there, (self._in(event.phase.variable, event.phase.sources),))
         if edge.guard is None:
-            return count(idle) * weight(event)
+            return count(there) * weight(event)
         return sum(
-            count(self.meeting(idle, holds(edge.guard, chosen))) * weight(_with(event, chosen))
+            count(self.meeting(there, holds(edge.guard, chosen))) * weight(_with(event, chosen))
             for chosen in choices(event, [edge.guard])
         )
 

@@ -25,6 +25,7 @@ from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.event_parameters import for_some
+from robosc.synthesis.explain.assumed import assumed
 from robosc.synthesis.explain.self_cancelling import self_cancelling
 from robosc.synthesis.explain.starts import UNTRACED, whereabouts
 from robosc.synthesis.formatting import quoted, trace_text
@@ -42,6 +43,7 @@ def warnings(system: System, guards: Sequence[Guard]) -> tuple[Diagnostic, ...]:
         *examiner.overlaps(),
         *_free_goals(system.plant),
         *self_cancelling(system, guards),
+        *assumed(system, guards, examiner.when),
     )
 
 
@@ -89,7 +91,7 @@ class _Examiner:
         cases = disjunction(enabled(self.plant, guard) for guard in self.requests[key])
         return conjunction([cases, self.at_rest])
 
-    def _when(self, condition: Expr) -> str | None:
+    def when(self, condition: Expr) -> str | None:
         """Return how a state with a condition is reached, to end a sentence with; None: never."""
         path = self.system.nearest(condition)
         if path is None:
@@ -119,7 +121,7 @@ class _Examiner:
         return first in yields_to.get(second, ()) or second in yields_to.get(first, ())
 
     def _topic(self, first: str, second: str) -> Iterator[Diagnostic]:
-        when = self._when(conjunction([self._sent(first), self._sent(second)]))
+        when = self.when(conjunction([self._sent(first), self._sent(second)]))
         if when is None:
             return
         communications = self.robot.communications
@@ -188,7 +190,7 @@ class _Examiner:
                 before = [p for p in before if p.condition is None]
             for first in before:
                 both = [self._condition(p) for p in (first, second)]
-                when = self._when(conjunction([command, *both]))
+                when = self.when(conjunction([command, *both]))
                 if when is not None:
                     name = self.robot.display_names[key]
                     yield Diagnostic(
@@ -206,7 +208,7 @@ class _Examiner:
         self, key: str, provides: Sequence[Provide], command: Expr
     ) -> Iterator[Diagnostic]:
         none = conjunction(negation(self._condition(p)) for p in provides)
-        when = self._when(conjunction([command, none]))
+        when = self.when(conjunction([command, none]))
         if when is not None:
             name = self.robot.display_names[key]
             yield Diagnostic(
@@ -227,7 +229,7 @@ class _Examiner:
             condition = self._condition(provide)
             for variable in dict.fromkeys(sent_wholes(provide)):
                 absent = negation(self.plant.view.is_there(variable))
-                when = self._when(conjunction([command, condition, *earlier, absent]))
+                when = self.when(conjunction([command, condition, *earlier, absent]))
                 if when is not None:
                     yield self._about_absence(key, provide, to_dsl(variable, self.robot), when)
             earlier.append(negation(condition))
@@ -349,7 +351,7 @@ class _Examiner:
         if (phase := phase_of(event)) is not None:
             here.append(in_phase(self.plant, phase))
         both = for_some(event, [first.guard, second.guard])
-        when = self._when(conjunction([*here, both]))
+        when = self.when(conjunction([*here, both]))
         if when is not None:
             guards = [to_dsl(guard, self.robot) for guard in (first.guard, second.guard)]
             yield Diagnostic(

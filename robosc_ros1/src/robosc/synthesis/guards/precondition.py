@@ -13,7 +13,7 @@ from math import prod
 from robosc.expr.traversal import rewritten
 from robosc.expr.tree import FALSE, TRUE, Binary, Expr, Leaf, Literal, Unary
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
-from robosc.plant.formulas import conjunction, disjunction, junction, negation
+from robosc.plant.formulas import conjunction, disjunction, negation, simplified
 from robosc.synthesis.system import stays_in_range, taken_where
 from robosc.synthesis.vectorised import support
 
@@ -61,7 +61,7 @@ def _before_command(plant: Plant, event: Event, conditions: Sequence[Expr]) -> l
         disjunction([*_others(plant, event, edges, located=False), kept])
         for edges in _choices(event)
         for condition in conditions
-        if (kept := _simplified(_after(plant, event, edges, condition))) != TRUE
+        if (kept := simplified(_after(plant, event, edges, condition))) != TRUE
     ]
 
 
@@ -125,17 +125,3 @@ def after(
         return values.get(index, node)
 
     return rewritten(condition, leaf)
-
-
-def _simplified(expr: Expr) -> Expr:
-    """Return a condition without constant operands of ``and``, ``or``, ``=>`` and ``!``."""
-    if isinstance(expr, Unary) and expr.operator == "!":
-        return negation(_simplified(expr.operand))
-    found = junction(expr, True)
-    if found is None or not isinstance(expr, Binary):
-        return expr
-    conjunctive, parts = found
-    sides = [
-        _simplified(part) if polarity else negation(_simplified(part)) for part, polarity in parts
-    ]
-    return conjunction(sides) if conjunctive else disjunction(sides)

@@ -1,0 +1,83 @@
+"""What is wrong with assumptions: one that leaves nothing of an event, or that commands break."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
+
+from robosc.errors import Diagnostic, Severity, StateSpaceError
+from robosc.expr.tree import Expr
+from robosc.model.entities import Assumption
+from robosc.plant.acceptance import gate_of
+from robosc.plant.assumptions import EXCLUDED, restrictions
+from robosc.plant.automaton import Event, Plant
+from robosc.plant.formulas import conjunction, negation
+from robosc.supervisor import Guard
+from robosc.synthesis.event_parameters import for_some
+from robosc.synthesis.formatting import quoted
+from robosc.synthesis.guards.precondition import after
+from robosc.synthesis.system import System, enabled, in_phase, taken_where
+
+When = Callable[[Expr], str | None]
+"""Tells how a state with a condition is reached, to end a sentence with; None: never."""
+
+
+def assumed(system: System, guards: Sequence[Guard], when: When) -> Iterator[Diagnostic]:
+    """Yield warnings about the assumptions of a controlled system."""
+    plant = system.plant
+    for event in plant.events if plant.robot.assumptions else ():
+        if event.kind in EXCLUDED:
+            yield from _excluding_all(system, event)
+    for condition, number in plant.lasting:
+        yield from _broken(plant, condition, plant.robot.assumptions[number], guards, when)
+
+
+def _excluding_all(system: System, event: Event) -> Iterator[Diagnostic]:
+    """Yield a warning if none of an event is left, although its phase lets it happen."""
+    gate = gate_of(event)
+    guard = None if gate is None else gate.edges[0].guard
+    there = [] if event.phase is None else [in_phase(system.plant, event.phase)]
+    if guard is None or not system.reaches(conjunction(there)):
+        return
+    try:
+        passing = for_some(event, [guard])
+    except StateSpaceError:
+        return
+    if system.reaches(conjunction([*there, passing])):
+        return
+    robot = system.plant.robot
+    found = restrictions(robot, robot.communications[event.key], event.kind)
+    texts = [quoted(restriction.assumption.text) for restriction in found]
+    yield Diagnostic(
+        Severity.WARNING,
+        "assumption-excludes-all",
+        f"{' and '.join(texts)} leave{'s' if len(texts) == 1 else ''} no {event.kind.word} of"
+        f" {event.name}: the robot is assumed never to send one",
+        found[0].assumption.span,
+        "relax the assumption: what needs this event is proved for no robot",
+    )
+
+
+def _broken(
+    plant: Plant, holds: Expr, assumption: Assumption, guards: Sequence[Guard], when: When
+) -> Iterator[Diagnostic]:
+    """Yield a warning if a command leads from where an assumption holds to where it does not."""
+    for guard in guards:
+        event = guard.event
+        if event.parameters:
+            continue  # another controller decides what it carries
+        for edges in product(*(automaton.edges for automaton in event.automata)):
+            taken = list(zip(event.automata, edges, strict=True))
+            where = [part for a, edge in taken for part in taken_where(plant, a, edge)]
+            fails = negation(after(plant, event, taken, holds))
+            told = when(conjunction([holds, enabled(plant, guard), *where, fails]))
+            if told is not None:
+                yield Diagnostic(
+                    Severity.WARNING,
+                    "assumption-broken",
+                    f"{event.name}.{event.kind.word} breaks {quoted(assumption.text)}: {told}",
+                    assumption.span,
+                    "assume only what the robot does by itself, or add a requirement on"
+                    f" {event.name}",
+                )
+                return

@@ -1,0 +1,75 @@
+"""Nodes treat what the robot is assumed not to do as a mismatch, and the test of a package knows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from emit.judged_controllers import judged, judging_model
+
+MODEL = """
+robot Lifter {
+    datatype object Grip { force: integer(0..3) }
+    datatype object Level { height: double }
+    component Door {
+        outgoing message door with identifier: "/door", type: integer(0..3)
+        behaviour {
+            variable gap: integer(0..3) = 0
+            initial marked state watched { on response from door do gap := value }
+        }
+    }
+    component Lift {
+        action lift with identifier: "/lift", request: none, response: Grip,
+            feedback: Grip links lift_it
+        service level with identifier: "/level", request: none, response: Level links measure
+        behaviour {
+            variable height: double = 0.0
+            initial marked state still {
+                on request to lift goto moving
+            }
+            state moving {
+                on response from lift goto still
+                on error from lift goto still
+                on cancelled from lift goto still
+            }
+            on response from level do height := value.height
+        }
+    }
+    interface lift_it use Lift from lift_interfaces
+    interface measure use Measure from lift_interfaces
+    requirement never Door.gap > 1 and Lift.moving
+    requirement lift needs Door.gap = 0 and Lift.height < 2
+    assume always !(Door.gap > 1 and Lift.moving)
+    assume never Lift.height > 5
+    assume door needs value != 2
+    assume lift needs Lift.moving and value.force > 0
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def judging(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, str]]:
+    with judging_model(tmp_path_factory.mktemp("judge"), MODEL) as found:
+        yield found
+
+
+def test_what_is_assumed_away_is_a_mismatch(judging: tuple[Any, str]) -> None:
+    judge, source = judging
+    node = judged(judge, source, seed=2)
+    assert node.faults == []
+
+
+FAULTS = {
+    "takes what is assumed away": ('raise BrokenAssumption("assume ', 'str("'),
+    "takes a state that is assumed away": ('raise BrokenAssumption("assume always', 'str("'),
+    "refuses what is not": ('value > 1 and self.lift == "moving"', "value > 1"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_the_test_of_a_package_finds(judging: tuple[Any, str], fault: str) -> None:
+    judge, source = judging
+    right, wrong = FAULTS[fault]
+    assert right in source, source
+    assert judged(judge, source.replace(right, wrong)).faults != []
