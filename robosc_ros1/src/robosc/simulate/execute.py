@@ -56,7 +56,7 @@ _ROUNDING = 1e-9
 _Step: TypeAlias = tuple[Event, Given] | float
 
 
-class _Clockwork(Port):
+class Clockwork(Port):
     """The clock, and the requests that are open."""
 
     def __init__(self) -> None:
@@ -146,12 +146,17 @@ class Execution:
             else:
                 self.fire(*step)
 
-    def _begin(self) -> None:
-        self._clock = _Clockwork()
+    def _make(self) -> Engine:
+        """The engine, with a clock and a controller in its initial state."""
+        self._clock = Clockwork()
         self._controller = make_controller(self.supervisor)
-        _read_given(self._controller, self.plant)
-        self._engine = Engine(self._controller, self._clock, self._settings, self._clock.now)
-        self._engine.recorder = EventRecorder(self._clock.now)
+        read_given(self._controller, self.plant)
+        engine = Engine(self._controller, self._clock, self._settings, self._clock.now)
+        engine.recorder = EventRecorder(self._clock.now)
+        return engine
+
+    def _begin(self) -> None:
+        self._engine = self._make()
         self._clock.accept = lambda key, token: self._engine.report(key, token, "accepted")
         self._engine.begin()
         self._engine.cycle()
@@ -303,7 +308,7 @@ def read_settings(robot: Robot, parameters: Mapping[str, Any]) -> Settings:
     return settings
 
 
-def _read_given(controller: Controller, plant: Plant) -> None:
+def read_given(controller: Controller, plant: Plant) -> None:
     """Let the controller read given values in place of messages of ROS.
 
     What a message says was found out before, by the same rules; that a value lies in its range is
@@ -315,6 +320,10 @@ def _read_given(controller: Controller, plant: Plant) -> None:
         if entry.read is None
         else entry._replace(read=_reader(plant, events[entry.key, entry.kind]))
         for entry in controller.INPUTS
+    )
+    controller.COMMANDS = tuple(
+        row if row.read is None else row._replace(read=_reader(plant, events[row.key, row.kind]))
+        for row in controller.COMMANDS
     )
 
 

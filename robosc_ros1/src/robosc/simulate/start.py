@@ -14,6 +14,7 @@ from robosc.simulate.literals import parse_raw
 from robosc.simulate.machine import Machine
 from robosc.simulate.session import MakeMachine
 from robosc.simulate.single import SingleEvents
+from robosc.simulate.supervised import SupervisedExecution
 from robosc.supervisor import Supervisor
 
 
@@ -25,13 +26,12 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     """
 
     def make(given: Mapping[str, Any]) -> Machine:
-        settings = read_settings(supervisor.plant.robot, given)
+        robot = supervisor.plant.robot
+        settings = read_settings(robot, given)
         chosen = supervisor_with(supervisor, settings.more)
-        if execute and chosen.plant.robot.supervises:
-            raise InvalidLine(
-                "a supervisor sends nothing of its own: leave out --execute, and play the commands"
-                " of the controller that it guards"
-            )
+        if execute and robot.supervises:
+            stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
+            return SupervisedExecution(chosen, read_settings(robot, {**stop, **given}))
         if execute:
             return Execution(chosen, settings)
         if not settings.more.keys() >= given.keys():

@@ -1,0 +1,107 @@
+"""``simulate --execute`` of a supervisor: what it makes of a controller's commands that are typed."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from emit.generated_code import supervisor_of
+from ros_support import EXAMPLES, Completed
+from runtime.schemas import validate
+
+from robosc.simulate.event_data import complete
+from robosc.simulate.machine import Happening, Machine, label
+from robosc.simulate.start import machine_maker
+
+Robosc = Callable[..., Completed]
+
+LIMITER = EXAMPLES / "gallery" / "limiter" / "limiter.rscd"
+CRANE = Path(__file__).parents[1] / "ros1" / "crane.rscd"
+
+
+def machine_of(model: Path, **given: Any) -> Machine:
+    supervisor = supervisor_of(model.read_text(), str(model), supervises=True)
+    return machine_maker(supervisor, execute=True)(given)
+
+
+def fire(machine: Machine, name: str, raw: Any = None) -> list[Happening]:
+    event = next(e for e in machine.typeable if label(e) == name)
+    return machine.fire(event, complete(machine.plant.robot, event, raw, name))
+
+
+def told(happenings: list[Happening]) -> list[tuple[str, str, Any, str]]:
+    return [(f"{h.name}.{h.kind}", h.outcome, h.value, h.detail or "") for h in happenings]
+
+
+def test_a_limiter_corrects_and_blocks() -> None:
+    machine = machine_of(LIMITER)
+    fast = {"linear.x": 1.0, "angular.z": 0.6}
+    (blocked,) = fire(machine, "move.request", fast)
+    assert (blocked.outcome, blocked.is_command) == ("blocked", True)
+    assert "requirement move needs scan.fresh" in (blocked.detail or "")
+    scan = {"ranges[0]": 3.0, "range_min": 0.1, "range_max": 10.0}
+    fire(machine, "scan.response", scan)
+    (corrected,) = told(fire(machine, "move.request", fast))
+    assert corrected[1:3] == ("applied", {"linear.x": 0.5, "angular.z": 0.3})
+    assert "linear.x 1.0 becomes 0.5, angular.z 0.6 becomes 0.3" in corrected[3]
+    assert told(fire(machine, "move.request", {"linear.x": 0.3, "angular.z": 0.1})) == [
+        ("move.request", "applied", {"linear.x": 0.3, "angular.z": 0.1}, "")
+    ]
+    (backwards,) = fire(machine, "move.request", {"linear.x": -0.3})
+    assert backwards.outcome == "blocked"
+    # What is in effect is ended when it becomes forbidden.
+    silent = told(machine.wait(0.4))
+    assert [what for what, *_ in silent] == ["scan.timeout", "halt.request"]
+    assert fire(machine, "move.request", fast)[0].outcome == "blocked"
+
+
+def test_goals_calls_and_messages_of_one_field() -> None:
+    machine = machine_of(CRANE)
+    fire(machine, "limit.response", 2.0)
+    (hoist,) = told(fire(machine, "hoist.request", 5.0))
+    assert hoist[1:3] == ("applied", 2.0) and "5.0 becomes 2.0" in hoist[3]
+    (reach,) = told(fire(machine, "reach.request", {"height": 7}))
+    assert reach[1:3] == ("applied", {"height": 2})
+    assert machine.state.phases["Hoist.reach"] == "busy"
+    (busy,) = fire(machine, "reach.request", {"height": 1})
+    assert busy.outcome == "blocked"
+    fire(machine, "reach.response")
+    assert machine.state.phases["Hoist.reach"] == "idle"
+    fire(machine, "limit.response", -1.0)
+    (level,) = told(fire(machine, "set_level.request", {"level": -3}))
+    assert level[1:3] == ("applied", {"level": 1})
+    (refused,) = told(fire(machine, "hoist.request", 5.0))
+    assert refused[1] == "blocked" and "becomes -1.0" in refused[3]
+    machine.undo(1)
+    assert machine.state.phases["Hoist.set_level"] == "busy"
+
+
+def test_at_random_it_goes_on_and_stops_nowhere() -> None:
+    for model in (LIMITER, CRANE):
+        machine, rng = machine_of(model), random.Random(3)
+        outcomes = set()
+        for _ in range(200):
+            step = machine.draw(rng)
+            assert step is not None
+            done = machine.wait(step) if isinstance(step, float) else machine.fire(*step)
+            outcomes |= {h.outcome for h in done if h.is_command}
+        assert machine.stopped is None and outcomes == {"applied", "blocked"}
+
+
+@pytest.mark.parametrize("mode", [["--execute"], ["--execute", "--json"]])
+def test_scripts(robosc: Robosc, tmp_path: Path, mode: list[str]) -> None:
+    script = tmp_path / "limit.txt"
+    script.write_text(
+        "limit.response 2.0\nhoist.request 5.0\nhoist.request -5.0\nexpect Limit.most = 2.0\n"
+    )
+    done = robosc("simulate", str(CRANE), "--mode", "supervisor", *mode, "--script", str(script))
+    assert done.returncode == 0, done.stdout + done.stderr
+    if "--json" in mode:
+        for line in done.stdout.splitlines():
+            validate(json.loads(line), "simulate")
+        last = json.loads(done.stdout.splitlines()[-2])
+        assert last["commands"][0]["data"] is None
