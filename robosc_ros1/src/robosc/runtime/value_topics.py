@@ -31,9 +31,9 @@ class ValueTopics:
             states = [state["name"] for state in component["states"]]
             self._states[component["name"]] = {name: number for number, name in enumerate(states)}
             for variable in component["variables"]:
-                type_ = message_type(variable["type"], variable["initial"])
-                if type_ is not None:
-                    self._types["%s.%s" % (component["name"], variable["name"])] = type_
+                if "message" in variable:
+                    key = "%s.%s" % (component["name"], variable["name"])
+                    self._types[key] = variable["message"]
 
     def messages(self, controller: Controller) -> List[ValueMessage]:
         """Return the messages of a state."""
@@ -56,20 +56,6 @@ def topic_of(name: str) -> str:
     """Return the name of a component's or variable's topic: ``station_3/count`` for
     ``Station[3].count``."""
     return parameter_name(name if "." in name else name + ".").rstrip("/")
-
-
-def message_type(type_: str, initial: Any) -> Optional[str]:
-    """Return the type of std_msgs for a type of the model; None: there is none."""
-    word = type_.partition("(")[0]
-    if word == "array":
-        numbers = type_[len("array(") :].startswith(("double", "integer"))
-        return "Float64MultiArray" if numbers else None
-    if word in _TYPES:
-        return _TYPES[word]
-    return "String" if isinstance(initial, str) else None  # an enum
-
-
-_TYPES = {"boolean": "Bool", "integer": "Int64", "double": "Float64", "string": "String"}
 
 
 def _whole(value: Any) -> Optional[int]:

@@ -15,7 +15,15 @@ from robosc.emit.controller.naming import place
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.export.all_transitions import as_written, transitions
 from robosc.emit.package.thresholds import thresholds
-from robosc.expr.types import DoubleType, IntegerType
+from robosc.expr.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    StringType,
+    Type,
+)
 from robosc.language.events import EventKind
 from robosc.model.automata import Behaviour, Variable
 from robosc.model.entities import Component, Robot
@@ -97,7 +105,9 @@ def _component(component: Component, plant: Plant) -> dict[str, Json]:
             {"name": s.name, "initial": s.initial, "marked": s.marked} for s in behaviour.states
         ]
         variables = [
-            {"name": v.name, "type": str(v.type), "initial": v.initial} | _comparisons(v, plant)
+            {"name": v.name, "type": str(v.type), "initial": v.initial}
+            | _message(v.type)
+            | _comparisons(v, plant)
             for v in behaviour.variables
         ]
         transitions = _transitions(behaviour, component.name, robot)
@@ -109,6 +119,22 @@ def _component(component: Component, plant: Plant) -> dict[str, Json]:
         "variables": variables,
         "transitions": transitions,
     }
+
+
+def _message(type_: Type) -> dict[str, Json]:
+    """The type of std_msgs that holds the values of a type, if there is one."""
+    match type_:
+        case BooleanType():
+            return {"message": "Bool"}
+        case IntegerType():
+            return {"message": "Int64"}
+        case DoubleType():
+            return {"message": "Float64"}
+        case StringType() | EnumType():
+            return {"message": "String"}
+        case ArrayType(element=IntegerType() | DoubleType()):
+            return {"message": "Float64MultiArray"}
+    return {}
 
 
 def _comparisons(variable: Variable, plant: Plant) -> dict[str, Json]:

@@ -12,11 +12,11 @@ MODEL = {
             "library": None,
             "states": [{"name": "looking", "initial": True, "marked": True}],
             "variables": [
-                {"name": "front", "type": "Front", "initial": "unknown"},
-                {"name": "lit", "type": "boolean", "initial": False},
-                {"name": "nearest", "type": "double", "initial": 0.0},
-                {"name": "lambda", "type": "string", "initial": 'none "yet"'},
-                {"name": "column", "type": "integer(-3..3)", "initial": 0},
+                {"name": "front", "type": "Front", "initial": "unknown", "message": "String"},
+                {"name": "lit", "type": "boolean", "initial": False, "message": "Bool"},
+                {"name": "nearest", "type": "double", "initial": 0.0, "message": "Float64"},
+                {"name": "lambda", "type": "string", "initial": 'none "yet"', "message": "String"},
+                {"name": "column", "type": "integer(-3..3)", "initial": 0, "message": "Int64"},
             ],
             "transitions": [
                 {
@@ -49,7 +49,9 @@ MODEL = {
                 {"name": "open", "initial": True, "marked": True},
                 {"name": "full", "initial": False, "marked": True},
             ],
-            "variables": [{"name": "items", "type": "integer(0..4)", "initial": 0}],
+            "variables": [
+                {"name": "items", "type": "integer(0..4)", "initial": 0, "message": "Int64"},
+            ],
             "transitions": [
                 {
                     "from": "open",
@@ -94,9 +96,9 @@ MODEL = {
                 {"name": "moving", "initial": False, "marked": False},
             ],
             "variables": [
-                {"name": "tries", "type": "integer(0..3)", "initial": 0},
-                {"name": "grade", "type": "Grade", "initial": "poor"},
-                {"name": "progress", "type": "double", "initial": 0.0},
+                {"name": "tries", "type": "integer(0..3)", "initial": 0, "message": "Int64"},
+                {"name": "grade", "type": "Grade", "initial": "poor", "message": "String"},
+                {"name": "progress", "type": "double", "initial": 0.0, "message": "Float64"},
             ],
             "transitions": [
                 {
@@ -158,8 +160,8 @@ MODEL = {
                 {"name": "working", "initial": False, "marked": False},
             ],
             "variables": [
-                {"name": "level", "type": "integer(0..2)", "initial": 0},
-                {"name": "ok", "type": "boolean", "initial": False},
+                {"name": "level", "type": "integer(0..2)", "initial": 0, "message": "Int64"},
+                {"name": "ok", "type": "boolean", "initial": False, "message": "Bool"},
             ],
             "transitions": [
                 {
@@ -201,7 +203,9 @@ MODEL = {
             "place": "gauntlet.rscd:84",
             "library": "Wheels",
             "states": [{"name": "state", "initial": True, "marked": True}],
-            "variables": [{"name": "slipping", "type": "boolean", "initial": False}],
+            "variables": [
+                {"name": "slipping", "type": "boolean", "initial": False, "message": "Bool"},
+            ],
             "transitions": [
                 {
                     "from": "state",
@@ -218,7 +222,9 @@ MODEL = {
             "place": "gauntlet.rscd:85",
             "library": "Wheels",
             "states": [{"name": "state", "initial": True, "marked": True}],
-            "variables": [{"name": "slipping", "type": "boolean", "initial": False}],
+            "variables": [
+                {"name": "slipping", "type": "boolean", "initial": False, "message": "Bool"},
+            ],
             "transitions": [
                 {
                     "from": "state",

@@ -11,7 +11,9 @@ MODEL = {
             "place": "lantern.rscd:3",
             "library": None,
             "states": [{"name": "watching", "initial": True, "marked": True}],
-            "variables": [{"name": "light", "type": "Light", "initial": "dark"}],
+            "variables": [
+                {"name": "light", "type": "Light", "initial": "dark", "message": "String"},
+            ],
             "transitions": [
                 {
                     "from": "watching",

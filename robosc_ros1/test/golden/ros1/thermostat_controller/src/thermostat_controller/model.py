@@ -12,8 +12,8 @@ MODEL = {
             "library": None,
             "states": [{"name": "measuring", "initial": True, "marked": True}],
             "variables": [
-                {"name": "degrees", "type": "double", "initial": 15.0},
-                {"name": "season", "type": "Season", "initial": "winter"},
+                {"name": "degrees", "type": "double", "initial": 15.0, "message": "Float64"},
+                {"name": "season", "type": "Season", "initial": "winter", "message": "String"},
             ],
             "transitions": [
                 {
@@ -43,7 +43,9 @@ MODEL = {
                 {"name": "hot", "initial": False, "marked": True},
                 {"name": "cooling", "initial": False, "marked": False},
             ],
-            "variables": [{"name": "level", "type": "integer(0..3)", "initial": 0}],
+            "variables": [
+                {"name": "level", "type": "integer(0..3)", "initial": 0, "message": "Int64"},
+            ],
             "transitions": [
                 {
                     "from": "cold",
