@@ -66,7 +66,7 @@ def inputs(plant: Plant) -> list[tuple[int, ...]]:
         is_message = event.kind is EventKind.RESPONSE and (
             communications[event.key].kind is Kind.OUTGOING
         )
-        found[communications[event.key].identifier if is_message else number].append(number)
+        found[communications[event.key].ros_name if is_message else number].append(number)
     return [tuple(numbers) for numbers in found.values()]
 
 

@@ -178,13 +178,13 @@ def _allowed(type_: Type) -> dict[str, Any]:
 
 def shared_topics(robot: Robot) -> list[tuple[str, list[str]]]:
     """Each topic with the keys of the messages that come or go there."""
-    topics: dict[tuple[str, Kind, str], list[str]] = {}
+    topics: dict[tuple[str, Kind, str], list[Communication]] = {}
     for communication in robot.communications.values():
         if communication.kind in (Kind.INCOMING, Kind.OUTGOING):
             type_ = f"{communication.binding.package}/{communication.binding.type}"
-            place = (communication.identifier, communication.kind, type_)
-            topics.setdefault(place, []).append(communication.key)
-    return [(name, keys) for (name, _, _), keys in topics.items()]
+            place = (communication.ros_name, communication.kind, type_)
+            topics.setdefault(place, []).append(communication)
+    return [(found[0].identifier, [c.key for c in found]) for found in topics.values()]
 
 
 def read_text(file: Path) -> str:

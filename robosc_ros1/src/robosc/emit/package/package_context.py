@@ -74,11 +74,14 @@ def topics(
     type_: Callable[[Communication], str],
 ) -> tuple[TopicView, ...]:
     """One entry per topic and type, whatever number of messages share it."""
-    keys: dict[tuple[str, str], list[str]] = {}
+    shared: dict[tuple[str, str], list[Communication]] = {}
     for communication in communications:
-        place = (name(communication), type_(communication))
-        keys.setdefault(place, []).append(communication.key)
-    return tuple(TopicView(topic, kind, tuple(found)) for (topic, kind), found in keys.items())
+        place = (communication.ros_name, type_(communication))
+        shared.setdefault(place, []).append(communication)
+    return tuple(
+        TopicView(name(messages[0]), kind, tuple(message.key for message in messages))
+        for (_, kind), messages in shared.items()
+    )
 
 
 def escaped(context: PackageContext) -> PackageContext:

@@ -42,7 +42,7 @@ def _demand_one_type_per_topic(robot: Robot) -> None:
     for communication in robot.communications.values():
         if communication.kind in _FOLDERS:
             continue
-        other = topics.setdefault(communication.identifier, communication)
+        other = topics.setdefault(communication.ros_name, communication)
         if _interface(other) != _interface(communication):
             span, type_ = communication.span, _interface(communication)
             raise UsageError(

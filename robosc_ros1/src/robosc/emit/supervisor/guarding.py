@@ -67,14 +67,15 @@ def command_matches(
     for communication in robot.communications.values():
         if communication.kind is Kind.INCOMING:
             binding = communication.binding
-            place = (communication.identifier, f"{binding.package}/{binding.type}")
+            place = (communication.ros_name, f"{binding.package}/{binding.type}")
             topics.setdefault(place, []).append(communication)
     found: dict[tuple[str, str], tuple[CommandMatch, ...]] = {}
     _check_directions(robot, report)
     if servers:
         _check_servers(robot, report)
     _check_served(robot, report)
-    for place, messages in topics.items():
+    for (_, type_), messages in topics.items():
+        place = messages[0].identifier, type_
         if len(messages) == 1:
             found[place] = (CommandMatch(messages[0].key),)
         else:
@@ -104,7 +105,7 @@ def _check_servers(robot: Robot, report: Report) -> None:
     names = robot.display_names
     servers: dict[tuple[Kind, str], Communication] = {}
     for one in robot.communications.values():
-        other = servers.setdefault((one.kind, one.identifier), one)
+        other = servers.setdefault((one.kind, one.ros_name), one)
         if one.kind in (Kind.SERVICE, Kind.ACTION) and other is not one:
             report.add(
                 "commands-alike",

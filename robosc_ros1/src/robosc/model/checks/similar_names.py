@@ -53,10 +53,10 @@ def check_topics(component_table: ComponentTable, report: Report) -> None:
         for info in instance.communications.values():
             if info.entity is None or info.kind in (Kind.SERVICE, Kind.ACTION):
                 continue
-            other = first.setdefault(info.entity.identifier, info)
+            other = first.setdefault(info.entity.ros_name, info)
             _check_topic_types(other, info, report)
             if info.kind is Kind.OUTGOING:
-                sender = outgoing.setdefault(info.entity.identifier, info)
+                sender = outgoing.setdefault(info.entity.ros_name, info)
                 if sender is not info:
                     _shared_topic(sender, info, report)
 
