@@ -39,6 +39,7 @@ from robosc.runtime.reasons import blocked_by
 from robosc.runtime.settings import Settings
 from robosc.runtime.values import Mismatch
 from robosc.simulate.reasons import reasons
+from robosc.simulate.state import state_of
 
 
 class Twin:
@@ -162,7 +163,8 @@ def check_guard(twin: Twin, event: Event, state: PlantState, method: str) -> Non
 def check_reasons(twin: Twin, event: Event, state: PlantState, command: Command) -> None:
     """The controller tells as the simulator does why the plant cannot do it."""
     guard = next(g for g in twin.supervisor.guards if g.event == event)
-    played = [(r.kind, r.text) for r in reasons(twin.supervisor, guard, state)]
+    nothing_known = state_of(twin.plant, state, dict.fromkeys(twin.plant.robot.variables))
+    played = [(r.kind, r.text) for r in reasons(twin.supervisor, guard, state, nothing_known)]
     told = [(r["kind"], r["text"]) for r in blocked_by(twin.controller, command)]
     impossible = ("phase", "synchronisation", "range")
     assert [r for r in told if r[0] in impossible] == [r for r in played if r[0] in impossible]

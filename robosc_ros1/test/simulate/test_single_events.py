@@ -346,3 +346,36 @@ def test_wrong_arrays_are_told(seeing: Session, line: str, message: str) -> None
     with pytest.raises(InvalidLine) as told:
         seeing.do(line)
     assert message in str(told.value)
+
+
+RANGE_AND_LIMIT = """\
+robot R {
+    component Laser {
+        outgoing message scan with timeout: 1 s, type: double
+        behaviour {
+            variable front: double
+            initial marked state on { on response from scan do front := value }
+        }
+    }
+    component Motor { incoming message move with type: none }
+    parameter near: double = 0.4
+    requirement move needs scan.fresh and Laser.front > near
+}
+"""
+
+
+def test_why_tells_the_part_that_fails_with_its_values() -> None:
+    player = session(supervisor_of(RANGE_AND_LIMIT))
+
+    def because() -> list[str]:
+        (command,) = player.machine.commands()
+        return [told for reason in command.reasons for told in reason.because]
+
+    front = "Laser.front > near is false (Laser.front is {}, near is 0.4)".format
+    assert because() == ["scan.fresh is false", front("0")]
+    play(player, "scan 0.3875")
+    assert because() == [front("0.3875")]
+    told = play(player, "why move").text
+    assert front("0.3875") in told
+    play(player, "scan 0.5")
+    assert because() == []

@@ -96,8 +96,13 @@ def _failures(controller: Controller, requirement: Requirement, *read: Any) -> I
         return
     with contextlib.suppress(Undefined):  # what comes behind it is not known, either
         for text, values in requirement.failures(controller, *read):
-            told = ", ".join("%s is %s" % (n, _value_text(v)) for n, v in values.items())
-            yield "%s (%s)" % (text, told) if text and told else text or told
+            yield failure_text(text, values)
+
+
+def failure_text(text: str, values: Mapping[str, Any]) -> str:
+    """Return a part that does not hold, with the values, by name, that it compares."""
+    told = ", ".join("%s is %s" % (n, _value_text(v)) for n, v in values.items())
+    return "%s (%s)" % (text, told) if text and told else text or told
 
 
 def _value_text(value: Any) -> str:

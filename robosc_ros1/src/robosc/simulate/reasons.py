@@ -6,17 +6,26 @@ from collections.abc import Iterator
 
 from robosc.emit.controller.naming import place
 from robosc.errors import listing
+from robosc.expr.evaluation import evaluate
+from robosc.expr.types import Value
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Event, PlantState
-from robosc.plant.conjuncts import conjuncts
-from robosc.plant.step import Verdict, holds, lookup, outcome, taken_edge, valuations
-from robosc.runtime.reasons import UNEXPLAINED
+from robosc.plant.conjuncts import Conjunct, conjuncts
+from robosc.plant.step import Verdict, holds, is_true, lookup, outcome, taken_edge, valuations
+from robosc.runtime.reasons import UNEXPLAINED, failure_text
+from robosc.runtime.values import Undefined
 from robosc.simulate.machine import Reason
+from robosc.simulate.state import SystemState
 from robosc.supervisor import Guard, Supervisor
 
 
-def reasons(supervisor: Supervisor, guard: Guard, state: PlantState) -> tuple[Reason, ...]:
-    """Everything that stands in the way of a controllable event; empty if it is enabled."""
+def reasons(
+    supervisor: Supervisor, guard: Guard, state: PlantState, data: SystemState
+) -> tuple[Reason, ...]:
+    """Everything that stands in the way of a controllable event; empty if it is enabled.
+
+    ``data`` is the same state with the values of its data, as far as they are known.
+    """
     plant = supervisor.plant
     event = guard.event
     found = list(_from_plant(supervisor, event, state))
@@ -26,7 +35,7 @@ def reasons(supervisor: Supervisor, guard: Guard, state: PlantState) -> tuple[Re
         event.requirement is not None and holds(plant, event.requirement, state)
     ):
         return (*found, *_kept(supervisor, event))
-    violated = list(_violated(supervisor, event, state))
+    violated = list(_violated(supervisor, event, state, data))
     if violated or found:
         return (*found, *violated)
     return (Reason("synthesis", _explained(supervisor, event)),)
@@ -61,7 +70,9 @@ def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iter
                 yield Reason("synchronisation", f"blocked by {automaton.component} in {where}")
 
 
-def _violated(supervisor: Supervisor, event: Event, state: PlantState) -> Iterator[Reason]:
+def _violated(
+    supervisor: Supervisor, event: Event, state: PlantState, data: SystemState
+) -> Iterator[Reason]:
     if not event.kind.sent:
         return
     plant = supervisor.plant
@@ -69,11 +80,24 @@ def _violated(supervisor: Supervisor, event: Event, state: PlantState) -> Iterat
         requirement = plant.robot.requirements[index]
         if not holds(plant, plant.view.met(requirement), state):
             because = [
-                part.failure
+                failure_text(part.failure, _known(part, data))
                 for part in conjuncts(requirement, plant.robot)
-                if part.failure and holds(plant, plant.view.expression(part.unmet), state)
+                if holds(plant, plant.view.expression(part.unmet), state)
             ]
-            yield Reason("requirement", requirement.text, place(requirement.span), because)
+            told = [text for text in because if text]
+            yield Reason("requirement", requirement.text, place(requirement.span), told)
+
+
+def _known(part: Conjunct, data: SystemState) -> dict[str, Value]:
+    """The values that a part compares, if its data are all known, and do not hold either.
+
+    Of a test, a single event may have chosen what it came to, without any value.
+    """
+    try:
+        values = {name: evaluate(expr, data.look) for name, expr in part.values.items()}
+        return values if is_true(part.unmet, data.look) else {}
+    except Undefined:
+        return {}
 
 
 def _explained(supervisor: Supervisor, event: Event) -> str:

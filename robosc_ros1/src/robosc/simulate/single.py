@@ -172,7 +172,7 @@ class SingleEvents:
         commands = [
             CommandState(
                 event,
-                reasons(self.supervisor, guard, self.plant_state),
+                reasons(self.supervisor, guard, self.plant_state, state),
                 self._sent(event, state),
             )
             for event in self.plant.events
@@ -249,7 +249,7 @@ class SingleEvents:
             if self.plant_state[phase.variable] in phase.sources:
                 return "no component takes it"
             return f"it is {self.state.phases[event.key]}"
-        return "; ".join(map(str, reasons(self.supervisor, guard, self.plant_state)))
+        return "; ".join(map(str, reasons(self.supervisor, guard, self.plant_state, self.state)))
 
     def _assigned(self, event: Event, given: Given) -> Iterator[tuple[str, Value]]:
         """What the event does to data: the right-hand sides see the state before."""
