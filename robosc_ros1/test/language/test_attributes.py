@@ -16,12 +16,16 @@ EVERYWHERE = ("incoming", "outgoing", "service", "action", SERVED)
 HAVE = {
     "identifier": (Value.STRING, EVERYWHERE, False),
     "timeout": (Value.DURATION, ("outgoing", "service", "action"), False),
+    "within": (Value.DURATION, ("action",), False),
+    "expect": (Value.CONDITION, ("service", "action"), False),
     "type": (Value.TYPE, ("incoming", "outgoing"), True),
     "request": (Value.TYPE, ("service", "action", SERVED), True),
     "response": (Value.TYPE, ("service", "action", SERVED), True),
     "feedback": (Value.TYPE, ("action",), True),
 }
-TEXTS = {Value.STRING: '"/name"', Value.DURATION: "2 s", Value.TYPE: "none"}
+TEXTS = {
+    Value.STRING: '"/name"', Value.DURATION: "2 s", Value.CONDITION: "true", Value.TYPE: "none"
+}  # fmt: skip
 
 
 def is_accepted(kind: str, given: dict[str, str]) -> bool:

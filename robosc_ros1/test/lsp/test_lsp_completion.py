@@ -179,6 +179,9 @@ CART = """robot Cart {
             initial marked state open { on response from seen do v := value after pause goto open }
         }
     }
+    component Hand {
+        action grip with within: pause, expect: value > limit, request: none, response: double
+    }
     requirement turn needs Eye.v > limit
     datatype enum Sight from double to { value > limit -> far default -> near }
 }
@@ -195,6 +198,10 @@ CART = """robot Cart {
         ('prefix: "/left", radius: 0.2', "|", ["prefix:", "radius:", "wait:"]),
         ("radius: 0.2", "radius: 0.2, |", ["wait:"]),
         ("timeout: pause", "timeout: |", ["pause"]),
+        ("within: pause", "within: |", ["pause"]),
+        ("within: pause, expect", "|, expect", ["identifier:", "timeout:", "within:", "request:"]),
+        ("expect: value > limit", "expect: |", ["value", "limit", "true"]),
+        ("expect: value > limit", "expect: value > |", ["value", "limit"]),
         ("after pause", "after |", ["pause"]),
         ("limit: double = 2.5", "limit: |", ["double", "duration", "Sight"]),
         ("value > limit ->", "value > |", ["limit", "pause"]),

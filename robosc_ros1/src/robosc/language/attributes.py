@@ -14,6 +14,7 @@ class Value(Enum):
 
     STRING = "a string"
     DURATION = "a duration"
+    CONDITION = "a condition"
     TYPE = "a type"
 
 
@@ -41,12 +42,16 @@ ATTRIBUTES = (
               "the name of the topic, service or action in ROS"),
     Attribute("timeout", Value.DURATION, ("outgoing", *_CALLS), False,
               "the time after which a message is silent, or the deadline of a service or action"),
+    Attribute("within", Value.DURATION, ("action",), False,
+              "the time after which an accepted goal is cancelled"),
+    Attribute("expect", Value.CONDITION, _CALLS, False,
+              "what must hold of the answer of a service or action; any other answer is an error"),
     Attribute("type", Value.TYPE, _MESSAGES, True, "the type of a message"),
     Attribute("request", Value.TYPE, (*_CALLS, *_SERVED), True, "the type of what is sent"),
     Attribute("response", Value.TYPE, (*_CALLS, *_SERVED), True, "the type of what comes back"),
     Attribute("feedback", Value.TYPE, ("action",), True, "the type of what is reported"),
 )  # fmt: skip
-"""All attributes, in the order in which models have them."""
+"""All attributes, in the order in which messages name them: types stand last in a model."""
 
 
 def attributes_of(communication: str) -> tuple[Attribute, ...]:

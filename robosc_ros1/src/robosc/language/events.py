@@ -194,7 +194,8 @@ _GOAL = Phases(("idle", "busy", "cancelling"), marked=("idle",))
 _WATCHED = Phases(("silent", "fresh"), marked=("silent", "fresh"))
 _REQUEST = EventSort(EventKind.REQUEST, ("idle",), "busy", brings="request")
 _RESPONSE = EventSort(EventKind.RESPONSE, ("busy",), "idle", brings="response")
-_ERROR = EventSort(EventKind.ERROR, ("busy",), "idle")
+# It has the answer that was not as expected; what failed otherwise has none.
+_ERROR = EventSort(EventKind.ERROR, ("busy",), "idle", brings="response", optional=True)
 _UNENDED = ("busy", "cancelling")
 
 ACTIVE = (*_GOAL.active, *_WATCHED.active)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 from robosc.expr.types import ArrayType, ObjectType, Type
 from robosc.language.attributes import ATTRIBUTES, Value
@@ -23,9 +24,15 @@ from robosc.lsp.offers import (
 from robosc.lsp.statement_offers import ALL_COMMANDS, SENT, StatementOffers
 
 _TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
+_DURATIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.DURATION)
+_CONDITIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.CONDITION)
 _LABELS = {
     word: tuple(attribute.name for attribute in _TYPES if word in attribute.communications)
     for word in ("service", "action", "outgoing service")
+}
+_OPTIONAL = {
+    word: tuple(a.name for a in ATTRIBUTES if word in a.communications and not a.required)
+    for word in ("incoming", "outgoing", *_LABELS)
 }
 
 
@@ -92,8 +99,10 @@ class _Completer(StatementOffers):
             return
         elif first in ("constant", "parameter", "function"):
             yield from self._value()
-        elif last == ":" and self._context.word(-2) == "timeout":
+        elif last == ":" and self._context.word(-2) in _DURATIONS:
             yield from self._durations()
+        elif self._is_expectation():
+            yield from self._received()
         elif last == "links":
             yield from self._interfaces()
         elif last == ":" and self._context.word(-2) in (a.name for a in _TYPES):
@@ -108,14 +117,30 @@ class _Completer(StatementOffers):
                 missing.insert(1, "type")  # of a service or action: all of its types at once
             labels = missing[:2] if missing[1:2] == ["type"] else missing[:1]
             yield from (Candidate(f"{w}:", "keyword", rank=0) for w in labels)
-            if "identifier" not in words:
-                yield Candidate("identifier:", "keyword", text='identifier: "')
+            for name in _OPTIONAL.get(sort, ()):
+                if name not in words:
+                    text = f'{name}: "' if name == "identifier" else None
+                    yield Candidate(f"{name}:", "keyword", text=text)
         elif "with" not in words:
             if len(words) == (3 if served or "message" in words else 2):
                 yield from keywords(("with",))
         elif ends_operand(last) or last == ")":
             yield from keywords(("links",))
             yield from self._next()
+
+    def _is_expectation(self) -> bool:
+        """Whether an operand may stand here, of what an attribute expects."""
+        words = self._context.words
+        labels = [word for word, colon in pairwise(words) if colon == ":"]
+        return labels[-1:] in [[name] for name in _CONDITIONS] and not (
+            self._context.last == "," or ends_operand(self._context.last)
+        )
+
+    def _received(self) -> Iterator[Candidate]:
+        """The operands of conditions that read a received value only."""
+        yield from keywords(("value", "true", "false"))
+        for contents in self._known:
+            yield from self._named_values(contents.types.values)
 
     # --- behaviour -------------------------------------------------------------------------------
 
@@ -247,9 +272,7 @@ class _Completer(StatementOffers):
         elif ends_operand(last):
             yield from keywords(("->", *OPERATORS, *COMPARISONS))
         else:
-            yield from keywords(("value", "true", "false"))
-            for contents in self._known:
-                yield from self._named_values(contents.types.values)
+            yield from self._received()
 
     # --- provided data ---------------------------------------------------------------------------
 

@@ -48,10 +48,11 @@ class Communication:
     """A message, service or action of a component.
 
     ``timeout`` is in seconds: the silence after which a message is silent, or the deadline of a
-    service or action. ``request`` is the type that the controller sends (``none`` for an outgoing
-    message), ``response`` the type that it receives (for an outgoing message: its data),
-    ``feedback`` that of an action's feedback. ``identifier`` is the name in ROS, prefix included;
-    the communication's own name if the model gives none.
+    service or action; ``within`` is the deadline of an accepted goal. ``expect`` is what must hold
+    of a response, which is an error otherwise. ``request`` is the type that the controller sends
+    (``none`` for an outgoing message), ``response`` the type that it receives (for an outgoing
+    message: its data), ``feedback`` that of an action's feedback. ``identifier`` is the name in
+    ROS, prefix included; the communication's own name if the model gives none.
     """
 
     name: str
@@ -63,6 +64,8 @@ class Communication:
     feedback: Type
     binding: Binding
     timeout: Expr | None = None
+    within: Expr | None = None
+    expect: Expr | None = None
     span: Span = span_field()
 
     @property

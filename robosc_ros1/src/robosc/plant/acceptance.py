@@ -1,18 +1,18 @@
-"""Where a call that the controller serves is accepted.
+"""Where the phase of a communication alone does not say whether an event of it is possible.
 
-What the robot calls is uncontrollable, but not always possible: a call is accepted only where at
-least one component takes its request; elsewhere the node refuses it, and nothing happens in the
-plant. The phase of the call is one more automaton of the event, which blocks it where no component
-takes it. So engines need no notion of it.
+A call that the robot makes is accepted only where at least one component takes its request;
+elsewhere the node refuses it, and nothing happens in the plant. An answer for which the model's
+``expect:`` does not hold is no response. The phase of such a communication is one more automaton of
+the event, which blocks it elsewhere. So engines need no notion of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from robosc.expr.presence import known_condition
 from robosc.expr.tree import TRUE, Expr, StateRef
-from robosc.language.events import EventKind
 from robosc.plant.automaton import (
     ASSUMPTIONS,
     Edge,
@@ -32,18 +32,24 @@ def acceptance(
     variables: Sequence[StateVariable],
     span: Span,
 ) -> LocalAutomaton:
-    """Return the phase of a call as an automaton that blocks it where no component takes it.
-
-    Its ``component`` is the key of the communication, which is the name of no component.
-    """
+    """Return the phase of a call as an automaton that blocks it where no component takes it."""
     cases = [
         _taken(edge, automaton, variables) for automaton in automata for edge in automaton.edges
     ]
     where = disjunction(cases)
-    (source,) = phase.sources
-    guard = None if where == TRUE else where
-    edge = Edge(source, guard, (), (), phase.target, True, (), (), span)
-    return LocalAutomaton(key, phase.variable, (edge,) if cases else (), True)
+    accepts = guarded_phase(key, phase, None if where == TRUE else where, span)
+    return accepts if cases else replace(accepts, edges=())
+
+
+def guarded_phase(key: str, phase: PhaseStep, guard: Expr | None, span: Span) -> LocalAutomaton:
+    """Return the phase of a communication as an automaton that blocks an event without a guard.
+
+    Its ``component`` is the key of the communication, which is the name of no component.
+    """
+    edges = (
+        Edge(source, guard, (), (), phase.target, True, (), (), span) for source in phase.sources
+    )
+    return LocalAutomaton(key, phase.variable, tuple(edges), True)
 
 
 def _taken(edge: Edge, automaton: LocalAutomaton, variables: Sequence[StateVariable]) -> Expr:
@@ -54,24 +60,23 @@ def _taken(edge: Edge, automaton: LocalAutomaton, variables: Sequence[StateVaria
 
 
 def acceptance_of(event: Event) -> LocalAutomaton | None:
-    """Return the automaton of a call that says where it is accepted; None of any other event."""
-    if event.kind is not EventKind.CALL:
+    """Return the automaton that an event has in place of its phase; None if it has none."""
+    if event.kind.of_component:
         return None
-    return next(a for a in event.automata if a.component == event.key)
+    return next((a for a in event.automata if a.component == event.key), None)
 
 
-def gate_of(event: Event) -> LocalAutomaton | None:
-    """Return the automaton of an event of the robot that says where it happens: where the call is
-    accepted, or where assumptions allow it. None: the phase alone decides."""
+def gates_of(event: Event) -> tuple[LocalAutomaton, ...]:
+    """Return the automata of an event of the robot that say where it happens: the one in place of
+    its phase, and that of the assumptions. Where there is none the phase alone decides."""
     accepts = acceptance_of(event)
-    assumed = (a for a in event.automata if a.component == ASSUMPTIONS)
-    return accepts if accepts is not None else next(assumed, None)
+    return tuple(a for a in event.automata if a is accepts or a.component == ASSUMPTIONS)
 
 
 def components_of(event: Event) -> tuple[LocalAutomaton, ...]:
     """Return the automata of an event that are those of components."""
-    gate = gate_of(event)
-    return tuple(a for a in event.automata if a is not gate)
+    gates = gates_of(event)
+    return tuple(a for a in event.automata if not any(a is gate for gate in gates))
 
 
 def phase_of(event: Event) -> PhaseStep | None:

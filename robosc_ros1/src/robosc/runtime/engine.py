@@ -23,7 +23,14 @@ from .intake import BoundInput, Inputs, Item
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
 from .served import Serving
-from .values import BrokenAssumption, Mismatch, Undefined, demand_finite, without_gaps
+from .values import (
+    UNREADABLE,
+    BrokenAssumption,
+    Mismatch,
+    Undefined,
+    demand_finite,
+    without_gaps,
+)
 
 INACTIVE = "not active"
 """The reason (``stopped``) of a suspended engine."""
@@ -218,7 +225,7 @@ class Engine(Serving):
                 self._broken[str(mismatch)] = self._broken.get(str(mismatch), 0) + 1
             self._mismatch(entry, message, value, str(mismatch))
             return False
-        except (AttributeError, TypeError, ValueError, OverflowError, LookupError) as error:
+        except UNREADABLE as error:
             # The message does not have the type that the model states.
             self._mismatch(entry, message, value, "%s: %s" % (type(error).__name__, error))
             return False

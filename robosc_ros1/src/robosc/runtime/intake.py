@@ -29,7 +29,7 @@ _LONGEST_WAIT = 3600.0
 class BoundInput:
     """An input with its methods bound to the controller."""
 
-    __slots__ = ("apply", "call", "ends", "key", "kind", "name", "read", "writes")
+    __slots__ = ("apply", "call", "ends", "expects", "key", "kind", "name", "read", "writes")
 
     def __init__(self, controller: Controller, entry: Input, name: str, call: bool) -> None:
         self.key = entry.key
@@ -41,6 +41,9 @@ class BoundInput:
             None if entry.read is None else MethodType(entry.read, controller)
         )
         self.apply: Callable[[Any], None] = MethodType(entry.apply, controller)
+        self.expects: Optional[Callable[[Any], bool]] = (
+            None if entry.expects is None else MethodType(entry.expects, controller)
+        )
         self.writes = frozenset(entry.writes)
 
 

@@ -46,7 +46,7 @@ class Communication(NamedTuple):
     service idle or busy, an action idle, busy or cancelling. ``flags`` are the attributes that are
     true in the phases after the first; at most one of them is. ``timeout`` is in seconds, or the
     name of a parameter: the time after which a message is silent, or the deadline of a service or
-    action (None: the model states none).
+    action (None: the model states none); so is ``within``, the deadline of an accepted goal.
     """
 
     key: str
@@ -55,6 +55,7 @@ class Communication(NamedTuple):
     flags: Tuple[str, ...] = ()
     phases: Tuple[str, ...] = ()
     timeout: Union[float, str, None] = None
+    within: Union[float, str, None] = None
 
 
 class Input(NamedTuple):
@@ -62,7 +63,8 @@ class Input(NamedTuple):
     "response", "feedback", "error", "cancelled" or "timeout".
 
     ``read`` returns the event's value from the ROS message (None: it has none); ``apply`` changes
-    the state for this value, or raises :class:`~.values.Mismatch` and changes nothing.
+    the state for this value, or raises :class:`~.values.Mismatch` and changes nothing. ``expects``
+    tells whether an answer with this value is as expected (None: each is); else it is an error.
     """
 
     key: str
@@ -70,6 +72,7 @@ class Input(NamedTuple):
     read: Optional[Callable[[Any, Any], Any]]
     apply: Callable[[Any, Any], None]
     writes: Tuple[str, ...]
+    expects: Optional[Callable[[Any, Any], bool]] = None
 
 
 class Command(NamedTuple):

@@ -14,6 +14,10 @@ from typing import Any, Tuple
 from .calls import Failure, Missed
 from .intake import BoundInput, Inputs, Intake
 from .scheduler import ScheduledCommand
+from .values import UNREADABLE
+
+REFUSED = "refused: the answer is not as expected"
+"""The reason of an error that is an answer for which the model's ``expect:`` does not hold."""
 
 
 class Requests(Intake):
@@ -60,13 +64,24 @@ class Requests(Intake):
         """Return the event that the end of a request is; ``missed`` is the deadline that it missed
         before it ended."""
         if entry.kind == "response":
-            return entry, message
+            if self._is_expected(entry, message):
+                return entry, message
+            return self._inputs[entry.key, "error"], Failure(REFUSED, message)
         by_controller = self._phase(entry.key) == "cancelling"
         if entry.kind == "cancelled" and by_controller:
             return entry, None
         if missed and not by_controller:
             message = message._replace(reason=missed)
         return self._inputs[entry.key, "error"], message
+
+    def _is_expected(self, entry: BoundInput, message: Any) -> bool:
+        """Whether an answer is what the model expects, or cannot be read, which is told then."""
+        if entry.expects is None or entry.read is None:
+            return True
+        try:
+            return bool(entry.expects(entry.read(message)))
+        except UNREADABLE:
+            return True
 
     def _phase(self, key: str) -> str:
         return self.controller.phase(self._communications[key])

@@ -14,9 +14,7 @@ from .intake import BoundInput
 from .model import SERVED
 from .requests import Requests
 from .scheduler import ScheduledCommand
-from .values import Mismatch
-
-_UNREADABLE = (AttributeError, TypeError, ValueError, OverflowError, LookupError)
+from .values import UNREADABLE, Mismatch
 
 
 class WaitingCall:
@@ -61,7 +59,7 @@ class Serving(Requests):
         except Mismatch as mismatch:
             self._refuse(entry, value, call, str(mismatch))
             return
-        except _UNREADABLE as error:  # the request does not have the type that the model states
+        except UNREADABLE as error:  # the request does not have the type that the model states
             self._refuse(entry, value, call, "%s: %s" % (type(error).__name__, error))
             return
         self._waiting[entry.key] = call

@@ -158,7 +158,7 @@ _WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 def declared(communications: Sequence[Communication]) -> List[Parameter]:
     """Return the parameters of a controller except the model's own, in documentation order.
 
-    A timeout that the model sets by a parameter of its own has no other parameter.
+    A deadline that the model sets by a parameter of its own has no other parameter.
     """
     result = list(_GENERAL)
     for communication in communications:
@@ -175,12 +175,13 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
             result.append(
                 Parameter("timeout/" + name, "number", timeout, meaning, minimum=SHORTEST_DURATION)
             )
-        if communication.sort == "action":
+        if communication.sort == "action" and not isinstance(communication.within, str):
             meaning = (
                 "deadline of an accepted goal of %s, in seconds (at least 0; 0: none)"
                 % communication.name
             )
-            result.append(Parameter("goal_timeout/" + name, "number", 0.0, meaning, minimum=0.0))
+            limit = communication.within or 0.0
+            result.append(Parameter("goal_timeout/" + name, "number", limit, meaning, minimum=0.0))
     return result
 
 
@@ -393,6 +394,8 @@ def _settings(communications: Sequence[Communication], values: Dict[str, Any]) -
             timeouts[communication.key] = values["more"][communication.timeout]
         elif "timeout/" + name in values:
             timeouts[communication.key] = values.pop("timeout/" + name)
-        if communication.sort == "action":
+        if isinstance(communication.within, str):
+            goal_timeouts[communication.key] = values["more"][communication.within]
+        elif communication.sort == "action":
             goal_timeouts[communication.key] = values.pop("goal_timeout/" + name)
     return Settings(timeout=timeouts, goal_timeout=goal_timeouts, rates=rates, **values)

@@ -36,6 +36,7 @@ from .offers import (
 )
 from .port import steady_time
 from .reasons import reason_text, violated
+from .requests import REFUSED
 from .scheduler import ScheduledCommand
 from .settings import Settings
 from .telemetry import dump
@@ -249,7 +250,11 @@ class SupervisorEngine(JudgingEngine):
         if entry.ends is not None:
             answer = self._answers.pop(entry.key, None)
             if answer is not None:
-                answer(entry.kind, message.reason if entry.kind == "error" else message)
+                refused = entry.kind == "error" and message.reason == REFUSED
+                if refused and message.result is not None:
+                    answer("response", message.result)  # what the robot said
+                else:
+                    answer(entry.kind, message.reason if entry.kind == "error" else message)
         return applied
 
     def _arrived(self, entries: Sequence[Any], message: Any, inbox: Inbox) -> None:

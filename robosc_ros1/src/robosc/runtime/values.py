@@ -28,6 +28,10 @@ class BrokenAssumption(Mismatch):
     """The robot did what the model assumes that it does not do; the text is the assumption."""
 
 
+UNREADABLE = (AttributeError, TypeError, ValueError, OverflowError, LookupError)
+"""What reading a message raises that does not have the type that the model states."""
+
+
 class Undefined(IndexError):
     """An expression reads a missing array element, or data that have not been received."""
 

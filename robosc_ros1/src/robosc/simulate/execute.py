@@ -21,6 +21,7 @@ from robosc.expr.types import IntegerType, ObjectType
 from robosc.language.events import EventKind, Kind
 from robosc.model.decisions import decides
 from robosc.model.entities import Robot
+from robosc.plant.acceptance import phase_of
 from robosc.plant.automaton import Event, Plant, value_parts, value_type
 from robosc.plant.step import valuations
 from robosc.runtime import model as runtime
@@ -179,15 +180,16 @@ class Execution:
             return False
         if event.kind is EventKind.CANCELLED:
             return self._clock.open[event.key] in self._clock.withdrawn
-        return event.phase is None or self._phase(event) in self._sources(event)
+        return self._phase(event) in self._sources(event)
 
     def _phase(self, event: Event) -> str:
         return self.state.phases[event.key]
 
     def _sources(self, event: Event) -> list[str]:
-        assert event.phase is not None
-        phases = self.plant.variables[event.phase.variable].values
-        return [str(phases[source]) for source in event.phase.sources]
+        phase = phase_of(event)
+        assert phase is not None
+        phases = self.plant.variables[phase.variable].values
+        return [str(phases[source]) for source in phase.sources]
 
     def choices(self) -> list[Choice]:
         found = []
@@ -236,7 +238,7 @@ class Execution:
         if event.kind in (EventKind.ERROR, EventKind.CANCELLED):
             payload = Failure("simulated", given)
         token = self._clock.open.get(event.key)
-        if event.phase is None or token is None:
+        if phase_of(event) is None or token is None:
             self._engine.post(event.key, event.kind.word, payload)
         else:
             if event.kind is not EventKind.FEEDBACK:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from typing import Any, cast
 
 from pyparsing import ParserElement, ZeroOrMore
@@ -175,32 +175,45 @@ def _declared(noun: str, sort: str) -> ParserElement:
         return node
 
     named = t.name(f"a name for the {noun}") - keyword("with", f"'with' and '{types[0]}:'")
-    return built(named - _attributes(attributes, 0), build)
+    return built(named - _attributes(attributes), build)
 
 
-def _attributes(attributes: Sequence[Attribute], place: int) -> ParserElement:
-    """The attributes from an index on; each leaves its name and its value."""
-    optional = [attribute for attribute in attributes if not attribute.required]
-    required = [attribute for attribute in attributes if attribute.required]
-    first = required[0].name
-    choices = {}
-    for later, attribute in enumerate(optional[place:], place + 1):
-        comma = symbol(",", f"',' and '{first}:'")
-        choices[attribute.name] = _attribute(attribute) - comma - _attributes(attributes, later)
-    ending = _attribute(required[0])
-    for attribute in required[1:]:
-        ending = ending - symbol(",", f"',' and '{attribute.name}:'") - _attribute(attribute)
+def _attributes(attributes: Sequence[Attribute]) -> ParserElement:
+    """The attributes; each leaves its name and its value. Those before the types have any order,
+    and each of them stands at most once."""
+    elements = {attribute.name: _attribute(attribute) for attribute in attributes}
+    required = [attribute.name for attribute in attributes if attribute.required]
+    ending = elements[required[0]]
+    for name in required[1:]:
+        ending = ending - symbol(",", f"',' and '{name}:'") - elements[name]
     links = keyword("links") - t.name("the name of an interface after 'links'")
-    choices[first] = ending - maybe(built(links, _named("links")), ("links", None))
-    if first != "type":
+    types = {required[0]: ending - maybe(built(links, _named("links")), ("links", None))}
+    if required[0] != "type":
         definition = label("type") - t.ros_type("a ROS type 'package/Type' after 'type:'")
-        choices["type"] = built(definition, _named("type"))
-    expected = listing((f"'{name}:'" for name in choices), "or")
-    return either(list(choices.values()), expected if place else f"{expected} after 'with'")
+        types["type"] = built(definition, _named("type"))
+    comma = symbol(",", f"',' and '{required[0]}:'")
+
+    @cache
+    def rest(names: tuple[str, ...], where: str = "") -> ParserElement:
+        """What may follow where these attributes are not given yet."""
+        choices = {
+            name: elements[name] - comma - rest(tuple(n for n in names if n != name))
+            for name in names
+        } | types
+        expected = listing((f"'{name}:'" for name in choices), "or")
+        return either(list(choices.values()), expected + where)
+
+    optional = tuple(attribute.name for attribute in attributes if not attribute.required)
+    return rest(optional, " after 'with'")
 
 
 def _attribute(attribute: Attribute) -> ParserElement:
-    values = {Value.STRING: t.string, Value.DURATION: t.duration, Value.TYPE: t.type_}
+    values: dict[Value, Callable[[str], ParserElement]] = {
+        Value.STRING: t.string,
+        Value.DURATION: t.duration,
+        Value.CONDITION: Expression,
+        Value.TYPE: t.type_,
+    }
     value = values[attribute.value](f"{attribute.value.value} after '{attribute.name}:'")
     return built(label(attribute.name) - value, _named(attribute.name))
 

@@ -295,6 +295,7 @@ class ServiceNode(_Node):
     response: TypeNode
     links: Name | None
     timeout: ExprNode | None = None
+    expect: ExprNode | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -313,6 +314,8 @@ class ActionNode(_Node):
     feedback: TypeNode
     links: Name | None
     timeout: ExprNode | None = None
+    within: ExprNode | None = None
+    expect: ExprNode | None = None
 
 
 CommunicationNode: TypeAlias = MessageNode | ServiceNode | ActionNode

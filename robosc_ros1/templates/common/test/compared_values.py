@@ -25,9 +25,13 @@ def literals_by_field():
 
 
 def expressions_of_transitions():
-    """Yield the guards and the assigned expressions of transitions: the communication of the event,
-    the expression, and the literals that a variable is compared with after the assignment."""
+    """Yield what is expected, and the guards and the assigned expressions of transitions: the
+    communication of the event, the expression, and the literals that a variable is compared with
+    after the assignment."""
     compared = literals_by_variable()
+    for communication in PLANT["communications"]:
+        if communication["expect"] is not None:
+            yield communication["key"], communication["expect"], []
     for component in PLANT["components"]:
         for transition in component["transitions"]:
             communication = transition["communication"]

@@ -313,7 +313,8 @@ class Guide:
             for kind in (kind for kind in kinds if shadow.is_possible(kind, key)):
                 for message in self._tried(key, part_of(kind), turn):
                     content = shadow.content(key, kind, message)
-                    yield ("answer", key, kind, message), [(kind, key, content)]
+                    event = shadow.event_of(kind, key, content), key, content
+                    yield ("answer", key, kind, message), [event]
         if not turn:
             yield from self._other_steps(shadow)
 
@@ -383,7 +384,8 @@ def _path(shadow, component, transition):
 def _results_of_errors(plant):
     """Return the actions of which the model reads the result of an error."""
     transitions = [t for c in plant["components"] for t in c["transitions"]]
-    return {
+    actions = {c["key"] for c in plant["communications"] if c["kind"] == "action"}
+    return actions & {
         t["communication"]
         for t in transitions
         if t["event"] == "error" and reads_value([t["guard"], *(tree for _, tree in t["assign"])])

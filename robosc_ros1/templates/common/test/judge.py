@@ -338,7 +338,10 @@ class Judge:
             raise Wrong("%s of %s, which the robot did not send" % (kind, key))
         if not fits(self.shadow, kind, key, value, message):
             raise Wrong("%s of %s is read as %r from %s" % (kind, key, value, message))
-        self._happen(kind, key, self.shadow.content(key, kind, message))
+        content = self.shadow.content(key, kind, message)
+        if self.shadow.event_of(kind, key, content) != kind:
+            raise Wrong("%s of %s, which is not as expected: %s" % (kind, key, message))
+        self._happen(kind, key, content)
 
     def _come(self, kind, key, value):
         """Return the message that an event with this value reports, which the robot sent."""

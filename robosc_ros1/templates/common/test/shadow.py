@@ -233,6 +233,13 @@ class Shadow(Delays):
             taken = self._possible(level, content)[:1] + taken
         return taken
 
+    def event_of(self, kind, key, content):
+        """Return the kind of event that an answer is: one that is not as expected is an error."""
+        expect = self.communications[key]["expect"]
+        if kind == "response" and expect is not None and not self.comes_true(expect, content):
+            return "error"
+        return kind
+
     def takes(self, key, content):
         """Whether a component takes a call of the robot."""
         components = self.mentions.get(("call", key), ())

@@ -10,8 +10,10 @@ import threading
 from collections import deque
 
 from guide import SAMPLES
+from plant_data import PLANT
 from robot_calls import RobotCalls
 from rounds import Advice, RequestMatcher
+from shadow import Shadow
 
 DRAWS = 100
 """So many random messages are tried for one that breaks no assumption."""
@@ -40,6 +42,7 @@ class SimulatedRobot(RobotCalls):
         self.publishers = []
         self._judge = None
         self._matcher = None
+        self._reference = Shadow(PLANT)
         self._types = {(keys[0], "response"): type_ for _, type_, keys in tables.subscriptions}
         for _, type_, key in tables.services:
             self._types[key, "response"] = self.response_type(type_)
@@ -83,6 +86,8 @@ class SimulatedRobot(RobotCalls):
         """Record a message that the controller must report as an event."""
         message = self.plain(message)
         with self.lock:
+            content = self._reference.content(key, kind, message)
+            kind = self._reference.event_of(kind, key, content)
             self.sent.setdefault((key, kind), deque()).append(message)
 
     def samples(self):

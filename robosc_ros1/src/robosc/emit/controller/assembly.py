@@ -50,6 +50,7 @@ from robosc.emit.controller.views import (
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.package.config import ATTRIBUTES, declared_communications, declared_parameters
 from robosc.emit.package.rendering import instantiated
+from robosc.expr.traversal import may_be_undefined
 from robosc.expr.tree import TRUE, Expr
 from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
@@ -231,6 +232,9 @@ class _Builder:
         reader = None
         if read is not None:
             reader = self.names.take(f"read_{event.kind.word}_of_{word}")
+        expect = self.robot.communications[event.key].expect
+        if event.kind is not EventKind.RESPONSE:
+            expect = None
         return InputView(
             key=event.key,
             kind=event.kind.word,
@@ -241,7 +245,16 @@ class _Builder:
             reader=reader,
             applier=self.names.take(f"on_{event.kind.word}_of_{word}"),
             reaction=self.reactions.reaction(event),
+            expects=None if expect is None else self.names.take(f"expects_response_of_{word}"),
+            expected="" if expect is None else self._held(expect),
         )
+
+    def _held(self, condition: Expr) -> str:
+        """A condition that is counted where it is undefined."""
+        text = self.attributes.text(condition)
+        if may_be_undefined(condition) and condition.span is not None:
+            return f"self.holds(lambda: {text}, {literal(place(condition.span))})"
+        return text
 
     def _command(self, guard: Guard) -> CommandView:
         event = guard.event

@@ -137,9 +137,10 @@ class Reactions:
     def phases(self, event: Event) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The attributes of the phases in which an event is possible; where it is possible in the
         first one, too, which has none, those of the phases in which it is not."""
-        if event.phase is None:
+        phase = phase_of(event)
+        if phase is None:
             return (), ()
-        sources, flags = event.phase.sources, self._flags(event)
+        sources, flags = phase.sources, self._flags(event)
         if 0 in sources:
             return (), tuple(flag for number, flag in flags.items() if number not in sources)
         return tuple(flag for number, flag in flags.items() if number in sources), ()

@@ -53,6 +53,10 @@ class InputView:
     reader: str | None
     applier: str
     reaction: ReactionView
+    expects: str | None = None
+    """The method that tells whether the event is what the model expects."""
+    expected: str = ""
+    """The expression that this method returns."""
 
 
 @dataclass(frozen=True)

@@ -235,8 +235,10 @@ class _Writer:
             accepts = acceptance_of(occurrence.event)
             if accepts is not None and accepts.variable == index:
                 # An event without an edge here would be possible always.
-                own = self._edges(occurrence, accepts, variable.initial)
-                locations["idle"] += list(own) or [f"edge {occurrence.name} when false;"]
+                for number, lines in enumerate(locations.values()):
+                    lines += self._edges(occurrence, accepts, number)
+                if not accepts.edges:
+                    locations["idle"] += [f"edge {occurrence.name} when false;"]
         self._automaton(f"plant automaton {self.scope.phase(key)}", locations)
 
     def _assumptions(self) -> None:

@@ -169,6 +169,7 @@ def _plant_communication(
         "name": robot.display_names[communication.key],
         "kind": communication.kind.value,
         "timeout": communication.timeout is not None,
+        "expect": None if communication.expect is None else _tree(communication.expect, enums),
         "identifier": communication.identifier,
         "interface": [binding.package, binding.type],
         "request": part("request", communication.request),

@@ -32,6 +32,7 @@ def _comparisons(robot: Robot) -> Iterator[tuple[str, float]]:
     for communication in robot.communications.values():
         name = robot.display_names[communication.key]
         yield from _converted(communication.response, f"{name}.response")
+        yield from _compared(communication.expect, f"{name}.response")
         yield from _converted(communication.feedback, f"{name}.feedback")
     for component in robot.components:
         if component.behaviour is not None:

@@ -20,6 +20,7 @@ def check_indexes(
     """Report indexes past the end, in the rules of enums and in behaviours of this file."""
     read = [(condition_of(rule), enum.source) for enum in enums for rule in enum.rules]
     carried = {c.key: c for component in components for c in component.communications}
+    read += [(c.expect, c.response) for c in carried.values() if c.expect is not None]
     for component in components:
         for transition in component.transitions if component.library is None else ():
             if transition.communication in carried:

@@ -64,6 +64,8 @@ class Usage:
                 for direction in communication.sort.received:
                     converted = _converted(getattr(communication, direction))
                     self._add(communication.key, direction, converted)
+                if communication.expect is not None:
+                    self._add(communication.key, "response", _read(communication.expect))
             for transition in component.transitions:
                 sort = sorts.get(transition.communication)
                 event = None if sort is None else sort.event(transition.event)

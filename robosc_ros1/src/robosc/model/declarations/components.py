@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.errors import Note
+from robosc.expr.presence import condition_on_data
+from robosc.expr.tree import Expr
 from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.language.events import COMMUNICATIONS, Direction
 from robosc.model.diagnostics import Report
@@ -23,14 +25,16 @@ from robosc.model.names.tables import (
 )
 from robosc.model.ros.links import Binder, Payload, is_legal
 from robosc.model.typing.durations import DURATION, is_long_enough
+from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import no_value
+from robosc.model.typing.incoming import EXPECTATION, Incoming, no_value
 from robosc.names import ros_name_fault, snake_case
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
     BehaviourNode,
     CommunicationNode,
+    ExprNode,
     InterfaceNode,
     MessageNode,
     RosTypeNode,
@@ -224,12 +228,12 @@ def check_local_names(component_table: ComponentTable, report: Report) -> None:
 def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: Report) -> None:
     """Resolve identifier, timeout and interface of a communication, and set its entity."""
     identifier = _identifier(info, report)
-    timeout = None
-    if info.node.timeout is not None:
-        typer = Typer(report, info.instance.types, symbols, no_value("a timeout is a duration"))
-        timeout = typer.check(info.node.timeout, DURATION, "a timeout")
-        if timeout and not is_long_enough(timeout, "a timeout", info.node.timeout.span, report):
-            timeout = None
+    timeout = _duration(info, info.node.timeout, "a timeout", symbols, report)
+    within = expect = None
+    if isinstance(info.node, ActionNode):
+        within = _duration(info, info.node.within, "'within:'", symbols, report)
+    if isinstance(info.node, ServiceNode | ActionNode):
+        expect = _expectation(info, info.node.expect, report)
     interface, known = _interface(info, report)
     if info.request is None or info.response is None or info.feedback is None or not known:
         return
@@ -246,8 +250,36 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
         info.feedback,
         binding,
         timeout,
+        within,
+        expect,
         span=info.node.name.span,
     )
+
+
+def _duration(
+    info: CommunicationInfo,
+    node: ExprNode | None,
+    what: str,
+    symbols: SymbolTable,
+    report: Report,
+) -> Expr | None:
+    """The duration of an attribute; None if it has none, or after an error."""
+    if node is None:
+        return None
+    typer = Typer(report, info.instance.types, symbols, no_value(f"{what} is a duration"))
+    found = typer.check(node, DURATION, what)
+    return found if found and is_long_enough(found, what, node.span, report) else None
+
+
+def _expectation(info: CommunicationInfo, node: ExprNode | None, report: Report) -> Expr | None:
+    """What an ``expect:`` says of a response; None if there is none, or after an error."""
+    if node is None:
+        return None
+    incoming = Incoming(info.response, known=info.response is not None)
+    if isinstance(info.response, NoneType):
+        incoming = no_value(f"the response of {info.name} carries no value")
+    found = Typer(report, info.instance.types, None, incoming).check(node, BOOLEAN, EXPECTATION)
+    return None if found is None else condition_on_data(found)
 
 
 def _payloads(info: CommunicationInfo) -> Iterator[Payload]:

@@ -73,9 +73,10 @@ def _state_readers(robot: Robot, data: Collection[str]) -> dict[str, Span]:
 
 
 def _deciding(robot: Robot) -> Iterator[Expr]:
-    """Guards, requirements and provide conditions: the expressions that enable events."""
+    """Guards, requirements, expectations and provide conditions: what enables events."""
     for component in robot.components:
         yield from (t.guard for t in component.transitions if t.guard is not None)
+        yield from (c.expect for c in component.communications if c.expect is not None)
     for requirement in robot.requirements:
         yield requirement.condition
     for goal in robot.goals:

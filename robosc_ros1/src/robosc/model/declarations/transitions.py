@@ -42,6 +42,7 @@ from robosc.syntax.nodes import (
     PerformsNode,
     ResultTransitionNode,
     RetryNode,
+    ServiceNode,
     TauNode,
 )
 
@@ -256,5 +257,7 @@ def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:
     found = info.sort.event(event)
     if found is None or found.brings is None:
         return no_value(f"'on {event.word}' carries no value")
+    if event is EventKind.ERROR and isinstance(info.node, ServiceNode) and not info.node.expect:
+        return no_value("'on error' of a service carries a value only where it has 'expect:'")
     type_ = info.brought(event)
     return Incoming(type_, known=type_ is not None, optional=found.optional)

@@ -9,6 +9,8 @@ from robosc.syntax.nodes import Access
 
 RULE = "the condition of a rule"
 """The text for the place of an enum rule's condition in messages."""
+EXPECTATION = "'expect:'"
+"""The text for what must hold of an answer."""
 
 
 @dataclass(frozen=True)

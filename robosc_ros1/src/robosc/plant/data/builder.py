@@ -31,6 +31,7 @@ from robosc.expr.types import (
     ObjectType,
     domain,
 )
+from robosc.language.events import EventKind
 from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
 from robosc.model.automata import ResultTransition
 from robosc.model.entities import Component, Robot
@@ -148,6 +149,9 @@ class ViewBuilder:
                 variable = self.variables[f"{component.name}.{assignment.variable}"]
                 if variable.in_state and domain(variable.type) is not None:
                     yield scope, kept_where_undefined(reference_to(variable), assignment.value)
+        for key, communication in self.robot.communications.items():
+            if communication.expect is not None:
+                yield (EventKind.RESPONSE, key), communication.expect
         yield from ((data_scope(r), r.condition) for r in self.robot.requirements)
         yield from ((None, expr) for goal in self.robot.goals for expr in goal.conditions)
         yield from conditions(self.robot)

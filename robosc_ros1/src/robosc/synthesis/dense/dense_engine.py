@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from robosc.expr.tree import Expr, Unary
-from robosc.plant.acceptance import gate_of
+from robosc.plant.acceptance import gates_of
 from robosc.plant.automaton import Event, LocalAutomaton
-from robosc.plant.formulas import junction
+from robosc.plant.formulas import conjunction, junction
 from robosc.plant.partial_evaluation import PartValues, holds
 from robosc.progress import Progress
 from robosc.synthesis.dense.bitset import Bitset, count, members
@@ -363,9 +364,9 @@ class DenseEngine:
         event, phase = step.event, step.event.phase
         if event.kind.synchronised:
             return self._count_sources(step, step.plant, states, None) * step.rules.weight
-        gate = gate_of(event)
-        if gate is not None:
-            return self._passing(event, gate, states)
+        gates = gates_of(event)
+        if gates:
+            return self._passing(event, gates, states)
         if phase is None:
             return count(states) * step.rules.weight
         there = self._in(phase.variable, phase.sources)
@@ -374,20 +375,20 @@ class DenseEngine:
     def _in(self, variable: int, indexes: Collection[int]) -> Condition:
         return Condition({variable: self.compiler.values(variable, indexes)})
 
-    def _passing(self, event: Event, gate: LocalAutomaton, states: Bitset) -> int:
-        """Return the number of pairs of a state and values with which a gate lets an event pass."""
-        if not gate.edges:
-            return 0
-        (edge,) = gate.edges
-        there = self._regions(states, (self._in(gate.variable, (edge.source,)),))
+    def _passing(self, event: Event, gates: Sequence[LocalAutomaton], states: Bitset) -> int:
+        """Return the number of pairs of a state and values with which gates let an event pass."""
         if event.phase is not None:
-            there = self._regions(there, (self._in(event.phase.variable, event.phase.sources),))
-        if edge.guard is None:
-            return count(there) * weight(event)
-        return sum(
-            count(self.meeting(there, holds(edge.guard, chosen))) * weight(_with(event, chosen))
-            for chosen in choices(event, [edge.guard])
-        )
+            states = self._regions(states, (self._in(event.phase.variable, event.phase.sources),))
+        number = 0
+        for edges in product(*(gate.edges for gate in gates)):
+            there = states
+            for gate, edge in zip(gates, edges, strict=True):
+                there = self._regions(there, (self._in(gate.variable, (edge.source,)),))
+            guard = conjunction(edge.guard for edge in edges if edge.guard is not None)
+            for chosen in choices(event, [guard]):
+                here = count(self.meeting(there, holds(guard, chosen)))
+                number += here * weight(_with(event, chosen))
+        return number
 
 
 def _with(event: Event, chosen: PartValues) -> Event:

@@ -8,9 +8,9 @@ from itertools import product
 from robosc.errors import Diagnostic, Severity, StateSpaceError
 from robosc.expr.tree import Expr
 from robosc.model.entities import Assumption
-from robosc.plant.acceptance import gate_of
+from robosc.plant.acceptance import gates_of, phase_of
 from robosc.plant.assumptions import EXCLUDED, restrictions
-from robosc.plant.automaton import Event, Plant
+from robosc.plant.automaton import ASSUMPTIONS, Event, Plant
 from robosc.plant.formulas import conjunction, negation
 from robosc.supervisor import Guard
 from robosc.synthesis.event_parameters import for_some
@@ -34,9 +34,10 @@ def assumed(system: System, guards: Sequence[Guard], when: When) -> Iterator[Dia
 
 def _excluding_all(system: System, event: Event) -> Iterator[Diagnostic]:
     """Yield a warning if none of an event is left, although its phase lets it happen."""
-    gate = gate_of(event)
+    gate = next((g for g in gates_of(event) if g.component == ASSUMPTIONS), None)
     guard = None if gate is None else gate.edges[0].guard
-    there = [] if event.phase is None else [in_phase(system.plant, event.phase)]
+    phase = phase_of(event)
+    there = [] if phase is None else [in_phase(system.plant, phase)]
     if guard is None or not system.reaches(conjunction(there)):
         return
     try:

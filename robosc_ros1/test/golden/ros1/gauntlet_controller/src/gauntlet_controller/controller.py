@@ -15,21 +15,21 @@ from ._runtime.values import Mismatch, divide, given, in_range, optional
 def front(value, undefined):
     """Convert a received value to the enum Front."""
     try:
-        if value.ranges[0] < 0.5:  # gauntlet.rscd:121
+        if value.ranges[0] < 0.5:  # gauntlet.rscd:122
             return "near"
     except IndexError:
-        undefined("gauntlet.rscd:121")
+        undefined("gauntlet.rscd:122")
     try:
-        if value.ranges[0] >= 0.5 and value.ranges[1] >= 0.5:  # gauntlet.rscd:122
+        if value.ranges[0] >= 0.5 and value.ranges[1] >= 0.5:  # gauntlet.rscd:123
             return "far"
     except IndexError:
-        undefined("gauntlet.rscd:122")
+        undefined("gauntlet.rscd:123")
     return "unknown"
 
 
 def grade(value):
     """Convert a received value to the enum Grade."""
-    if value.quality > 100:  # gauntlet.rscd:126
+    if value.quality > 100:  # gauntlet.rscd:127
         return "good"
     return "poor"
 
@@ -63,11 +63,11 @@ class GauntletController(Controller):
         self.lamp_level = 0  # variable level: integer(0..2), only for data that is sent
         self.lamp_ok = False  # variable ok: boolean, only for data that is sent
 
-        # Left (gauntlet.rscd:84)
+        # Left (gauntlet.rscd:85)
         self.left = "state"  # state: state
         self.left_slipping = False  # variable slipping: boolean
 
-        # Right (gauntlet.rscd:85)
+        # Right (gauntlet.rscd:86)
         self.right = "state"  # state: state
         self.right_slipping = False  # variable slipping: boolean
 
@@ -216,17 +216,21 @@ class GauntletController(Controller):
         if not self.set_level_busy:
             raise Mismatch("set_level is not under way")
         # Lamp
-        if self.lamp == "working":  # gauntlet.rscd:72
+        if self.lamp == "working":  # gauntlet.rscd:73
             self.lamp_ok = value["success"]
             self.lamp = "resting"
         self.set_level_busy = False
+
+    def expects_response_of_set_level(self, value):
+        """Return whether the answer is as expected; else it is an error (gauntlet.rscd:63)."""
+        return value["success"]
 
     def on_error_of_set_level(self, value):
         """Apply the error of the service set_level (gauntlet.rscd:63)."""
         if not self.set_level_busy:
             raise Mismatch("set_level is not under way")
         # Lamp
-        if self.lamp == "working":  # gauntlet.rscd:73
+        if self.lamp == "working":  # gauntlet.rscd:74
             self.lamp_ok = False
             self.lamp = "resting"
         self.set_level_busy = False
@@ -250,7 +254,7 @@ class GauntletController(Controller):
     # Requirements.
 
     def requirement_1(self):
-        # requirement reach needs Eye.front = near (gauntlet.rscd:87)
+        # requirement reach needs Eye.front = near (gauntlet.rscd:88)
         return self.eye_front == "near"
 
     def failures_of_requirement_1(self):
@@ -259,7 +263,7 @@ class GauntletController(Controller):
             yield "", {"Eye.front": self.eye_front}
 
     def requirement_2(self):
-        # requirement Left.slipping or Right.slipping disables reach (gauntlet.rscd:88)
+        # requirement Left.slipping or Right.slipping disables reach (gauntlet.rscd:89)
         return not (self.left_slipping or self.right_slipping)
 
     def failures_of_requirement_2(self):
@@ -270,7 +274,7 @@ class GauntletController(Controller):
             yield "Right.slipping is true", {}
 
     def requirement_3(self):
-        # requirement {say, count} needs Eye.lit => Count.items > 0 (gauntlet.rscd:89)
+        # requirement {say, count} needs Eye.lit => Count.items > 0 (gauntlet.rscd:90)
         return not self.eye_lit or self.count_items > 0
 
     def failures_of_requirement_3(self):
@@ -279,7 +283,7 @@ class GauntletController(Controller):
             yield "", {"Count.items": self.count_items}
 
     def requirement_4(self):
-        # requirement shout needs !Eye.lit and Arm.grade != poor (gauntlet.rscd:90)
+        # requirement shout needs !Eye.lit and Arm.grade != poor (gauntlet.rscd:91)
         return not self.eye_lit and self.arm_grade != "poor"
 
     def failures_of_requirement_4(self):
@@ -290,7 +294,7 @@ class GauntletController(Controller):
             yield "Arm.grade != poor is false", {"Arm.grade": self.arm_grade}
 
     def requirement_5(self):
-        # requirement set_level needs Count.full or Count.items >= 2 (gauntlet.rscd:91)
+        # requirement set_level needs Count.full or Count.items >= 2 (gauntlet.rscd:92)
         return self.count == "full" or self.count_items >= 2
 
     def failures_of_requirement_5(self):
@@ -299,11 +303,11 @@ class GauntletController(Controller):
             yield "", {"Count.items": self.count_items}
 
     def requirement_6(self):
-        # requirement Left.turn needs !Left.slipping (gauntlet.rscd:92)
+        # requirement Left.turn needs !Left.slipping (gauntlet.rscd:93)
         return not self.left_slipping
 
     def requirement_7(self):
-        # requirement Right.turn needs !Right.slipping (gauntlet.rscd:93)
+        # requirement Right.turn needs !Right.slipping (gauntlet.rscd:94)
         return not self.right_slipping
 
     # Commands.
@@ -318,7 +322,7 @@ class GauntletController(Controller):
 
     def data_for_reach(self):
         """Return the fields to send; all others keep their defaults."""
-        # gauntlet.rscd:95
+        # gauntlet.rscd:96
         return {"height": self.count_items * 2 - 1, "from": 'the "left"'}
 
     def request_reach(self):
@@ -350,50 +354,50 @@ class GauntletController(Controller):
 
     def data_for_set_level(self):
         """Return the fields to send; all others keep their defaults."""
-        # gauntlet.rscd:100
+        # gauntlet.rscd:101
         return {"level": self.count_items}
 
     def request_set_level(self):
         """Apply the request of the service set_level."""
         # Lamp
-        if self.lamp == "resting":  # gauntlet.rscd:69
+        if self.lamp == "resting":  # gauntlet.rscd:70
             self.lamp_level = self.kept(
                 self.count_items - 2,
                 0,
                 2,
                 self.lamp_level,
-                "gauntlet.rscd:69",
+                "gauntlet.rscd:70",
             )
             self.lamp = "working"
         self.set_level_busy = True
 
     def can_request_say(self):
-        """Return whether say may be requested (gauntlet.rscd:79)."""
+        """Return whether say may be requested (gauntlet.rscd:80)."""
         return self.requirement_3()
 
     def data_for_say(self):
         """Return the fields to send; all others keep their defaults."""
-        if self.eye_lit:  # gauntlet.rscd:96
+        if self.eye_lit:  # gauntlet.rscd:97
             return {"data": self.eye_lambda}
-        # gauntlet.rscd:97
+        # gauntlet.rscd:98
         return {"data": "dark"}
 
     def can_request_count(self):
-        """Return whether count may be requested (gauntlet.rscd:80)."""
+        """Return whether count may be requested (gauntlet.rscd:81)."""
         return self.requirement_3()
 
     def data_for_count(self):
         """Return the fields to send; all others keep their defaults."""
-        # gauntlet.rscd:98
+        # gauntlet.rscd:99
         return {"data": self.count_items}
 
     def can_request_shout(self):
-        """Return whether shout may be requested (gauntlet.rscd:81)."""
+        """Return whether shout may be requested (gauntlet.rscd:82)."""
         return self.requirement_4()
 
     def data_for_shout(self):
         """Return the fields to send; all others keep their defaults."""
-        # gauntlet.rscd:99
+        # gauntlet.rscd:100
         return {"data": "HEY"}
 
     def can_request_left_turn(self):
@@ -402,7 +406,7 @@ class GauntletController(Controller):
 
     def data_for_left_turn(self):
         """Return the fields to send; all others keep their defaults."""
-        # gauntlet.rscd:101
+        # gauntlet.rscd:102
         return {"data": divide(self.eye_nearest, self.count_items)}
 
     def can_request_right_turn(self):
@@ -411,7 +415,7 @@ class GauntletController(Controller):
 
     def data_for_right_turn(self):
         """Return the fields to send; all others keep their defaults."""
-        # gauntlet.rscd:102
+        # gauntlet.rscd:103
         return {"data": 1.0}
 
     # Internal transitions.
@@ -438,6 +442,7 @@ class GauntletController(Controller):
             "action",
             flags=("reach_busy", "reach_cancelling"),
             phases=("idle", "busy", "cancelling"),
+            within=60.0,
         ),
         Communication(
             "Lamp.set_level",
@@ -517,6 +522,7 @@ class GauntletController(Controller):
             read=read_response_of_set_level,
             apply=on_response_of_set_level,
             writes=("lamp_ok", "lamp", "set_level_busy"),
+            expects=expects_response_of_set_level,
         ),
         Input(
             key="Lamp.set_level",
@@ -645,42 +651,42 @@ class GauntletController(Controller):
     REQUIREMENTS = (
         Requirement(
             text="requirement reach needs Eye.front = near",
-            place="gauntlet.rscd:87",
+            place="gauntlet.rscd:88",
             holds=requirement_1,
             failures=failures_of_requirement_1,
         ),
         Requirement(
             text="requirement Left.slipping or Right.slipping disables reach",
-            place="gauntlet.rscd:88",
+            place="gauntlet.rscd:89",
             holds=requirement_2,
             failures=failures_of_requirement_2,
         ),
         Requirement(
             text="requirement {say, count} needs Eye.lit => Count.items > 0",
-            place="gauntlet.rscd:89",
+            place="gauntlet.rscd:90",
             holds=requirement_3,
             failures=failures_of_requirement_3,
         ),
         Requirement(
             text="requirement shout needs !Eye.lit and Arm.grade != poor",
-            place="gauntlet.rscd:90",
+            place="gauntlet.rscd:91",
             holds=requirement_4,
             failures=failures_of_requirement_4,
         ),
         Requirement(
             text="requirement set_level needs Count.full or Count.items >= 2",
-            place="gauntlet.rscd:91",
+            place="gauntlet.rscd:92",
             holds=requirement_5,
             failures=failures_of_requirement_5,
         ),
         Requirement(
             text="requirement Left.turn needs !Left.slipping",
-            place="gauntlet.rscd:92",
+            place="gauntlet.rscd:93",
             holds=requirement_6,
         ),
         Requirement(
             text="requirement Right.turn needs !Right.slipping",
-            place="gauntlet.rscd:93",
+            place="gauntlet.rscd:94",
             holds=requirement_7,
         ),
     )

@@ -170,7 +170,7 @@ MODEL = {
                     "event": {"kind": "request", "name": "set_level"},
                     "guard": None,
                     "assignments": ["level := Count.items - 2"],
-                    "place": "gauntlet.rscd:69",
+                    "place": "gauntlet.rscd:70",
                 },
                 {
                     "from": "working",
@@ -178,7 +178,7 @@ MODEL = {
                     "event": {"kind": "response", "name": "set_level"},
                     "guard": None,
                     "assignments": ["ok := value.success"],
-                    "place": "gauntlet.rscd:72",
+                    "place": "gauntlet.rscd:73",
                 },
                 {
                     "from": "working",
@@ -186,13 +186,13 @@ MODEL = {
                     "event": {"kind": "error", "name": "set_level"},
                     "guard": None,
                     "assignments": ["ok := false"],
-                    "place": "gauntlet.rscd:73",
+                    "place": "gauntlet.rscd:74",
                 },
             ],
         },
         {
             "name": "Speaker",
-            "place": "gauntlet.rscd:78",
+            "place": "gauntlet.rscd:79",
             "library": None,
             "states": [],
             "variables": [],
@@ -200,7 +200,7 @@ MODEL = {
         },
         {
             "name": "Left",
-            "place": "gauntlet.rscd:84",
+            "place": "gauntlet.rscd:85",
             "library": "Wheels",
             "states": [{"name": "state", "initial": True, "marked": True}],
             "variables": [
@@ -219,7 +219,7 @@ MODEL = {
         },
         {
             "name": "Right",
-            "place": "gauntlet.rscd:85",
+            "place": "gauntlet.rscd:86",
             "library": "Wheels",
             "states": [{"name": "state", "initial": True, "marked": True}],
             "variables": [
@@ -306,7 +306,7 @@ MODEL = {
             "request": "string",
             "response": "none",
             "feedback": "none",
-            "place": "gauntlet.rscd:79",
+            "place": "gauntlet.rscd:80",
         },
         {
             "name": "count",
@@ -316,7 +316,7 @@ MODEL = {
             "request": "integer",
             "response": "none",
             "feedback": "none",
-            "place": "gauntlet.rscd:80",
+            "place": "gauntlet.rscd:81",
         },
         {
             "name": "shout",
@@ -326,7 +326,7 @@ MODEL = {
             "request": "string",
             "response": "none",
             "feedback": "none",
-            "place": "gauntlet.rscd:81",
+            "place": "gauntlet.rscd:82",
         },
         {
             "name": "Left.slip",
@@ -373,37 +373,37 @@ MODEL = {
     "requirements": [
         {
             "text": "requirement reach needs Eye.front = near",
-            "place": "gauntlet.rscd:87",
-            "communications": ["reach"],
-        },
-        {
-            "text": "requirement Left.slipping or Right.slipping disables reach",
             "place": "gauntlet.rscd:88",
             "communications": ["reach"],
         },
         {
-            "text": "requirement {say, count} needs Eye.lit => Count.items > 0",
+            "text": "requirement Left.slipping or Right.slipping disables reach",
             "place": "gauntlet.rscd:89",
+            "communications": ["reach"],
+        },
+        {
+            "text": "requirement {say, count} needs Eye.lit => Count.items > 0",
+            "place": "gauntlet.rscd:90",
             "communications": ["say", "count"],
         },
         {
             "text": "requirement shout needs !Eye.lit and Arm.grade != poor",
-            "place": "gauntlet.rscd:90",
+            "place": "gauntlet.rscd:91",
             "communications": ["shout"],
         },
         {
             "text": "requirement set_level needs Count.full or Count.items >= 2",
-            "place": "gauntlet.rscd:91",
+            "place": "gauntlet.rscd:92",
             "communications": ["set_level"],
         },
         {
             "text": "requirement Left.turn needs !Left.slipping",
-            "place": "gauntlet.rscd:92",
+            "place": "gauntlet.rscd:93",
             "communications": ["Left.turn"],
         },
         {
             "text": "requirement Right.turn needs !Right.slipping",
-            "place": "gauntlet.rscd:93",
+            "place": "gauntlet.rscd:94",
             "communications": ["Right.turn"],
         },
     ],
