@@ -13,7 +13,7 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-from ._runtime.calls import Failure
+from ._runtime.calls import FAILED, LOST, REJECTED, Failure
 from .ros_messages import clean, compose
 from .ros_port import Caller
 from .ros_watch import ask
@@ -42,6 +42,8 @@ FAILURES = {
     GoalStatus.ABORTED: "aborted",
     GoalStatus.LOST: "lost by the server",
 }
+WORDS = {GoalStatus.REJECTED: REJECTED, GoalStatus.LOST: LOST}
+"""What models call the reasons of these ends; that of all others is "failed"."""
 
 
 def end_of(status, result, text="", cancelled=False, begun=True):
@@ -60,7 +62,7 @@ def end_of(status, result, text="", cancelled=False, begun=True):
     if cancelled:
         ended += [GoalStatus.REJECTED] if begun else [GoalStatus.REJECTED, GoalStatus.LOST]
     kind = "cancelled" if status in ended else "error"
-    return kind, Failure(reason, result if known else None)
+    return kind, Failure(reason, result if known else None, WORDS.get(status, FAILED))
 
 
 def new_goal_id():

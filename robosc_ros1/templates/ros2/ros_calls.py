@@ -12,7 +12,7 @@ from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient
 
-from ._runtime.calls import Failure
+from ._runtime.calls import FAILED, LOST, REJECTED, Failure
 from .ros_messages import compose, plain
 from .ros_parameters import qos_profile
 from .ros_port import Caller
@@ -35,6 +35,7 @@ INQUIRIES = 20
 know the client, and one that knows the goal answers when that ends."""
 GONE = 5.0
 """Seconds without the server after which a cancelled goal counts as ended."""
+GONE_SERVER = Failure("server lost: it is not there any more", None, LOST)
 
 
 class Service(Caller):
@@ -182,7 +183,8 @@ class Action(Caller):
     def _answered(self, goal, future):
         goal.handle = future.result()
         if not goal.handle.accepted:
-            self._finish(goal, "cancelled" if goal.dropped else "error", "rejected")
+            rejected = Failure("rejected", None, REJECTED)
+            self._finish(goal, "cancelled" if goal.dropped else "error", rejected)
             return
         if not goal.abandoned:
             self.report(goal.token, "accepted")
@@ -205,7 +207,9 @@ class Action(Caller):
             reason = FAILURES.get(answer.status, "ended without result")
             begun = answer.status in (GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
             kind = "cancelled" if answer.status == GoalStatus.STATUS_CANCELED else "error"
-            self._finish(goal, kind, Failure(reason, plain(answer.result) if begun else None))
+            word = LOST if answer.status == GoalStatus.STATUS_UNKNOWN else FAILED
+            result = plain(answer.result) if begun else None
+            self._finish(goal, kind, Failure(reason, result, word))
 
     def _finish(self, goal, kind, payload):
         if self._goals.pop(goal.token, None) is not None and not goal.abandoned:
@@ -219,7 +223,7 @@ class Action(Caller):
         if not self._client.server_is_ready():
             if goal.dropped is None or now - goal.seen < GONE:
                 return False
-            self._finish(goal, "error", "server lost: it is not there any more")
+            self._finish(goal, "error", GONE_SERVER)
             return True
         goal.seen = self._heard = now
         if goal.dropped is not None and not goal.cancelled and now - goal.asked >= REPEAT:
@@ -246,7 +250,7 @@ class Action(Caller):
         if ready:
             self._finish(goal, "cancelled", "its server was started anew, and does not know it")
         else:
-            self._finish(goal, "error", "server lost: it is not there any more")
+            self._finish(goal, "error", GONE_SERVER)
         return True
 
     def _servers(self):

@@ -122,12 +122,13 @@ def test_an_error_of_a_service_has_the_answer_only_if_that_was_refused(
     ((kind, *_),) = played.answer("Hand.grip", "response", GOOD)
     assert kind == "response"
     ((_, value, _),) = played.answer("Hand.store", "error", "it is broken")
-    assert (value, played.controller.hand_full) == ({"message": None}, False)
+    assert (value["message"], played.controller.hand_full) == (None, False)
     played = Played(supervisor)
     played.answer("Hand.grip", "response", GOOD)
     full = SimpleNamespace(success=False, message="full")
     ((kind, value, _),) = played.answer("Hand.store", "response", full)
-    assert (kind, value, played.controller.hand_full) == ("error", {"message": "full"}, True)
+    told = (kind, value["message"], played.controller.hand_full)
+    assert told == ("error", "full", True)
 
 
 @pytest.mark.parametrize("execute", [False, True])

@@ -160,6 +160,15 @@ class ChoiceRef(ValueRef):
     renews: VariableRef | TestRef | None = None
 
 
+REASON = ("error reason",)
+"""The path of the reason, which is that of no part of a value."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReasonRef(ValueRef):
+    """The reason of an error: a part of every error, whether it brings a value or not."""
+
+
 @dataclass(frozen=True, slots=True)
 class Unary:
     """``!operand`` or ``-operand``."""

@@ -9,6 +9,7 @@ from robosc.expr.types import ArrayType, ObjectType, Type
 from robosc.language.attributes import ATTRIBUTES, Value
 from robosc.language.events import FOLDERS
 from robosc.language.keywords import starts_of
+from robosc.language.reasons import REASONS
 from robosc.lsp.analysis import Desk
 from robosc.lsp.interfaces import model_type
 from robosc.lsp.offers import (
@@ -216,6 +217,11 @@ class _Completer(StatementOffers):
             yield from self._expression(self._variable_type(self._context.word(-2)))
         elif clause in ("if", "do") and not ends_operand(last):
             yield from self._expression(self._expected())
+            if "error" in listed_events(words):
+                yield Candidate("reason", "variable", "why it failed")
+            if "reason" in (self._context.word(-2), self._context.word(-3)):  # = timeout, in { lost
+                for reason in REASONS:
+                    yield Candidate(reason.word, "enum value", reason.meaning, rank=0)
         else:
             rest = clauses[clauses.index(clause) + 1 :] if clause else clauses
             yield from keywords(rest, rank=0)

@@ -57,6 +57,8 @@ def keyword_hover(source: Source, offset: int) -> tuple[str, Span] | None:
 
 def _headline(symbol: Symbol) -> str:
     match symbol.kind:
+        case SymbolKind.INCOMING if symbol.name == "reason":
+            return f"`reason`: why it failed, one of {symbol.owner}"
         case SymbolKind.INCOMING:
             return f"`value`: what comes in, {symbol.owner or 'of a type that is not known'}"
         case SymbolKind.ROS_TYPE:

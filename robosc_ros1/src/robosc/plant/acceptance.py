@@ -2,13 +2,14 @@
 
 A call that the robot makes is accepted only where at least one component takes its request;
 elsewhere the node refuses it, and nothing happens in the plant. An answer for which the model's
-``expect:`` does not hold is no response. The phase of such a communication is one more automaton of
-the event, which blocks it elsewhere. So engines need no notion of it.
+``expect:`` does not hold is no response, and not every reason of an error goes with every value.
+The phase of such a communication is one more automaton of the event, which blocks it elsewhere. So
+engines need no notion of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from robosc.expr.presence import known_condition
@@ -37,17 +38,22 @@ def acceptance(
         _taken(edge, automaton, variables) for automaton in automata for edge in automaton.edges
     ]
     where = disjunction(cases)
-    accepts = guarded_phase(key, phase, None if where == TRUE else where, span)
+    guards = dict.fromkeys(phase.sources, None if where == TRUE else where)
+    accepts = guarded_phase(key, phase, guards, span)
     return accepts if cases else replace(accepts, edges=())
 
 
-def guarded_phase(key: str, phase: PhaseStep, guard: Expr | None, span: Span) -> LocalAutomaton:
-    """Return the phase of a communication as an automaton that blocks an event without a guard.
+def guarded_phase(
+    key: str, phase: PhaseStep, guards: Mapping[int, Expr | None], span: Span
+) -> LocalAutomaton:
+    """Return the phase of a communication as an automaton that blocks an event where the guard of
+    the source (None: it has none) does not hold.
 
     Its ``component`` is the key of the communication, which is the name of no component.
     """
     edges = (
-        Edge(source, guard, (), (), phase.target, True, (), (), span) for source in phase.sources
+        Edge(source, guards[source], (), (), phase.target, True, (), (), span)
+        for source in phase.sources
     )
     return LocalAutomaton(key, phase.variable, tuple(edges), True)
 

@@ -21,7 +21,7 @@ from typing import TypeAlias
 
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.traversal import walk
-from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, ValueRef, VariableRef
+from robosc.expr.tree import Expr, PhaseRef, ReasonRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.expr.types import NoneType, Type, Value
 from robosc.language.events import EventKind
 from robosc.model.automata import Assignment
@@ -379,7 +379,8 @@ def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], Type]
     for edge in (edge for automaton in automata for edge in automaton.edges):
         readers += (assignment.value for assignment in edge.assignments)
         readers += [exact(edge.guard)] if edge.guard is not None else []
-    return {path: part.type for path, part in values_read(readers).items()}
+    parts = values_read(readers)
+    return {path: p.type for path, p in parts.items() if not isinstance(p, ReasonRef)}
 
 
 def values_read(exprs: Iterable[Expr]) -> dict[tuple[str | int, ...], ValueRef]:

@@ -23,7 +23,8 @@ from robosc.expr.types import BooleanType, Value, domain
 from robosc.language.events import EventKind, EventSort
 from robosc.model.automata import After, Behaviour, ResultTransition, Tau, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
-from robosc.plant.acceptance import acceptance, guarded_phase
+from robosc.plant.acceptance import acceptance
+from robosc.plant.answers import divided_phase
 from robosc.plant.assumptions import EXCLUDED, conditions, joined, restrictions
 from robosc.plant.automaton import (
     ASSUMPTIONS,
@@ -157,10 +158,8 @@ class _Lowering:
         if kind is EventKind.CALL and phase is not None:
             accepts = acceptance(key, phase, automata, self.variables, communication.span)
             automata, phase = (*automata, accepts), None
-        if kind is EventKind.RESPONSE and phase is not None and communication.expect is not None:
-            expected = self.view.expression(communication.expect)
-            answers = guarded_phase(key, phase, expected, communication.span)
-            automata, phase = (*automata, answers), None
+        if divided := divided_phase(communication, kind, phase, automata, self.view):
+            automata, phase = (*automata, divided), None
         requirement, indexes = self._requirement(key, kind)
         return Event(
             kind=kind,

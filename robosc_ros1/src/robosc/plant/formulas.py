@@ -29,6 +29,7 @@ from robosc.expr.tree import (
     ParameterRef,
     Part,
     PhaseRef,
+    ReasonRef,
     StateRef,
     TestRef,
     Unary,
@@ -155,6 +156,8 @@ def to_dsl(
                 return text
             case TestRef(name=name) | ChoiceRef(path=(str(name),)):
                 return name
+            case ReasonRef():
+                return "reason"
             case (
                 VariableRef(component=component, variable=name)
                 | StateRef(component=component, state=name)

@@ -15,23 +15,37 @@ _LOOK = 0.25
 """Seconds between two looks whether the server of a cancelled goal is still there."""
 
 
+FAILED, ABSENT, REJECTED, REFUSED, TIMEOUT, LOST = (
+    "failed", "absent", "rejected", "refused", "timeout", "lost",
+)  # fmt: skip
+"""What models call the reasons of errors."""
+
+
 class Failure(NamedTuple):
-    """The reason for an error of a request, and the result that came with it, if any."""
+    """The reason for an error of a request, and the result that came with it, if any; ``word`` is
+    what models call the reason."""
 
     reason: str
     result: Any = None
+    word: str = FAILED
 
 
 class Missed(NamedTuple):
     """A request that has missed a deadline: since when (steady), its key, and the reason.
 
     ``awaited``: it is a goal that its server may be carrying out, so its end must be awaited.
+    ``word`` is what models call the reason.
     """
 
     since: float
     key: str
     reason: str
     awaited: bool = False
+    word: str = TIMEOUT
+
+    @property
+    def failure(self) -> Failure:
+        return Failure(self.reason, None, self.word)
 
 
 class _Call:
@@ -43,7 +57,7 @@ class _Call:
         self.deadline: Optional[float] = deadline
         self.accepted = False
         self.withdrawn = False  # its server was asked to end it
-        self.missed = ""  # the deadline that it missed
+        self.missed: Optional[Missed] = None  # the deadline that it missed
         self.watch: Optional[float] = None  # when to look next whether the server is there
 
 
@@ -108,7 +122,7 @@ class Calls:
         """
         call = self._calls.get(missed.key)
         if call is not None:
-            call.missed = missed.reason
+            call.missed = missed
         awaits = call is not None and not call.accepted
         return self._withdraw(missed.key, now, now + self._lost_after if awaits else None)
 
@@ -120,8 +134,8 @@ class Calls:
         self._plan()
         return call.token
 
-    def missed(self, key: str) -> str:
-        """Return the deadline that a request in progress has missed; empty if it has missed
+    def missed(self, key: str) -> Optional[Missed]:
+        """Return the deadline that a request in progress has missed; None if it has missed
         none."""
         return self._calls[key].missed
 
@@ -143,22 +157,23 @@ class Calls:
     def _missed_by(self, key: str, call: _Call, now: float) -> Optional[Missed]:
         if call.deadline is not None and call.deadline <= now:
             if call.missed:
-                return Missed(call.deadline, key, call.missed)
+                return call.missed._replace(since=call.deadline, awaited=False)
             if call.accepted:
                 return Missed(call.deadline, key, "deadline exceeded", awaited=True)
             absent = self._absent(key)
-            awaited = call.is_goal and absent is None
-            return Missed(call.deadline, key, absent or "no answer in time", awaited)
+            if absent is not None:
+                return Missed(call.deadline, key, absent, word=ABSENT)
+            return Missed(call.deadline, key, "no answer in time", awaited=call.is_goal)
         if call.watch is None or call.watch > now:
             return None
         if call.withdrawn:
             if self._lost(key):
-                return Missed(call.watch, key, "server lost: it is not there any more")
+                return Missed(call.watch, key, "server lost: it is not there any more", word=LOST)
             call.watch = now + _LOOK
             return None
         silence = self._silence(key)
         if silence is not None and silence >= self._lost_after:
-            return Missed(call.watch, key, "server lost: silent for %.1f s" % silence)
+            return Missed(call.watch, key, "server lost: silent for %.1f s" % silence, word=LOST)
         call.watch = now + max(0.05, self._lost_after - (silence or 0.0))
         return None
 

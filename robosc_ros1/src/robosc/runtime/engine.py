@@ -215,8 +215,10 @@ class Engine(Serving):
 
     def _apply(self, entry: BoundInput, message: Any) -> bool:
         """Apply one event; False if it is a mismatch."""
-        value = None
+        value = word = None
         try:
+            if entry.kind == "error":
+                word = self.controller.reason = message.word
             if entry.read is not None:
                 value = entry.read(message.result if entry.kind == "error" else message)
             entry.apply(value)
@@ -235,7 +237,9 @@ class Engine(Serving):
             detail = message.reason
             self.recorder.counters["errors"] += 1
             self._log("warning", entry.key, "%s failed: %s" % (entry.name, detail))
-        self.recorder.record(entry.kind, entry.name, value, detail=detail, writes=entry.writes)
+        self.recorder.record(
+            entry.kind, entry.name, value, detail=detail, writes=entry.writes, reason=word
+        )
         return True
 
     def _mismatch(self, entry: BoundInput, message: Any, value: Any, reason: str) -> None:
@@ -248,7 +252,7 @@ class Engine(Serving):
             failure = Failure("unusable response: " + reason)
             self._input((self._inputs[entry.key, "error"],), failure)
         elif entry.kind == "error" and message.result is not None:
-            self._input((entry,), Failure(message.reason))
+            self._input((entry,), message._replace(result=None))
         elif entry.kind == "error":
             self._safe_stop("cannot apply the end of %s: %s" % (entry.name, reason))
         if self.settings.on_mismatch == "stop":

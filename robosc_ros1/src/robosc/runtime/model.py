@@ -205,6 +205,8 @@ class Controller:
     STEP_BOUND: int
     """The step bound: more internal transitions after one event are a cycle."""
 
+    reason = ""
+    """Of the error that is applied: what the model calls its reason."""
     undefined: Dict[str, int]
     """How often expressions were undefined, by place in the model; shared by all copies."""
 

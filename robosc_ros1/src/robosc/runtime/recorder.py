@@ -30,13 +30,12 @@ STOP_COMMAND = "stop command"
 
 
 class Entry(NamedTuple):
-    """One event. ``outcome`` is "applied", "mismatch", "failed", "stopped" or
-    "refused"; of a monitor also
-    "forbidden" or "violated" (``blocked_by`` tells why), and ``seen`` tells that the command is one
-    of another node. ``tau`` is the number of an internal transition, else 0.
-    ``shortened`` tells whether the value is a short form; ``effect`` is what the event did then, or
-    where earlier values were shortened; ``correction`` tells what a supervisor corrected in the
-    message of a controller."""
+    """One event. ``outcome`` is "applied", "mismatch", "failed", "stopped" or "refused"; of a
+    monitor also "forbidden" or "violated" (``blocked_by`` tells why), and ``seen`` tells that the
+    command is one of another node. ``tau`` is the number of an internal transition, else 0.
+    ``reason`` is what models call the reason of an error. ``shortened`` tells whether the value is
+    a short form; ``effect`` is what the event did then, or where earlier values were shortened;
+    ``correction`` tells what a supervisor corrected in the message of a controller."""
 
     number: int
     time: float
@@ -51,6 +50,7 @@ class Entry(NamedTuple):
     seen: bool = False
     blocked_by: Optional[List[Dict[str, Any]]] = None
     correction: Optional[Dict[str, Any]] = None
+    reason: Optional[str] = None
 
 
 class EventRecorder:
@@ -89,6 +89,7 @@ class EventRecorder:
         seen: bool = False,
         blocked_by: Optional[List[Dict[str, Any]]] = None,
         correction: Optional[Dict[str, Any]] = None,
+        reason: Optional[str] = None,
     ) -> None:
         """Record an event after it was applied and wrote these attributes of the controller.
 
@@ -98,7 +99,7 @@ class EventRecorder:
         entry = Entry(
             self.number, self.now() if time is None else time, kind, name, tau, value, outcome,
             detail, seen=seen, blocked_by=blocked_by,
-            correction=correction,
+            correction=correction, reason=reason,
         )  # fmt: skip
         if self._controller is None or not (
             self._fresh or self._is_partial or not is_small(value) or len(detail or "") > _LONGEST

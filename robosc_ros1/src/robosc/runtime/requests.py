@@ -9,14 +9,14 @@ an error: the controller did not ask for it.
 
 from __future__ import annotations
 
-from typing import Any, Tuple
+from typing import Any, Optional, Tuple
 
-from .calls import Failure, Missed
+from .calls import REFUSED, Failure, Missed
 from .intake import BoundInput, Inputs, Intake
 from .scheduler import ScheduledCommand
 from .values import UNREADABLE
 
-REFUSED = "refused: the answer is not as expected"
+UNEXPECTED = "refused: the answer is not as expected"
 """The reason of an error that is an answer for which the model's ``expect:`` does not hold."""
 
 
@@ -60,18 +60,20 @@ class Requests(Intake):
         """Whether an event says nothing any more: a cancelled goal reports how far it got."""
         return entry.kind == "feedback" and self._phase(entry.key) == "cancelling"
 
-    def _end_of(self, entry: BoundInput, message: Any, missed: str = "") -> Tuple[BoundInput, Any]:
+    def _end_of(
+        self, entry: BoundInput, message: Any, missed: Optional[Missed] = None
+    ) -> Tuple[BoundInput, Any]:
         """Return the event that the end of a request is; ``missed`` is the deadline that it missed
         before it ended."""
         if entry.kind == "response":
             if self._is_expected(entry, message):
                 return entry, message
-            return self._inputs[entry.key, "error"], Failure(REFUSED, message)
+            return self._inputs[entry.key, "error"], Failure(UNEXPECTED, message, REFUSED)
         by_controller = self._phase(entry.key) == "cancelling"
         if entry.kind == "cancelled" and by_controller:
             return entry, None
-        if missed and not by_controller:
-            message = message._replace(reason=missed)
+        if missed is not None and not by_controller:
+            message = missed.failure
         return self._inputs[entry.key, "error"], message
 
     def _is_expected(self, entry: BoundInput, message: Any) -> bool:
@@ -99,4 +101,4 @@ class Requests(Intake):
         token = self._calls.end(missed.key)
         if token is not None:
             self._port.abandon(missed.key, token)
-            self._input((self._inputs[missed.key, "error"],), Failure(missed.reason))
+            self._input((self._inputs[missed.key, "error"],), missed.failure)

@@ -19,6 +19,7 @@ from __future__ import annotations
 import time
 from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
+from .calls import REFUSED
 from .inbox import Inbox
 from .judging_engine import NOTHING_TO_CORRECT_BY, UNFIT, JudgingEngine, JudgingPort
 from .matching import CommandPattern, matching_command
@@ -36,7 +37,6 @@ from .offers import (
 )
 from .port import steady_time
 from .reasons import reason_text, violated
-from .requests import REFUSED
 from .scheduler import ScheduledCommand
 from .settings import Settings
 from .telemetry import dump
@@ -250,7 +250,7 @@ class SupervisorEngine(JudgingEngine):
         if entry.ends is not None:
             answer = self._answers.pop(entry.key, None)
             if answer is not None:
-                refused = entry.kind == "error" and message.reason == REFUSED
+                refused = entry.kind == "error" and message.word == REFUSED
                 if refused and message.result is not None:
                     answer("response", message.result)  # what the robot said
                 else:

@@ -92,6 +92,8 @@ def event_document(entry: Entry) -> Dict[str, Any]:
         "outcome": entry.outcome,
         "detail": entry.detail,
     }
+    if entry.reason is not None:
+        document["reason"] = entry.reason
     if entry.shortened:
         document["shortened"] = True
     if entry.correction is not None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from robosc.emit.supervisor.guarding import CommandMatch, command_matches
+from robosc.emit.supervisor.listening import decides_on_reasons
 from robosc.errors import UsageError
 from robosc.language.events import Kind
 from robosc.model.declarations.servers import shared_servers
@@ -183,6 +184,7 @@ class BagRun:
     def _connect(self) -> None:
         robot = self.supervisor.plant.robot
         shared = {c.key for together in shared_servers(robot) for c in together}
+        hidden = decides_on_reasons(robot)
         heard: dict[str, list[str]] = {}
         commands: dict[str, list[CommandMatch]] = {}
         for one in robot.communications.values():
@@ -190,7 +192,7 @@ class BagRun:
                 heard.setdefault(self._topic(one), []).append(one.key)
             elif one.kind is Kind.INCOMING:
                 commands.setdefault(self._topic(one), []).append(self._matches[one.key])
-            elif one.key in shared:
+            elif one.key in shared or one.key in hidden:
                 self._heard.unseen.append(one.key)  # requests do not say whose they are
             elif one.kind is Kind.ACTION:
                 self._connect_action(one)

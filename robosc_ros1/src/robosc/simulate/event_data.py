@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 from robosc.errors import listing
 from robosc.expr.evaluation import converted, part_of_value
 from robosc.expr.traversal import path_text
+from robosc.expr.tree import REASON
 from robosc.expr.types import (
     ArrayType,
     BooleanType,
@@ -63,8 +64,11 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
     Raises:
         InvalidLine: a part is not what the model says it is.
     """
-    if isinstance(raw, dict) and any(name[:1] == '"' for name in raw):
-        tests = {name: raw[name] for name in raw if name[:1] == '"'}
+    tests = {}
+    if isinstance(raw, dict):
+        fails = any(p.path == REASON for p in event.parameters)
+        tests = {n: part for n, part in raw.items() if n[:1] == '"' or (fails and n == _REASON)}
+    if tests and isinstance(raw, dict):
         others = {name: part for name, part in raw.items() if name not in tests}
         left = others.get("", others or None)
         return {**complete(robot, event, left, label), **dict(_chosen(event, tests, label))}
@@ -103,8 +107,12 @@ def is_test(path: Path) -> bool:
     return any(isinstance(step, str) and not step.isidentifier() for step in path)
 
 
+_REASON = "reason"
+"""What is written for the reason of an error."""
+
+
 def _test_text(path: Path) -> str:
-    return literal_text(str(path[0]), quoted=True)
+    return _REASON if path == REASON else literal_text(str(path[0]), quoted=True)
 
 
 def _has_nothing(raw: Raw) -> bool:
@@ -178,16 +186,23 @@ def outer_parts(robot: Robot, event: Event, decided: Collection[Path] = ()) -> d
 
 def hint(robot: Robot, event: Event) -> str:
     """What may be written as the event's value; empty if it carries none."""
+    reason = next((p.type for p in event.parameters if p.path == REASON), None)
+    also = "" if reason is None else f"{_REASON}: {_words(reason)}"
     type_ = value_type(robot, event)
     if isinstance(type_, NoneType):
-        return ""
+        return also
     found = _choices(type_)
     if isinstance(type_, ObjectType):
         found = ", ".join(
             f"{path_text(path)}: {_choices(part)}" if path else _choices(part)
             for path, part in outer_parts(robot, event).items()
         )
-    return f"{found}, or missing" if is_optional(robot, event) else found
+    found = f"{found}, or missing" if is_optional(robot, event) else found
+    return f"{found}; {also}" if also else found
+
+
+def _words(type_: Type) -> str:
+    return listing(type_.values, "or") if isinstance(type_, EnumType) else str(type_)
 
 
 def _choices(type_: Type) -> str:
@@ -249,4 +264,5 @@ def given_json(given: Given) -> Any:
         return None
     if () in given and not _is_object(given[()]):
         return jsonable(given[()])
-    return {path_text(path): jsonable(value) for path, value in given.items()}
+    names = ((_REASON if path == REASON else path_text(path), v) for path, v in given.items())
+    return {name: jsonable(value) for name, value in names}

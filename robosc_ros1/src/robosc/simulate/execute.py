@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 from robosc import limits
 from robosc.emit.package.config import declared_communications, playable_parameters
 from robosc.expr.traversal import path_text
-from robosc.expr.tree import Expr
+from robosc.expr.tree import REASON, Expr
 from robosc.expr.types import IntegerType, ObjectType
 from robosc.language.events import EventKind, Kind
 from robosc.model.decisions import decides
@@ -25,7 +25,7 @@ from robosc.plant.acceptance import phase_of
 from robosc.plant.automaton import Event, Plant, value_parts, value_type
 from robosc.plant.step import valuations
 from robosc.runtime import model as runtime
-from robosc.runtime.calls import Failure
+from robosc.runtime.calls import FAILED, Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
@@ -236,7 +236,8 @@ class Execution:
             return self._happened()
         payload: Any = given
         if event.kind in (EventKind.ERROR, EventKind.CANCELLED):
-            payload = Failure("simulated", given)
+            word = str(given.get(REASON) or FAILED)
+            payload = Failure("simulated", given, word)
         token = self._clock.open.get(event.key)
         if phase_of(event) is None or token is None:
             self._engine.post(event.key, event.kind.word, payload)

@@ -212,6 +212,7 @@ class Follower:
             return _step(controller, after, entry.value)
         input_ = self._inputs.get((entry.name, entry.kind))
         if input_ is not None:
+            controller.reason = str(entry.document.get("reason", ""))
             parts = self._carried.get((input_.key, input_.kind), {})
             return _apply(controller, input_, entry.value, parts)
         command = self._commands.get((entry.name, entry.kind))

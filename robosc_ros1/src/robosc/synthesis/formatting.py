@@ -8,6 +8,7 @@ from textwrap import shorten
 
 from robosc.errors import listing
 from robosc.expr.traversal import path_text
+from robosc.expr.tree import REASON
 from robosc.expr.types import Value
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Event, EventParameter
@@ -44,7 +45,7 @@ def part_text(parameter: EventParameter, value: Value | None) -> str:
     """Return ``free``, ``x: 3`` or ``value > 0.2``: a parameter's value, or its class."""
     if parameter.labels is not None:
         return str(parameter.shown(value))
-    name = path_text(parameter.path)
+    name = "reason" if parameter.path == REASON else path_text(parameter.path)
     return f"{name}: {_value(value)}" if name else _value(value)
 
 

@@ -8,7 +8,7 @@ from operations import AGGREGATES, FUNCTIONS, OPERATORS, Undefined
 class Expressions:
     """Evaluates expressions in the state of a subclass.
 
-    Its attributes are ``states``, ``variables`` and ``phase``, and of the model
+    Its attributes are ``states``, ``variables``, ``phase`` and ``reason``, and of the model
     ``plant``, ``enums`` and ``communications``.
     """
 
@@ -28,6 +28,8 @@ class Expressions:
             return self.states[arguments[0]] == arguments[1]
         if operator == "phase":
             return self.phase[arguments[0]] == arguments[1]
+        if operator == "reason":
+            return self.reason
         if operator == "value":
             return self.value(arguments[0], arguments[1], message)
         if operator == "!":

@@ -20,6 +20,8 @@ from operations import Undefined
 from phases import AGREED, COMMANDS, SENT
 from shadow import Wrong
 
+FAILED, REFUSED = "failed", "refused"
+"""The reasons of errors that the guide causes: an abort, and an answer that is not as expected."""
 SAMPLES = 64
 """The random messages of each kind that are drawn at once."""
 TRIED = 16
@@ -280,6 +282,7 @@ class Guide:
                         cases |= self.cases.of_step(after, key, content)
                         after.wait_over(key, content["index"], _path(after, key, content))
                         continue
+                    after.reason = REFUSED if step[2:3] == ("response",) else FAILED
                     if kind in SENT:
                         cases |= self.cases.of_request(after, key)
                     cases |= self.cases.of_event(after, kind, key, content)

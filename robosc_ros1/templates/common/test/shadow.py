@@ -36,6 +36,7 @@ class Shadow(Delays):
     def __init__(self, plant):
         self.plant = plant
         self.bound = {}
+        self.reason = ""  # of the error that is to happen
         self.enums = plant["enums"]
         self.communications = {c["key"]: c for c in plant["communications"]}
         self.keys = {c["name"]: c["key"] for c in plant["communications"]}
@@ -123,6 +124,8 @@ class Shadow(Delays):
             raise Wrong("%s of %s while it is %s" % (kind, key, self.phase[key]))
         for text in self.assumed_away(kind, key, content):
             raise Wrong("%s of %s against: %s" % (kind, key, text))
+        if content is not None and self.event_of(kind, key, content) != kind:
+            raise Wrong("%s of %s, which is not as expected" % (kind, key))
         if kind in AGREED:
             self.check_sent(kind, key, content)
         elif kind == "cancel":

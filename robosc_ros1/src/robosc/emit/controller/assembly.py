@@ -66,8 +66,8 @@ _RESERVED = """
     After BrokenAssumption Command Communication Controller Input Mismatch Parameter Requirement
     Rows Tau Undefined annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS
     REQUIREMENTS PARAMETERS STEP_BOUND assigned components configure copied copy count_undefined
-    given holds in_range kept i message now only_field optional parameters rows self state undefined
-    value variables
+    given holds in_range kept i message now only_field optional parameters reason rows self state
+    undefined value variables
 """
 
 

@@ -28,6 +28,7 @@ from robosc.expr.tree import (
     ParameterRef,
     Part,
     PhaseRef,
+    ReasonRef,
     StateRef,
     TestRef,
     Unary,
@@ -201,6 +202,8 @@ def _in_controller(node: Leaf, attributes: Attributes) -> str:
             return f"sum(({texts})) {'<' if negated else '>='} {least}"
         case NamedPart(variable=name):
             return f"self.{attributes.parts[name]}()"
+        case ReasonRef():
+            return "self.reason"
         case ValueRef(path=(), type=type_, optional=optional):
             whole = 'value[""]' if isinstance(type_, ObjectType) else "value"
             return f"given({whole})" if optional else whole

@@ -20,6 +20,7 @@ from robosc.expr.tree import (
     ParameterRef,
     Part,
     PhaseRef,
+    ReasonRef,
     StateRef,
     ValueRef,
     VariableRef,
@@ -252,6 +253,8 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
                 return ["variable", f"{component}.{name}"]
             case StateRef(component=component, state=state):
                 return ["state", component, state]
+            case ReasonRef():
+                return ["reason"]
             case ValueRef(path=path, type=type_):
                 return ["value", list(path), _type(type_, enums)]
             case ElementRef(variable=name, path=path, carried=type_):

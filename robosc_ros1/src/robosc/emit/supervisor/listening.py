@@ -11,6 +11,8 @@ from robosc.emit.package.readme import InterfaceView, ReadmeContext
 from robosc.emit.supervisor.guarding import command_matches
 from robosc.emit.supervisor.relaying import in_order, source_of
 from robosc.errors import UsageError
+from robosc.expr.traversal import walk
+from robosc.expr.tree import ReasonRef
 from robosc.language.events import EventKind, Kind
 from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Robot
@@ -132,12 +134,25 @@ def _modules(*topics: tuple[TopicView, ...]) -> tuple[str, ...]:
     return tuple(sorted({view.type.rpartition(".")[0] for views in topics for view in views}))
 
 
+def decides_on_reasons(robot: Robot) -> set[str]:
+    """Return the keys of the actions of which the model reads why they failed: who only listens
+    cannot tell a goal that took too long from one that others ended."""
+    read = (
+        (transition.communication, expr)
+        for component in robot.components
+        for transition in component.transitions
+        for expr in (transition.guard, *(a.value for a in transition.assignments))
+        if expr is not None
+    )
+    return {key for key, expr in read if any(isinstance(p, ReasonRef) for p in walk(expr))}
+
+
 def _unseen(robot: Robot, context: ControllerContext, shows_results: bool) -> tuple[str, ...]:
-    """The services, the actions that share a name, and those whose results the model reads though
-    nobody can hear them."""
+    """The services, the actions that share a name or decide on the reasons of errors, and those
+    whose results the model reads though nobody can hear them."""
     reads = {i.key for i in context.inputs if i.kind == EventKind.RESPONSE.value and i.read}
     shared = {c.key for together in shared_servers(robot) for c in together}
-    hidden = shared | (set() if shows_results else reads)
+    hidden = shared | decides_on_reasons(robot) | (set() if shows_results else reads)
     return tuple(
         c.key
         for c in robot.communications.values()

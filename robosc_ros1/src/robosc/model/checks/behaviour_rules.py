@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from robosc.errors import Note
 from robosc.expr.presence import known_condition, none_of
 from robosc.expr.traversal import walk
-from robosc.expr.tree import Expr, ValueRef
+from robosc.expr.tree import Expr, ReasonRef, ValueRef
 from robosc.expr.types import domain
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import Behaviour, CompositeState, ResultTransition, State, Tau
@@ -281,11 +281,14 @@ def _report_hidden(
 def _hides(own: ResultTransition, is_rest: bool, common: ResultTransition) -> bool:
     """Whether a transition of a state makes one of the behaviour ineffective there.
 
-    It does not if its guard reads an optional value: the other one is for events without a value.
-    The one with ``else`` (``is_rest``) is for those, too.
+    It does not if its guard reads an optional value, or the reason of an error: the other one is
+    for events without a value. The one with ``else`` (``is_rest``) is for those, too.
     """
     reads = () if own.guard is None or is_rest else walk(own.guard)
-    if any(isinstance(part, ValueRef) and part.optional for part in reads):
+    if any(
+        isinstance(part, ValueRef) and (part.optional or isinstance(part, ReasonRef))
+        for part in reads
+    ):
         return False
     assigned = {a.variable for a in own.assignments}
     return (

@@ -29,7 +29,7 @@ from robosc.model.typing.compatibility import check_range, coerce
 from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import ANY, BOOLEAN, expected_type
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import Incoming, is_value, no_value
+from robosc.model.typing.incoming import Incoming, is_value, no_value, reasons_type
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -257,7 +257,9 @@ def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:
     found = info.sort.event(event)
     if found is None or found.brings is None:
         return no_value(f"'on {event.word}' carries no value")
-    if event is EventKind.ERROR and isinstance(info.node, ServiceNode) and not info.node.expect:
-        return no_value("'on error' of a service carries a value only where it has 'expect:'")
+    reasons = reasons_type(info.kind) if event is EventKind.ERROR else None
+    if reasons and isinstance(info.node, ServiceNode) and not info.node.expect:
+        why = "'on error' of a service carries a value only where it has 'expect:'"
+        return Incoming(None, why, reasons=reasons)
     type_ = info.brought(event)
-    return Incoming(type_, known=type_ is not None, optional=found.optional)
+    return Incoming(type_, known=type_ is not None, optional=found.optional, reasons=reasons)

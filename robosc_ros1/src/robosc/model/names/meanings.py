@@ -7,11 +7,21 @@ from typing import NamedTuple
 
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.quantified import chain
-from robosc.expr.tree import Expr, Literal, ParameterRef, PhaseRef, StateRef, Unary, VariableRef
+from robosc.expr.tree import (
+    REASON,
+    Expr,
+    Literal,
+    ParameterRef,
+    PhaseRef,
+    ReasonRef,
+    StateRef,
+    Unary,
+    VariableRef,
+)
 from robosc.expr.types import ArrayType, BooleanType, EnumType, ObjectType, Type
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.names.occurrences import Declaration
+from robosc.model.names.occurrences import Declaration, Symbol, SymbolKind
 from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.names.unknown import NameFaults, last_name
 from robosc.model.names.value_scope import ValueScope
@@ -36,10 +46,20 @@ class RosConstant(NamedTuple):
 
 
 class Meanings:
-    """The meanings of names at one place; they are recorded for editors."""
+    """The meanings of names at one place; they are recorded for editors.
 
-    def __init__(self, report: Report, types: TypeTable, symbols: SymbolTable | None) -> None:
+    ``reasons`` is the type of ``reason``, where an error has one.
+    """
+
+    def __init__(
+        self,
+        report: Report,
+        types: TypeTable,
+        symbols: SymbolTable | None,
+        reasons: EnumType | None = None,
+    ) -> None:
         self._report = report
+        self._reasons = reasons
         self._types = types
         self._symbols = symbols
         self._faults = NameFaults(report, types, symbols)
@@ -151,6 +171,10 @@ class Meanings:
             if isinstance(meaning.type, EnumType):
                 self._types.record_value(access, meaning.type)
             return
+        if isinstance(meaning, ReasonRef):
+            words = ", ".join(self._reasons.values) if self._reasons else ""
+            self._types.scope.names.note(access.root, Symbol(SymbolKind.INCOMING, "reason", words))
+            return
         assert self._symbols is not None
         names, owner, last = self._types.scope.names, self._symbols.own, access.root
         if not isinstance(meaning, VariableRef):
@@ -199,6 +223,8 @@ class Meanings:
             return None
         if value is not None and value[1] is not None:
             found.append(self._value(access, value[0], value[1], value[2]))
+        if name == "reason" and self._reasons is not None:
+            found.append(ReasonRef(REASON, self._reasons, access.span))
         return [*found, *(Literal(name, e, access.span) for e in self._types.enums_with(name))]
 
     def _qualified(self, access: Access, member: Name) -> list[Expr] | None:

@@ -89,7 +89,7 @@ class Typer:
         self._types = types
         self._incoming = incoming
         self._faults = NameFaults(report, types, symbols)
-        self._meanings = Meanings(report, types, symbols)
+        self._meanings = Meanings(report, types, symbols, incoming.reasons)
         self._parts = Parts(report, types)
         self._bound: dict[str, Bound] = {}
         self._aggregates = Aggregates(self.check, self._bound, report)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from robosc.expr.types import Type
+from robosc.expr.types import EnumType, StringType, Type
+from robosc.language.events import Kind
+from robosc.language.reasons import reasons_of
 from robosc.syntax.nodes import Access
 
 RULE = "the condition of a rule"
@@ -18,13 +20,20 @@ class Incoming:
     """The type of ``value`` at a place, or None with the reason why there is no value.
 
     ``known`` is False if its type has an error: then reading it is not reported. ``optional`` says
-    that the event may come without a value.
+    that the event may come without a value. ``reasons`` are the words that ``reason`` may be there.
     """
 
     type: Type | None
     reason: str = ""
     known: bool = True
     optional: bool = False
+    reasons: EnumType | None = None
+
+
+def reasons_type(kind: Kind) -> EnumType | None:
+    """The type of ``reason`` in the errors of a kind of communication; None if it has none."""
+    words = reasons_of(kind)
+    return EnumType("reason", kind.value, StringType(), words, words[0], ()) if words else None
 
 
 def no_value(reason: str) -> Incoming:

@@ -61,6 +61,7 @@ from robosc.plant.data.view import (
     StateTerm,
     UpdateKey,
     data_scope,
+    expected_of_error,
     may_be_missing,
     reference_to,
     sent_wholes,
@@ -152,6 +153,7 @@ class ViewBuilder:
         for key, communication in self.robot.communications.items():
             if communication.expect is not None:
                 yield (EventKind.RESPONSE, key), communication.expect
+                yield (EventKind.ERROR, key), expected_of_error(communication)
         yield from ((data_scope(r), r.condition) for r in self.robot.requirements)
         yield from ((None, expr) for goal in self.robot.goals for expr in goal.conditions)
         yield from conditions(self.robot)

@@ -12,7 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from robosc.expr.traversal import may_be_undefined, walk
+from robosc.expr.presence import known_condition
+from robosc.expr.traversal import may_be_undefined, rewritten, walk
 from robosc.expr.tree import (
     Aggregate,
     Binary,
@@ -30,7 +31,7 @@ from robosc.expr.tree import (
 from robosc.expr.types import ArrayType, ObjectType, Value
 from robosc.language.events import EventKind
 from robosc.model.automata import Assignment, ResultTransition, Variable
-from robosc.model.entities import Provide, Requirement, Robot, data_expressions
+from robosc.model.entities import Communication, Provide, Requirement, Robot, data_expressions
 from robosc.plant.data.classes import Classes
 from robosc.plant.data.terms import Term, Terms, kept_where_undefined, reads_parameters, value_of
 from robosc.plant.formulas import negation
@@ -132,6 +133,16 @@ def reference_to(variable: Variable) -> VariableRef:
 def data_scope(requirement: Requirement) -> Scope:
     """Return the request whose data a requirement reads."""
     return (EventKind.REQUEST, requirement.communications[0]) if requirement.on_data else None
+
+
+def expected_of_error(communication: Communication) -> Expr:
+    """Return the condition that the value of an error, if it has one, is as expected."""
+    assert communication.expect is not None
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        return replace(node, optional=True) if type(node) is ValueRef else node
+
+    return known_condition(rewritten(communication.expect, leaf))
 
 
 def update_key(component: str, transition: ResultTransition) -> UpdateKey:

@@ -1,0 +1,47 @@
+"""The table of reasons: the words that ``reason`` may be in ``on error from``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robosc.language.events import Kind
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why a service or an action failed, as models name it.
+
+    ``of_services``: services fail for it, too. ``while_cancelling``: also what is being cancelled
+    does. ``meaning`` continues "the request failed: …".
+    """
+
+    word: str
+    of_services: bool
+    while_cancelling: bool
+    meaning: str
+
+
+REFUSED = "refused"
+"""The reason of an answer for which ``expect:`` does not hold, which is its value."""
+FAILED = "failed"
+"""The reason of a goal that its server has ended, perhaps with a result."""
+
+REASONS = (
+    Reason(FAILED, True, True, "its server aborted it, raised an exception, or others ended it"),
+    Reason("absent", True, False, "there was no server until the deadline"),
+    Reason("rejected", False, False, "the server did not accept the goal"),
+    Reason(REFUSED, True, True, "the answer is not what `expect:` says"),
+    Reason("timeout", True, False, "it was not answered, not accepted or not done in time"),
+    Reason("lost", False, True, "the server vanished, or was silent for too long"),
+)
+"""All reasons; the first one is what simulated errors have if nothing else is said."""
+
+WITH_VALUE = (REFUSED, FAILED)
+"""The reasons of errors that may bring a value; that of a failed service never does."""
+
+
+def reasons_of(kind: Kind) -> tuple[str, ...]:
+    """Return the reasons for which a kind of communication fails; none if it has no errors."""
+    if kind is Kind.ACTION:
+        return tuple(reason.word for reason in REASONS)
+    return tuple(r.word for r in REASONS if r.of_services) if kind is Kind.SERVICE else ()

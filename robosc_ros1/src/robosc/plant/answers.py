@@ -1,0 +1,85 @@
+"""What the answers of a service or an action can bring: which are a response, and which reasons and
+values an error can have together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from robosc.expr.presence import defined
+from robosc.expr.traversal import all_names
+from robosc.expr.tree import REASON, TRUE, Binary, Expr, Literal, ReasonRef, ValueRef
+from robosc.expr.types import BooleanType, EnumType
+from robosc.language.events import EventKind, Kind
+from robosc.language.reasons import FAILED, REASONS, REFUSED, reasons_of
+from robosc.model.entities import Communication
+from robosc.plant.acceptance import guarded_phase
+from robosc.plant.automaton import LocalAutomaton, PhaseStep, values_read
+from robosc.plant.data.view import FiniteView, expected_of_error
+from robosc.plant.formulas import conjunction, disjunction, negation
+
+_WHILE_CANCELLING = frozenset(reason.word for reason in REASONS if reason.while_cancelling)
+
+
+def divided_phase(
+    communication: Communication,
+    kind: EventKind,
+    phase: PhaseStep | None,
+    automata: Iterable[LocalAutomaton],
+    view: FiniteView,
+) -> LocalAutomaton | None:
+    """Return the phase of an answer as an automaton that blocks what it cannot bring; None: it can
+    bring anything."""
+    if phase is None or communication.phases is None:
+        return None
+    guards: dict[int, Expr | None] = {}
+    if kind is EventKind.RESPONSE and communication.expect is not None:
+        guards = dict.fromkeys(phase.sources, view.expression(communication.expect))
+    elif kind is EventKind.ERROR:
+        read = values_read(e for automaton in automata for e in automaton.expressions).values()
+        names = communication.phases.names
+        guards = {n: _possible_error(communication, read, names[n], view) for n in phase.sources}
+    if all(guard is None for guard in guards.values()):
+        return None
+    return guarded_phase(communication.key, phase, guards, communication.span)
+
+
+def _possible_error(
+    communication: Communication, read: Iterable[ValueRef], phase: str, view: FiniteView
+) -> Expr | None:
+    """Return the condition on an error's reason and value that come in a phase; None: there is
+    none. ``read`` are the parts of them that the model reads."""
+    found = list(read)
+    value = next((r for r in found if type(r) is ValueRef and all_names(r.path)), None)
+    there = None if value is None else defined(value)
+    refused = expected = None
+    if there is not None and communication.expect is not None:
+        expected = view.expression(expected_of_error(communication))
+        refused = conjunction([there, negation(expected)])
+    reason = next((r.type for r in found if isinstance(r, ReasonRef)), None)
+    if not isinstance(reason, EnumType):
+        is_service = communication.kind is Kind.SERVICE
+        return disjunction([negation(there), refused]) if is_service and there and refused else None
+    words = [
+        word
+        for word in reasons_of(communication.kind)
+        if (word != REFUSED or communication.expect is not None)
+        and (phase != "cancelling" or word in _WHILE_CANCELLING)
+    ]
+    if there is None:
+        return None if len(words) == len(reason.values) else _one_of(words, reason)
+    parts = []
+    for word in words:
+        also = negation(there)
+        if word == REFUSED and refused is not None:
+            also = refused
+        elif word == FAILED and communication.kind is Kind.ACTION:
+            also = TRUE
+        parts.append(conjunction([_one_of([word], reason), also]))
+    return disjunction(parts)
+
+
+def _one_of(words: Iterable[str], reason: EnumType) -> Expr:
+    return disjunction(
+        Binary("=", ReasonRef(REASON, reason), Literal(word, reason), BooleanType())
+        for word in words
+    )
