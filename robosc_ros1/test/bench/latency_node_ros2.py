@@ -10,7 +10,6 @@ import time
 import rclpy
 from geometry_msgs.msg import Twist
 from measuring_ros2 import spinning, write
-from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float32, Int16
 
 WAYS = {
@@ -59,10 +58,9 @@ class Way:
 
 
 def sense(node):
-    """What lets a limiter pass commands: a laser, ten times per second."""
-    publisher = node.create_publisher(LaserScan, "scan", 10)
-    scan = LaserScan(ranges=[3.0] * 360, range_min=0.1, range_max=10.0)
-    node.create_timer(0.1, lambda: publisher.publish(scan))
+    """What lets a limiter pass commands: the distance ahead, ten times per second."""
+    publisher = node.create_publisher(Float32, "scan", 10)
+    node.create_timer(0.1, lambda: publisher.publish(Float32(data=3.0)))
 
 
 def main():

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from bench.ros_bench import LIMITER, report_flood, report_latency, resident
+from bench.ros_bench import report_flood, report_latency, resident
 from ros2.bed import Unavailable, test_bed
 from ros2.ros2_support import Graph, Process, free_domain
 
@@ -27,6 +27,7 @@ __all__ = ["main"]
 HERE = Path(__file__).resolve().parent
 ARM = HERE.parent / "ros2" / "models" / "guarded_arm.rscd"
 HORN = HERE / "horn.rscd"
+LIMITER = HERE / "limiter.rscd"
 SLOW = ("--ros-args", "-p", "rate:=0.001")
 """So that repetitions do not come between."""
 

@@ -129,3 +129,20 @@ def cancels(plant: Plant, state: PlantState) -> None:
         assert cancel.requirement is not None
         keeps = owner in performed and place.endswith("under_way")
         assert holds(plant, cancel.requirement, state) is not keeps
+
+
+def test_an_action_whose_type_is_not_known_is_the_only_error() -> None:
+    text = """robot Test {
+        component Base {
+            action drive with identifier: "/drive", type: missing_msgs/Drive
+            behaviour {
+                initial marked state idle {}
+                marked state driving performs drive then goto idle
+                transition if idle goto driving
+            }
+        }
+    }"""
+    robot, diagnostics = load(Source("model.rscd", text))
+    assert robot is None
+    errors = [d.code for d in diagnostics if d.severity is Severity.ERROR]
+    assert errors == ["ros-type-unknown"], render_all(diagnostics)

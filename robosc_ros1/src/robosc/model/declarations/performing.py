@@ -272,6 +272,8 @@ def with_performed(robot: Robot) -> Robot:
     """
     added: list[Requirement] = []
     for key in robot.performed:
+        if key not in robot.communications:
+            continue  # its declaration has an error
         if key in robot.together:
             added.append(_needed(robot, key, DUE, "is performed in", to_start=True))
         if robot.communications[key].kind is Kind.ACTION:
