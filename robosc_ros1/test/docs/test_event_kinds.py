@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,13 @@ from robosc.language.events import COMMUNICATIONS, EventKind
 
 SCHEMAS = Path(__file__).parents[3] / "docs" / "schemas"
 KINDS = list(dict.fromkeys(kind.word for kind in EventKind))
-PHASES = {name for sort in COMMUNICATIONS.values() if sort.phases for name in sort.phases.names}
+PHASES = {
+    name
+    for sort in COMMUNICATIONS.values()
+    for timeout, heard in product((True, False), (sort.may_be_heard, False))
+    if (phases := sort.phases_of(timeout, heard)) is not None
+    for name in phases.names
+}
 
 
 def enumerations(document: Any) -> Iterator[list[str]]:

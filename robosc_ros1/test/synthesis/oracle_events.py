@@ -101,7 +101,9 @@ def first_phase(communication: Communication) -> str | None:
     if communication.kind in (Kind.SERVICE, Kind.ACTION, Kind.SERVED_SERVICE):
         return "idle"
     if communication.kind is Kind.OUTGOING and communication.timeout is not None:
-        return "silent"
+        return "unheard" if communication.heard else "silent"
+    if communication.heard:
+        return "unheard"
     return None
 
 
@@ -189,7 +191,7 @@ class OracleEvents:
                 own = [Event(kind, communication.key) for kind in KINDS[communication.kind]]
                 # Nobody answers with an error of itself.
                 events += [e for e in own if e.kind is not EventKind.REFUSAL or self.concerned(e)]
-                if first_phase(communication) == "silent":
+                if communication.kind is Kind.OUTGOING and communication.timeout is not None:
                     events.append(Event(EventKind.TIMEOUT, communication.key))
             if component.behaviour is not None:
                 taus = list(component.behaviour.taus)

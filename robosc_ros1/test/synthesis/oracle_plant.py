@@ -97,10 +97,12 @@ class OraclePlant(OracleEvents):
         if first is None:
             return
         phase = self.get(state, "phase", event.key)
-        if first == "silent":
-            if event.kind is EventKind.TIMEOUT and phase == "silent":
+        if first in ("silent", "unheard"):
+            if event.kind is EventKind.TIMEOUT and phase != "fresh":
                 raise Impossible
-            after["phase", event.key] = "fresh" if event.kind is EventKind.RESPONSE else "silent"
+            timed = self.robot.communications[event.key].timeout is not None
+            arrived = "fresh" if timed else "heard"
+            after["phase", event.key] = arrived if event.kind is EventKind.RESPONSE else "silent"
             return
         if event.kind in (EventKind.REQUEST, EventKind.CALL):
             follows = {"idle": "busy"}

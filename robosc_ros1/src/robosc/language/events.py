@@ -122,8 +122,9 @@ class Phases:
 class EventSort:
     """An event of one kind of communication.
 
-    ``sources`` are the phases in which it is possible, ``target`` the one it leads to; both are
-    ignored where the communication has no phases. ``brings`` is the attribute that names the type
+    ``sources`` are the phases in which it is possible, as far as the communication has them, and
+    ``target`` the one it leads to, or the last one that it has; both are ignored where the
+    communication has no phases. ``brings`` is the attribute that names the type
     of its value, of a request that of the data (None: it has no value); ``optional``: the value may
     be absent. ``with_timeout``: only communications with a timeout have this event.
     """
@@ -157,8 +158,16 @@ class CommunicationSort:
         """The events in model order; ``timeout`` says whether the communication has one."""
         return (e for e in self.events if timeout or not e.with_timeout)
 
-    def phases_of(self, timeout: bool) -> Phases | None:
+    def phases_of(self, timeout: bool, heard: bool = False) -> Phases | None:
+        """The phases; ``heard``: it is asked whether a message has ever arrived."""
+        if heard:
+            return _HEARD_WATCHED if timeout else _HEARD
         return self.phases if timeout or not self.phases_with_timeout else None
+
+    @property
+    def may_be_heard(self) -> bool:
+        """Whether ``heard`` may be asked of it: it arrives unasked."""
+        return self.phases is _WATCHED
 
     def event(self, kind: EventKind) -> EventSort | None:
         return next((e for e in self.events if e.kind is kind), None)
@@ -192,13 +201,16 @@ _CALL = Phases(("idle", "busy"), marked=("idle",))
 # What is cancelled goes on until its server says that it has ended: what moves is not idle.
 _GOAL = Phases(("idle", "busy", "cancelling"), marked=("idle",))
 _WATCHED = Phases(("silent", "fresh"), marked=("silent", "fresh"))
+_HEARD = Phases(("unheard", "heard"), marked=("unheard", "heard"))
+_HEARD_WATCHED = Phases(("unheard", "fresh", "silent"), marked=("unheard", "fresh", "silent"))
+_ARRIVED = ("unheard", "heard", "silent", "fresh")
 _REQUEST = EventSort(EventKind.REQUEST, ("idle",), "busy", brings="request")
 _RESPONSE = EventSort(EventKind.RESPONSE, ("busy",), "idle", brings="response")
 # It has the answer that was not as expected; what failed otherwise has none.
 _ERROR = EventSort(EventKind.ERROR, ("busy",), "idle", brings="response", optional=True)
 _UNENDED = ("busy", "cancelling")
 
-ACTIVE = (*_GOAL.active, *_WATCHED.active)
+ACTIVE = (*_GOAL.active, *_WATCHED.active, *_HEARD.active)
 """The phases that conditions name: ``grab.busy``, ``scan.fresh``."""
 
 COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
@@ -210,7 +222,7 @@ COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
         "msg",
         ("response",),
         (
-            EventSort(EventKind.RESPONSE, ("silent", "fresh"), "fresh", brings="response"),
+            EventSort(EventKind.RESPONSE, _ARRIVED, "fresh", brings="response"),
             EventSort(EventKind.TIMEOUT, ("fresh",), "silent", with_timeout=True),
         ),
         _WATCHED,

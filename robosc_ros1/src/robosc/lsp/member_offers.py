@@ -58,8 +58,12 @@ class MemberOffers(Offers):
         for owner in self._owners(first) if rest else ():
             yield from self._parts_of(owner.variables.get(rest[0]), rest[1:])
         for info in self._infos():
-            if chain in ([info.name], [info.instance.name, info.name]) and info.phases is not None:
+            if chain not in ([info.name], [info.instance.name, info.name]):
+                continue
+            if info.phases is not None:
                 yield from keywords(info.phases.names, rank=0)
+            if info.sort.may_be_heard:
+                yield from keywords(("heard",), rank=0)
         for contents in self._known:
             library = contents.types.libraries.get(first)
             if library is not None and len(rest) == 1:

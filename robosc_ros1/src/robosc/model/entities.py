@@ -49,10 +49,11 @@ class Communication:
 
     ``timeout`` is in seconds: the silence after which a message is silent, or the deadline of a
     service or action; ``within`` is the deadline of an accepted goal. ``expect`` is what must hold
-    of a response, which is an error otherwise. ``request`` is the type that the controller sends
-    (``none`` for an outgoing message), ``response`` the type that it receives (for an outgoing
-    message: its data), ``feedback`` that of an action's feedback. ``identifier`` is the name in
-    ROS, prefix included; the communication's own name if the model gives none.
+    of a response, which is an error otherwise. ``heard``: the model asks whether the message has
+    ever arrived. ``request`` is the type that the controller sends (``none`` for an outgoing
+    message), ``response`` the type that it receives (for an outgoing message: its data),
+    ``feedback`` that of an action's feedback. ``identifier`` is the name in ROS, prefix included;
+    the communication's own name if the model gives none.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Communication:
     timeout: Expr | None = None
     within: Expr | None = None
     expect: Expr | None = None
+    heard: bool = False
     span: Span = span_field()
 
     @property
@@ -85,7 +87,7 @@ class Communication:
 
     @property
     def phases(self) -> Phases | None:
-        return self.sort.phases_of(self.timeout is not None)
+        return self.sort.phases_of(self.timeout is not None, self.heard)
 
     @property
     def sent(self) -> Type:

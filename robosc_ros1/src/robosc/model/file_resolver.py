@@ -137,6 +137,7 @@ class FileResolver:
         self._binder.check_unlinked(self._scope.interfaces.values())
         self.types.values.resolve()
         robot = self._with_statements(components)
+        robot = self._with_heard(robot)
         self._binder.report_unknown_fields(Usage(robot))
         robot = select_state_variables(robot, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
@@ -164,6 +165,22 @@ class FileResolver:
                 self._report,
             )
         return robot
+
+    def _with_heard(self, robot: Robot) -> Robot:
+        """The robot with the messages of which something asks whether they have arrived."""
+        self.component_table.closed = True
+        heard = {
+            info.key
+            for instance in self.component_table.instances.values()
+            for info in instance.communications.values()
+            if info.heard
+        }
+
+        def told(component: Component) -> Component:
+            own = tuple(replace(c, heard=c.key in heard) for c in component.communications)
+            return replace(component, communications=own)
+
+        return replace(robot, components=tuple(map(told, robot.components))) if heard else robot
 
     def _find_libraries(self) -> None:
         """Read the imported libraries, before the constants and enum rules that may name them."""

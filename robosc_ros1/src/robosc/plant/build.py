@@ -147,11 +147,12 @@ class _Lowering:
         )
         phase = None
         if communication.phases is not None:
-            index = communication.phases.names.index
+            names = communication.phases.names
+            index = names.index
             phase = PhaseStep(
                 self.variable_index[VariableKind.PHASE, key],
-                tuple(index(name) for name in sort.sources),
-                index(sort.target),
+                tuple(index(name) for name in sort.sources if name in names),
+                index(sort.target if sort.target in names else names[-1]),
             )
         if kind in EXCLUDED:
             automata += tuple(self._assumptions(communication, kind))

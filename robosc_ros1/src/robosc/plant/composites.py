@@ -1,4 +1,5 @@
-"""Conditions on states in states, as users write them: the outer state instead of all in it."""
+"""Conditions as users write them: the outer state instead of all in it, and that a message was
+heard."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import reduce
 
 from robosc.expr.traversal import operands, with_operands
-from robosc.expr.tree import Binary, Expr, Operation, StateRef, Unary
+from robosc.expr.tree import Binary, Expr, Operation, PhaseRef, StateRef, Unary
 from robosc.expr.types import BooleanType
 from robosc.model.entities import Robot
 
@@ -26,7 +27,8 @@ def with_composites(expr: Expr, robot: Robot) -> Expr:
             ]
             several = [(o.name, leaves) for o, leaves in found if len(leaves) > 1 or o.performs]
             inside[component.name] = sorted(several, key=lambda item: -len(item[1]))
-    return _named(expr, inside) if inside else expr
+    heard = any(c.heard and c.timeout is not None for c in robot.communications.values())
+    return _named(expr, inside) if inside or heard else expr
 
 
 def _named(expr: Expr, inside: _Inside) -> Expr:
@@ -34,6 +36,7 @@ def _named(expr: Expr, inside: _Inside) -> Expr:
         operator = expr.operator
         parts = [_named(part, inside) for part in operands(expr, operator)]
         joined = _joined(parts, operator == "and", inside)
+        joined = _heard(joined, operator == "and")
         return reduce(lambda left, right: Binary(operator, left, right, BooleanType()), joined)
     if isinstance(expr, Operation):
         return with_operands(expr, tuple(_named(part, inside) for part in expr.operands))
@@ -57,6 +60,21 @@ def _joined(parts: list[Expr], negated: bool, inside: _Inside) -> list[Expr]:
                 parts[first] = Unary("!", state, BooleanType()) if negated else state
                 parts = [p for n, p in enumerate(parts) if n == first or n not in listed]
     return parts
+
+
+def _heard(parts: list[Expr], negated: bool) -> list[Expr]:
+    """The parts with *heard* instead of *fresh* and *silent* of one message."""
+    phases = {
+        (leaf.communication, leaf.phase): number
+        for number, whole in enumerate(parts)
+        if isinstance(leaf := _state(whole, negated), PhaseRef)
+    }
+    for (key, phase), first in phases.items():
+        if phase == "fresh" and (key, "silent") in phases:
+            heard: Expr = PhaseRef(key, "heard")
+            parts[first] = Unary("!", heard, BooleanType()) if negated else heard
+            parts[phases[key, "silent"]] = parts[first]
+    return list(dict.fromkeys(parts))
 
 
 def _state(expr: Expr, negated: bool) -> Expr | None:

@@ -169,7 +169,11 @@ def to_dsl(
             case PhaseRef(communication=key, phase=phase):
                 name = robot.display_names[key]
                 name = key if name in component_names else name
-                return ".".join(escape(part) for part in name.split(".")) + f".{phase}"
+                name = ".".join(escape(part) for part in name.split("."))
+                # In models, a message that has never been heard is silent, too.
+                return (
+                    f"({name}.heard and {name}.silent)" if phase == "silent" else f"{name}.{phase}"
+                )
             case ValueRef(path=path):
                 return "value" + _parts(path)
             case ElementRef(variable=name, path=path):

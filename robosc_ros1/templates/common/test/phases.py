@@ -13,7 +13,7 @@ _POSSIBLE = {
     "feedback": ("busy",),
     "cancel": ("busy",),
     "cancelled": ("cancelling",),
-    "response": ("busy", "cancelling", "silent", "fresh"),
+    "response": ("busy", "cancelling", "silent", "fresh", "unheard", "heard"),
     "error": ("busy", "cancelling"),
     "timeout": ("fresh",),
     "call": ("idle",),
@@ -40,6 +40,8 @@ def first_phases(communications):
     for communication in communications:
         if communication["kind"] in ("service", "action", "outgoing service"):
             found[communication["key"]] = "idle"
+        elif communication.get("heard"):
+            found[communication["key"]] = "unheard"
         elif communication["timeout"]:
             found[communication["key"]] = "silent"
     return found
@@ -56,8 +58,9 @@ def is_possible(kind, phase):
     return phase in _POSSIBLE[kind]
 
 
-def phase_after(kind, phase):
-    """Return the phase after an event that happens in a phase."""
+def phase_after(kind, phase, watched):
+    """Return the phase after an event that happens in a phase; ``watched``: of a message with a
+    timeout."""
     if kind == "response":
-        return "fresh" if phase in ("silent", "fresh") else "idle"
+        return "fresh" if watched else "heard" if phase in ("unheard", "heard") else "idle"
     return _AFTER[kind]

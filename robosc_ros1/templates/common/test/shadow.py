@@ -59,7 +59,11 @@ class Shadow(Delays):
         idle = [key for key, phase in self.phase.items() if phase == "idle"]
         self.calls = [key for key in idle if key not in self.served]
         self.sends = {key: "answer" if key in self.served else "request" for key in self.phase}
-        self.watched = [key for key, phase in self.phase.items() if phase == "silent"]
+        self.watched = [
+            key
+            for key, c in self.communications.items()
+            if c["kind"] == "outgoing message" and c["timeout"]
+        ]
         self.start_delays(plant)
         self.mentions = {}  # (kind, communication) -> components with their transitions for it
         for component in plant["components"]:
@@ -142,7 +146,7 @@ class Shadow(Delays):
             self._follow(component, taken, content, states, variables)
             moved += [(component, transition) for transition in taken]
         if key in self.phase:
-            self.phase[key] = phase_after(kind, self.phase[key])
+            self.phase[key] = phase_after(kind, self.phase[key], key in self.watched)
         before, self.states, self.variables = self.states, states, variables
         for component, transition in moved:
             self.enter(component, transition, before[component])

@@ -17,6 +17,8 @@ PHASES = {
     "busy": "is under way",
     "cancelling": "was cancelled, and has not ended",
     "fresh": "came within its timeout",
+    "silent": "came, but not within its timeout",
+    "heard": "has come",
 }
 """What it means that a communication is in a phase."""
 

@@ -171,6 +171,7 @@ def _plant_communication(
         "kind": communication.kind.value,
         "timeout": communication.timeout is not None,
         "expect": None if communication.expect is None else _tree(communication.expect, enums),
+        **({"heard": True} if communication.heard else {}),
         "identifier": communication.identifier,
         "interface": [binding.package, binding.type],
         "request": part("request", communication.request),

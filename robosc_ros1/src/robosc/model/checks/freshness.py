@@ -21,7 +21,7 @@ from robosc.model.entities import Communication, Component, Robot, data_expressi
 from robosc.remedies import Change, Remedy
 from robosc.source import Span
 
-_FRESH = "fresh"
+_FRESH = ("fresh", "heard")
 
 
 def check_freshness(robot: Robot, report: Report) -> None:
@@ -67,7 +67,7 @@ def _read_by_commands(robot: Robot) -> dict[str, list[Expr]]:
 def _read(expr: Expr) -> tuple[bool, tuple[VariableRef, ...]]:
     """Whether an expression asks for the freshness of a message, and the variables it reads."""
     parts = list(walk_all([expr]))
-    names_freshness = any(isinstance(part, PhaseRef) and part.phase == _FRESH for part in parts)
+    names_freshness = any(isinstance(part, PhaseRef) and part.phase in _FRESH for part in parts)
     return names_freshness, tuple(part for part in parts if isinstance(part, VariableRef))
 
 

@@ -356,7 +356,10 @@ class Meanings:
         return [Literal(value.text, enum, access.span)]
 
     def _phase(self, access: Access, info: CommunicationInfo | None, phase: Name) -> list[Expr]:
-        """``grab.busy``, ``grab.idle``, ``scan.fresh`` or ``scan.silent``; empty if it is none."""
+        """``grab.busy``, ``grab.idle``, ``scan.fresh``, ``scan.silent`` or ``scan.heard``; empty if
+        it is none."""
+        if info is not None and phase.text == "heard" and info.sort.may_be_heard:
+            return self._heard(access, info)
         phases = None if info is None else info.phases
         if info is None or phases is None:
             return []
@@ -368,6 +371,15 @@ class Meanings:
         others = (PhaseRef(info.key, name, access.span) for name in phases.active)
         negated = [Unary("!", other, BooleanType(), access.span) for other in others]
         return [chain("and", negated, access.span)]
+
+    def _heard(self, access: Access, info: CommunicationInfo) -> list[Expr]:
+        """The condition that a message has arrived."""
+        if self._symbols is not None and self._symbols.component_table.closed and not info.heard:
+            return []  # the robot has no memory of it
+        info.heard = True
+        self._record_communication(access, info)
+        names = ("fresh", "silent") if info.has_timeout else ("heard",)
+        return [chain("or", [PhaseRef(info.key, n, access.span) for n in names], access.span)]
 
     def out_of_sight(self, access: Access, types: list[Type], known: list[Expr]) -> list[Expr]:
         """The name as a value of enums among ``types`` that are not in scope."""

@@ -39,7 +39,8 @@ from robosc.syntax.nodes import (
 class CommunicationInfo:
     """A communication during resolution; None stands for a type with an error.
 
-    ``entity`` is set once it is bound to a ROS interface without errors.
+    ``entity`` is set once it is bound to a ROS interface without errors. ``heard``: something asks
+    whether the message has ever arrived.
     """
 
     node: CommunicationNode
@@ -49,6 +50,7 @@ class CommunicationInfo:
     response: Type | None
     feedback: Type | None
     entity: Communication | None = None
+    heard: bool = False
 
     @property
     def sort(self) -> CommunicationSort:
@@ -208,13 +210,14 @@ class ComponentTable:
     """All components of one file; ``broken`` are the names of imports that failed.
 
     ``by_name`` has the communications of each name, ``by_origin`` the instances of each declaration
-    (by identity of its node).
+    (by identity of its node). ``closed``: the robot is made, and its phases are known.
     """
 
     instances: dict[str, Instance] = field(default_factory=dict)
     broken: set[str] = field(default_factory=set)
     by_name: dict[str, list[CommunicationInfo]] = field(default_factory=dict)
     by_origin: dict[int, list[Instance]] = field(default_factory=dict)
+    closed: bool = False
 
     def add(self, instance: Instance) -> None:
         """Add an instance under its name."""
