@@ -11,11 +11,13 @@ import rosgraph
 import rospy
 import yaml
 
-from ._runtime.settings import ParameterError, excerpt, flatten, private, read
+from ._runtime.settings import ParameterError, flatten, private, read
+from ._runtime.shortening import excerpt
 from ._runtime.telemetry import Reporter
-from .ros import RosOutlet, RosPort
+from .ros import RosOutlet
 from .ros_backlog import watch_connections
 from .ros_connections import send_promptly
+from .ros_tables import of_shadow
 from .ros_watch import Watch
 from .start import Ending, on_signals
 
@@ -25,11 +27,12 @@ LAST_RESORT = 1.7
 """Seconds after the start of a shutdown at which the process is ended."""
 
 
-def run(name, controller_type, model, defaults, tables, port_type=RosPort):
+def run(name, controller_type, model, defaults, tables, port_types, shadow=None):
     """Run the node until ROS shuts down; return the exit code.
 
     ``model`` is the document that is published on ``~model``; ``defaults`` are values for
-    parameters that the node was not given.
+    parameters that the node was not given. ``port_types`` are that of the node, and that of its
+    shadow if it can be one; for ``shadow`` see :func:`of_shadow`.
     """
     lifecycle = NodeLifecycle()
     if not lifecycle.begin(name):
@@ -39,13 +42,15 @@ def run(name, controller_type, model, defaults, tables, port_type=RosPort):
     controller = controller_type()
     try:
         settings = configured(controller, defaults)
+        if settings.shadow and shadow is not None:
+            tables = of_shadow(shadow)
     except ParameterError as error:
         rospy.logfatal("%s", error)
         lifecycle.end(2)
         return lifecycle.code
     watch = Watch(tables, settings.allowed_publishers)
     outlet = RosOutlet(model, settings, watch)
-    port = port_type(tables, lifecycle)
+    port = port_types[tables is shadow](tables, lifecycle)
     watch.serve(port)
     engine = port.engine_type(controller, port, settings)
     reporter = Reporter(engine, outlet, model)

@@ -9,9 +9,10 @@ from rclpy.signals import SignalHandlerOptions
 
 from ._runtime.settings import ParameterError
 from ._runtime.telemetry import Reporter
-from .ros import RosOutlet, RosPort
+from .ros import RosOutlet
 from .ros_executor import ExecutorThread
 from .ros_parameters import configured
+from .ros_tables import of_shadow
 from .ros_watch import Watch
 from .start import Ending, on_signals
 
@@ -65,7 +66,9 @@ class Work:
     """The working parts of the node: the engine with its thread, its port, and the reporter.
 
     ``ending`` ends the process. ``model`` is the document that is published on
-    ``~/model``; ``defaults`` are values for parameters that the node was not given.
+    ``~/model``; ``defaults`` are values for parameters that the node was not given. ``port_types``
+    are that of the node, and that of its shadow if it can be one; for ``shadow`` see
+    :func:`of_shadow`.
 
     Raises:
         ParameterError: the node has invalid parameters.
@@ -80,16 +83,19 @@ class Work:
         model,
         defaults,
         tables,
-        port_type=RosPort,
+        port_types,
+        shadow=None,
     ):
         controller = controller_type()
         settings, profiles, warnings = configured(node, controller, tables.topics(), defaults)
+        if settings.shadow and shadow is not None:
+            tables = of_shadow(shadow)
         controller.configure(settings.more)
         for warning in warnings:
             node.get_logger().warning(warning)
         watch = Watch(node, tables, settings.allowed_publishers)
         outlet = RosOutlet(node, model, settings, watch)
-        self._port = port_type(node, executor_thread, tables, profiles)
+        self._port = port_types[tables is shadow](node, executor_thread, tables, profiles)
         self._port.on_exit = ending.ask
         watch.unserved = self._port.unserved
         self.engine = self._port.engine_type(controller, self._port, settings)

@@ -17,19 +17,14 @@ MONITOR = {
     "unseen",
     "verdicts",
 }
+SHADOW = MONITOR | {"decisions", "shadow_engine"}
+GUARD = MONITOR | {"supervisor_engine"}
 ONLY = {
-    ("ros1", "controller"): set(),
-    ("ros1", "supervisor"): {"matching", "offers", "judging_engine", "supervisor_engine"},
+    ("ros1", "controller"): SHADOW,
+    ("ros1", "supervisor"): GUARD,
     ("ros1", "monitor"): MONITOR,
-    ("ros2", "controller"): {"launch_arguments", "qos"},
-    ("ros2", "supervisor"): {
-        "launch_arguments",
-        "matching",
-        "offers",
-        "qos",
-        "judging_engine",
-        "supervisor_engine",
-    },
+    ("ros2", "controller"): {"launch_arguments", "qos"} | SHADOW,
+    ("ros2", "supervisor"): {"launch_arguments", "qos"} | GUARD,
     ("ros2", "monitor"): {"launch_arguments", "qos"} | MONITOR,
 }
 

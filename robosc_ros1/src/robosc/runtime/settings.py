@@ -28,6 +28,7 @@ from typing import (
 
 from .model import SERVED, Communication, Parameter
 from .shapes import ShapeFault, fitted, gathered
+from .shortening import excerpt
 from .values import widen
 
 GENERAL_RATE = "rate/default"
@@ -64,6 +65,7 @@ class Settings(NamedTuple):
     event_log_files: int = 5
     legacy_state_topic: str = ""
     allowed_publishers: str = ""
+    shadow: bool = False
     tolerance: float = 0.05
     timeout: Mapping[str, float] = {}
     goal_timeout: Mapping[str, float] = {}
@@ -137,7 +139,12 @@ _GENERAL = (
     _general(
         "allowed_publishers", "nodes, separated by spaces, that may also publish on command topics"
     ),
-    _general("tolerance", "seconds by which messages that a monitor hears may cross", minimum=0.0),
+    _general(
+        "shadow", "send nothing: follow who commands the robot, and tell what would be sent instead"
+    ),
+    _general(
+        "tolerance", "seconds by which messages to a monitor or shadow may cross", minimum=0.0
+    ),
 )
 
 
@@ -366,15 +373,6 @@ def _fault(parameter: Parameter, value: Any) -> Optional[str]:
 def _fault_of(type_: str, value: Any) -> Optional[str]:
     """Return what a part of an array or object must be; None if it is valid."""
     return _fault(Parameter("", type_, None, ""), value)
-
-
-def excerpt(value: Any) -> str:
-    """Return the ``repr`` of a value, shortened if it is long."""
-    try:
-        text = repr(value)
-    except ValueError:  # Python does not print integers of several thousand digits
-        return "an integer of too many digits"
-    return text if len(text) <= 80 else text[:77] + "..."
 
 
 def shortest(bound: float) -> str:

@@ -118,3 +118,12 @@ def _number(value: Any) -> str:
         return str(value) if abs(value) < _LONGEST_INTEGER else "%.6g" % value
     text = "%.6g" % value
     return text + ".0" if math.isfinite(value) and text.lstrip("-").isdigit() else text
+
+
+def excerpt(value: Any) -> str:
+    """Return the ``repr`` of a value, shortened if it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python does not print integers of several thousand digits
+        return "an integer of too many digits"
+    return text if len(text) <= 80 else text[:77] + "..."

@@ -138,7 +138,8 @@ def state_document(
         }
         for command, reasons in ((c, _obstacles(controller, c)) for c in controller.COMMANDS)
     ]
-    if not {"blocked", "forbidden"} & snapshot["counters"].keys():  # those who count do not choose
+    counters = snapshot["counters"].keys()
+    if "withheld" in counters or not {"blocked", "forbidden"} & counters:  # they choose commands
         for row, shown in zip(controller.COMMANDS, commands):
             preferred = [commands[n] for n in row.yields_to] if shown["enabled"] else []
             shown["waits_for"] = [c["event"]["name"] for c in preferred if c["enabled"]]
@@ -350,4 +351,5 @@ class Reporter:
             return WARN if news else OK, ", ".join(["not active", *news]), values
         if snapshot["stopped"] is not None:
             return ERROR, "safe stop: " + snapshot["stopped"], values
-        return (WARN, ", ".join(news), values) if news else (OK, "running", values)
+        running = "shadow: nothing is sent" if self._engine.settings.shadow else "running"
+        return (WARN, ", ".join(news), values) if news else (OK, running, values)

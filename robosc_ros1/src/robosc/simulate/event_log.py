@@ -15,7 +15,9 @@ from robosc.language.events import EventKind
 from robosc.source import opened
 
 _KINDS = (*(kind.word for kind in EventKind), "stop", "state")
-_OUTCOMES = ("applied", "mismatch", "failed", "stopped", "refused", "forbidden", "violated")
+_OUTCOMES = (
+    "applied", "mismatch", "failed", "stopped", "refused", "forbidden", "violated", "withheld",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

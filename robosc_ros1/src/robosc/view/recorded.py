@@ -235,7 +235,7 @@ def _time(entry: LogEntry) -> float:
 def _sort(entry: LogEntry, robot: Robot) -> str:
     """``x`` for what did not go well, ``t`` for an internal transition, ``c`` for the controller,
     ``r`` for the robot."""
-    if entry.outcome != "applied":
+    if entry.outcome not in ("applied", "withheld"):
         return "x"
     if entry.kind == EventKind.TAU.word:
         return "t"

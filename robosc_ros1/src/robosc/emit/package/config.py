@@ -33,6 +33,7 @@ from robosc.runtime import qos, settings
 from robosc.runtime.model import Communication as Declared
 from robosc.runtime.model import Parameter
 from robosc.runtime.shapes import gathered
+from robosc.runtime.shortening import excerpt
 
 EVENT_LOG = "~/.ros/log/{package}.jsonl"
 OWN = "robosc.yaml"
@@ -251,9 +252,7 @@ def _apply(file: Path, document: Any, config: Config) -> Config:
         try:
             config = _KEYS[key](config, value, file)
         except ValueError as error:
-            raise UsageError(
-                f"{file}: {key} must be {error}, not {settings.excerpt(value)}"
-            ) from None
+            raise UsageError(f"{file}: {key} must be {error}, not {excerpt(value)}") from None
     return config
 
 

@@ -26,6 +26,29 @@ class TopicView:
 
 
 @dataclass(frozen=True)
+class CommandsView:
+    """A topic of commands; ``commands`` as Python source."""
+
+    name: str
+    type: str
+    commands: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class HeardView:
+    """What whoever listens can hear of the commands of a robot; keys of communications.
+
+    ``refusal`` tells why it cannot be judged, as Python source; empty: it can.
+    """
+
+    commands: tuple[CommandsView, ...] = ()
+    actions: tuple[TopicView, ...] = ()
+    unseen: tuple[str, ...] = ()
+    unjudged: tuple[str, ...] = ()
+    refusal: str = ""
+
+
+@dataclass(frozen=True)
 class PackageContext:
     """What all templates of a target see."""
 
@@ -49,6 +72,8 @@ class PackageContext:
     """The configuration's own defaults of parameters, as Python source."""
     served_services: tuple[TopicView, ...] = field(default=(), kw_only=True)
     title: str = field(default="Controller", kw_only=True)
+    heard: HeardView = field(default=HeardView(), kw_only=True)
+    """Of a monitor, or of the node as a shadow."""
     watched: tuple[str, ...] = field(default=(), kw_only=True)
     """The launch arguments that set the timeouts of messages."""
     examples: tuple[str, ...] = field(default=(), kw_only=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from robosc.emit.controller.assembly import controller_context
 from robosc.emit.controller.naming import file_of
@@ -25,7 +25,7 @@ from robosc.emit.package.package_context import PackageContext, TopicView, escap
 from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
-from robosc.emit.supervisor.listening import MonitorContext, monitor_context, monitor_readme
+from robosc.emit.supervisor.listening import heard_by_shadow, monitor_context, monitor_readme
 from robosc.emit.supervisor.relaying import relay_context
 from robosc.emit.write.line_breaks import break_long_lines
 from robosc.language.events import Kind
@@ -93,8 +93,11 @@ def package_of(
     robot = supervisor.plant.robot
     source = file_of(robot.span)
     controller = controller_context(supervisor, source)
-    context = _context(target, robot, package, controller.class_name, config.checked(robot), mode)
+    context = _context(target, robot, package, controller.class_name, config.checked(robot))
     controls = config.package or f"{package_name(robot.name)}_controller"
+    if mode != "monitor":
+        shadow = heard_by_shadow(context, supervisor, target.shows_results)
+        context = replace(context, heard=shadow)
     if mode == "supervisor":
         context = relay_context(context, supervisor, config, target.action_parts)
     elif mode == "monitor":
@@ -105,7 +108,7 @@ def package_of(
         context.parameters,
         lambda c: (target.identifier(c), target.interface(c)),
     )
-    if isinstance(context, MonitorContext):
+    if mode == "monitor":
         readme = monitor_readme(readme, context, robot, controls)
     modules = target.modules.format(package=package)
     configured = with_parameters(robot, config.parameters)
@@ -146,12 +149,10 @@ def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:
 
 
 def _context(
-    target: Target, robot: Robot, package: str, class_name: str, config: Config, mode: Mode
+    target: Target, robot: Robot, package: str, class_name: str, config: Config
 ) -> PackageContext:
     communications = robot.communications.values()
-    parameters = tuple(
-        p for p in target.parameters(robot, config) if mode == "monitor" or p.name != "tolerance"
-    )
+    parameters = target.parameters(robot, config)
     timeouts = {
         f"timeout.{robot.display_names[c.key]}"
         for c in communications

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 
 from robosc.emit.controller.assembly import plain_context
+from robosc.emit.controller.python_literals import literal
 from robosc.emit.controller.views import ControllerContext
-from robosc.emit.package.package_context import PackageContext, TopicView
+from robosc.emit.package.package_context import CommandsView, HeardView, PackageContext, TopicView
 from robosc.emit.package.readme import InterfaceView, ReadmeContext
 from robosc.emit.supervisor.guarding import command_matches
 from robosc.emit.supervisor.relaying import in_order, source_of
-from robosc.errors import UsageError
+from robosc.errors import ModelError, UsageError
 from robosc.expr.traversal import walk
 from robosc.expr.tree import ReasonRef
 from robosc.language.events import EventKind, Kind
@@ -27,33 +28,13 @@ _MEANINGS = {
 """What parameters mean to a monitor."""
 _IDLE = (
     "allowed_publishers", "exit_on_stop", "goal_timeout", "on_mismatch", "order", "rate", "seed",
-    "server_lost_after",
+    "server_lost_after", "shadow",
 )  # fmt: skip
 """Parameters of commands that a monitor does not send."""
 
 
-@dataclass(frozen=True)
-class CommandsView:
-    """A topic of commands; ``commands`` as Python source."""
-
-    name: str
-    type: str
-    commands: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class MonitorContext(PackageContext):
-    """What all templates of a monitor see; keys of communications."""
-
-    commands: tuple[CommandsView, ...]
-    unseen: tuple[str, ...]
-    unjudged: tuple[str, ...]
-
-
-def monitor_context(
-    base: PackageContext, supervisor: Supervisor, controller: str, shows_results: bool
-) -> MonitorContext:
-    """The context of a monitor from that of a controller, whose node has the name ``controller``.
+def heard(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> HeardView:
+    """What can be heard of the commands of a robot, from the context of its controller.
     ``shows_results``: whoever listens gets the results of goals.
 
     Raises:
@@ -63,36 +44,70 @@ def monitor_context(
     robot = supervisor.plant.robot
     demand_no_data(robot)
     means = {r.key: r for found in command_matches(robot, False).values() for r in found}
-    commands = tuple(
-        CommandsView(
-            name_for_others(topic.name, controller),
-            topic.type,
-            tuple(source_of(r) for r in in_order([means[key] for key in topic.keys])),
-        )
-        for topic in base.publications
-    )
     context = plain_context(supervisor, base.source)
     unseen = _unseen(robot, context, shows_results)
-    subscriptions, actions = (
-        tuple(replace(v, name=name_for_others(v.name, controller)) for v in views)
-        for views in (base.subscriptions, [a for a in base.actions if a.key not in unseen])
+    return HeardView(
+        commands=tuple(
+            CommandsView(
+                topic.name,
+                topic.type,
+                tuple(source_of(r) for r in in_order([means[key] for key in topic.keys])),
+            )
+            for topic in base.publications
+        ),
+        actions=tuple(action for action in base.actions if action.key not in unseen),
+        unseen=unseen,
+        unjudged=_unjudged(context, unseen),
     )
-    known = {f.name: getattr(base, f.name) for f in fields(base)}
-    known |= {"title": "Monitor", "subscriptions": subscriptions, "actions": actions}
-    known["modules"] = _modules(base.subscriptions, base.publications, actions)
+
+
+def heard_by_shadow(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> HeardView:
+    """As :func:`heard`, or why there is no shadow."""
+    try:
+        return heard(base, supervisor, shows_results)
+    except UsageError as fault:
+        return HeardView(refusal=literal(str(fault)))
+    except ModelError as fault:
+        return HeardView(refusal=literal("; ".join(d.message for d in fault.diagnostics)))
+
+
+def monitor_context(
+    base: PackageContext, supervisor: Supervisor, controller: str, shows_results: bool
+) -> PackageContext:
+    """The context of a monitor from that of a controller, whose node has the name ``controller``.
+
+    Raises:
+        ModelError, UsageError: see :func:`heard`.
+    """
+    robot = supervisor.plant.robot
+    found = heard(base, supervisor, shows_results)
+    found = replace(
+        found,
+        commands=tuple(
+            replace(v, name=name_for_others(v.name, controller)) for v in found.commands
+        ),
+        actions=tuple(replace(v, name=name_for_others(v.name, controller)) for v in found.actions),
+    )
     deadlines = {
         f"timeout/{parameter_name(robot.display_names[c.key])}"
         for c in robot.communications.values()
         if c.kind is not Kind.OUTGOING
     }
-    known["parameters"] = tuple(
-        replace(p, doc=_MEANINGS.get(p.name, p.doc))
-        for p in base.parameters
-        if p.name.replace(".", "/").partition("/")[0] not in _IDLE
-        and p.name.replace(".", "/") not in deadlines
-    )
-    return MonitorContext(
-        **known, commands=commands, unseen=unseen, unjudged=_unjudged(context, unseen)
+    return replace(
+        base,
+        title="Monitor",
+        heard=found,
+        subscriptions=tuple(
+            replace(v, name=name_for_others(v.name, controller)) for v in base.subscriptions
+        ),
+        actions=found.actions,
+        modules=_modules(base.subscriptions, base.publications, found.actions),
+        parameters=tuple(
+            replace(p, doc=_MEANINGS.get(p.name, p.doc))
+            for p in base.parameters
+            if p.name.replace(".", "/").partition("/")[0] not in _IDLE
+            and p.name.replace(".", "/") not in deadlines
+        ),
     )
 
 
@@ -111,7 +126,7 @@ def demand_no_data(robot: Robot) -> None:
 
 
 def monitor_readme(
-    readme: ReadmeContext, context: MonitorContext, robot: Robot, controller: str
+    readme: ReadmeContext, context: PackageContext, robot: Robot, controller: str
 ) -> ReadmeContext:
     """What people read about a monitor."""
 
@@ -119,14 +134,14 @@ def monitor_readme(
         return tuple(replace(v, name=name_for_others(v.name, controller)) for v in views)
 
     names = robot.display_names
-    hidden = [names[key] for key in context.unseen]
+    hidden = [names[key] for key in context.heard.unseen]
     return replace(
         readme,
         subscribed=shown(readme.subscribed),
         published=shown(readme.published),
         heard=shown(tuple(a for a in readme.actions if a.communication not in hidden)),
         unseen=tuple(hidden),
-        unjudged=tuple(names[key] for key in context.unjudged),
+        unjudged=tuple(names[key] for key in context.heard.unjudged),
     )
 
 

@@ -49,7 +49,7 @@ class CommandRow {
   show(command) {
     setLamp(this.lamp, lampWord(command), this.element, this.lamp);
     write(this.tally, command.count ? `${command.count}×` : "");
-    if (!this.last && command.data) {
+    if (!this.last && !this.would && command.data) {
       this.sent.hidden = false;
       const data = shorten(valueText(command.data), LONGEST);
       write(this.sent, lampWord(command) === "enabled" ? `would send ${data}` : "");
@@ -62,9 +62,24 @@ class CommandRow {
     this.below.replaceChildren(...reasons.map(reasonLine));
   }
 
-  send(words) {
-    this.last = true;
-    write(this.sent, `sent ${words}`.trimEnd());
+  send(words, time) {
+    this.last = { words, time };
+    this.tell();
+  }
+
+  /** A shadow would have sent it. */
+  withhold(words, time) {
+    this.would = { words, time };
+    this.sent.hidden = false;
+    this.tell();
+  }
+
+  /** What was sent last, and beside it what a shadow would have sent, both with their times. */
+  tell() {
+    const { last, would } = this;
+    const at = (done) => `${done.words} at ${clock(done.time)}`.trimStart();
+    if (!would) write(this.sent, `sent ${last.words}`.trimEnd());
+    else write(this.sent, `${last ? `sent ${at(last)}` : "not sent"} · would send ${at(would)}`);
   }
 
   flash() {
@@ -72,9 +87,26 @@ class CommandRow {
   }
 
   forget() {
-    this.last = false;
+    this.last = this.would = null;
     write(this.sent, "");
   }
+}
+
+/**
+ * Have the row of a command say what an event tells of it; `late`: unless a later one did. The row,
+ * or null if the event tells nothing of a command.
+ */
+function tellRow(document, late = false) {
+  const { event, outcome } = document;
+  const row = page.rows.get(eventName(event));
+  if (!row) return null;
+  const at = document.time + (page.ahead ?? 0);
+  if (outcome === "withheld") {
+    if (!(late && row.would)) row.withhold(wordsOf(document), at);
+  } else if (outcome === "applied" || outcome === "forbidden") {
+    if (!(late && row.last)) row.send(wordsOf(document), at);
+  } else return null;
+  return row;
 }
 
 function reasonLine(reason) {

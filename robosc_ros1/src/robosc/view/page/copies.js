@@ -184,7 +184,8 @@ class CommandRows {
     lamp.button.setAttribute("aria-pressed", "true");
     write(this.chosen, `i = ${lamp.number}`);
     this.row.forget();
-    if (lamp.sent !== null) this.row.send(lamp.sent);
+    if (lamp.last) this.row.send(...lamp.last);
+    if (lamp.would) this.row.withhold(...lamp.would);
     if (lamp.command) this.row.show(lamp.command);
   }
 }
@@ -192,15 +193,13 @@ class CommandRows {
 /** The command of one copy. */
 class CopyLamp {
   constructor(event, rows) {
-    Object.assign(this, { rows, key: eventName(event), number: copyOf(event.name).number, sent: null, command: null });
+    Object.assign(this, { rows, key: eventName(event), number: copyOf(event.name).number, last: null, would: null, command: null });
     this.lamp = make("span", { className: "lamp" });
     this.button = make("button", { type: "button" }, this.lamp);
     this.button.setAttribute("aria-pressed", "false");
     this.button.dataset.command = this.key;
     this.button.addEventListener("click", () => rows.choose(this));
   }
-
-  get last() { return this.sent !== null; }
 
   show(command) {
     this.command = command;
@@ -209,9 +208,14 @@ class CopyLamp {
     if (this.rows.lamp === this) this.rows.row.show(command);
   }
 
-  send(words) {
-    this.sent = words;
-    if (this.rows.lamp === this) this.rows.row.send(words);
+  send(...told) {
+    this.last = told;
+    if (this.rows.lamp === this) this.rows.row.send(...told);
+  }
+
+  withhold(...told) {
+    this.would = told;
+    if (this.rows.lamp === this) this.rows.row.withhold(...told);
   }
 
   flash() {
@@ -219,7 +223,7 @@ class CopyLamp {
   }
 
   forget() {
-    this.sent = null;
+    this.last = this.would = null;
     if (this.rows.lamp === this) this.rows.row.forget();
   }
 }

@@ -147,8 +147,7 @@ function putBefore(documents) {
   page.events.unshift(...documents);
   page.redrawList = true;
   for (const document of documents) {
-    const row = page.rows.get(eventName(document.event));
-    if (row && !row.last && document.outcome === "applied") row.send(wordsOf(document));
+    tellRow(document, true);
     place(document);
   }
 }
@@ -230,8 +229,8 @@ function flash(fresh) {
   const sent = new Map();
   for (const document of fresh.slice(-200)) {
     const { event, outcome, number } = document;
+    if (isOwn(event) && !isStep(event)) sent.set(`${eventName(event)} ${outcome}`, document);
     if (outcome !== "applied") continue;
-    if (isOwn(event) && !isStep(event)) sent.set(eventName(event), wordsOf(document));
     for (const [name, card] of page.cards) {
       const state = page.followed.get(name) ?? own(page.state.components, name);
       const after = page.state.number >= number ? own(page.state.components, name) : undefined;
@@ -242,12 +241,7 @@ function flash(fresh) {
     }
   }
   lit.forEach(flashPath);
-  for (const [key, words] of sent) {
-    const row = page.rows.get(key);
-    if (!row) continue;
-    row.send(words);
-    row.flash();
-  }
+  for (const document of sent.values()) tellRow(document)?.flash();
 }
 
 function showState(state) {
@@ -309,10 +303,11 @@ function showStatus() {
   if (live) gauge("events/s", page.times.mean(now()).toFixed(1));
   const counters = page.state?.counters ?? {};
   for (const name of ["inputs", "commands", "errors"]) gauge(name, String(counters[name] ?? 0));
-  for (const name of ["mismatches", "blocked", "corrected", "failed", "undefined", "late"]) {
+  for (const name of ["mismatches", "blocked", "corrected", "failed", "undefined", "late", "forbidden", "violations"]) {
     const count = counters[name] ?? 0;
     if (count || gauges.has(name) || name === "mismatches") gauge(name, String(count), count > 0);
   }
+  if ("withheld" in counters) gauge("withheld", String(counters.withheld));
   const told = page.state?.stopped;
   tell("alert", told && `Safe stop: ${told}`);
   tell("faults", page.state?.faults?.join(" · "));

@@ -53,7 +53,7 @@ const recording = {
     page.redrawList = true;
     for (const row of page.rows.values()) row.forget();
     for (const document of events) {
-      if (document.outcome === "applied") page.rows.get(eventName(document.event))?.send(wordsOf(document));
+      tellRow(document);
     }
     // The transitions of what was skipped are not known to have followed one another.
     if (steps <= 0 || steps > events.length) page.followed.clear();

@@ -15,7 +15,7 @@ const SORTS = [["robot", "--robot"], ["own", "--accent"], ["step", "--line"], ["
 const searchText = (document) =>
   `${eventName(document.event)} ${wordsOf(document)} ${document.outcome} ${document.detail ?? ""}`.toLowerCase();
 const sortOf = ({ event, outcome }) =>
-  outcome !== "applied" ? "bad" : event.kind === "tau" ? "step" : isOwn(event) ? "own" : "robot";
+  outcome === "withheld" ? "own" : outcome !== "applied" ? "bad" : event.kind === "tau" ? "step" : isOwn(event) ? "own" : "robot";
 
 /** A canvas as sharp as the screen, empty; its context, width and height. */
 function blank(canvas) {

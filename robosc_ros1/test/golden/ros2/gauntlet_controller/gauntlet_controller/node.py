@@ -8,8 +8,10 @@ import std_msgs.msg
 
 from .controller import GauntletController
 from .model import MODEL
+from .ros import RosPort
 from .ros_node import run
-from .ros_tables import Tables
+from .ros_tables import MonitorTables, Tables
+from .shadow import ShadowPort
 
 TABLES = Tables(
     # (topic, message type, communications)
@@ -35,10 +37,53 @@ TABLES = Tables(
         ("/arm/reach", gauntlet_interfaces.action.Reach, "Arm.reach"),
     ),
 )
+# What the node hears as a shadow (parameter shadow), or why it cannot be one.
+SHADOW = MonitorTables(
+    subscriptions=TABLES.subscriptions,
+    # (topic, message type, commands); each command with the data of all its messages, or the path
+    # and values of a field, or neither: all other messages
+    commands=(
+        (
+            "/say",
+            std_msgs.msg.String,
+            (
+                ("Speaker.shout", ({"data": "HEY"},), None),
+                ("Speaker.say", (), None),
+            ),
+        ),
+        (
+            "/count",
+            std_msgs.msg.Int32,
+            (
+                ("Speaker.count", (), None),
+            ),
+        ),
+        (
+            "/left/turn",
+            std_msgs.msg.Float32,
+            (
+                ("Left.turn", (), None),
+            ),
+        ),
+        (
+            "/right/turn",
+            std_msgs.msg.Float32,
+            (
+                ("Right.turn", (), None),
+            ),
+        ),
+    ),
+    # (name, type, communication)
+    actions=(),
+    # What cannot be heard, and the commands that are not judged because of it.
+    unseen=("Arm.reach", "Lamp.set_level"),
+    unjudged=("Arm.reach", "Lamp.set_level", "Speaker.shout"),
+)
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}
 
 
 def main():
     """Run the controller until it is stopped; return the exit code."""
-    return run("gauntlet_controller", GauntletController, MODEL, DEFAULTS, TABLES)
+    ports = RosPort, ShadowPort
+    return run("gauntlet_controller", GauntletController, MODEL, DEFAULTS, TABLES, ports, SHADOW)

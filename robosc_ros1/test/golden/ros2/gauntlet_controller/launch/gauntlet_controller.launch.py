@@ -23,6 +23,8 @@ PARAMETERS = (
     "event_log_files",
     "legacy_state_topic",
     "allowed_publishers",
+    "shadow",
+    "tolerance",
     "rate.reach",
     "timeout.reach",
     "goal_timeout.reach",

@@ -31,6 +31,8 @@ PARAMETERS = (
     "event_log_files",
     "legacy_state_topic",
     "allowed_publishers",
+    "shadow",
+    "tolerance",
     "rate.heat",
     "rate.rest",
     "rate.say",

@@ -10,9 +10,10 @@ import std_msgs.msg
 
 from .controller import GauntletController
 from .model import MODEL
+from .monitor import MonitorPort
 from .relay import RelayPort
 from .ros_node import run
-from .ros_tables import SupervisorTables
+from .ros_tables import MonitorTables, SupervisorTables
 
 TABLES = SupervisorTables(
     # (topic of the robot, topic of the controller, message type, communications)
@@ -69,10 +70,55 @@ TABLES = SupervisorTables(
         ("/supervised/arm/reach", "/arm/reach", gauntlet_interfaces.msg.ReachAction, "Arm.reach"),
     ),
 )
+# What the node hears as a shadow (parameter shadow), or why it cannot be one.
+SHADOW = MonitorTables(
+    subscriptions=TABLES.subscriptions,
+    # (topic, message type, commands); each command with the data of all its messages, or the path
+    # and values of a field, or neither: all other messages
+    commands=(
+        (
+            "/say",
+            std_msgs.msg.String,
+            (
+                ("Speaker.shout", ({"data": "HEY"},), None),
+                ("Speaker.say", (), None),
+            ),
+        ),
+        (
+            "/count",
+            std_msgs.msg.Int32,
+            (
+                ("Speaker.count", (), None),
+            ),
+        ),
+        (
+            "/left/turn",
+            std_msgs.msg.Float32,
+            (
+                ("Left.turn", (), None),
+            ),
+        ),
+        (
+            "/right/turn",
+            std_msgs.msg.Float32,
+            (
+                ("Right.turn", (), None),
+            ),
+        ),
+    ),
+    # (name, type, communication)
+    actions=(
+        ("/arm/reach", gauntlet_interfaces.msg.ReachAction, "Arm.reach"),
+    ),
+    # What cannot be heard, and the commands that are not judged because of it.
+    unseen=("Lamp.set_level",),
+    unjudged=("Lamp.set_level",),
+)
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}
 
 
 def main():
     """Run the supervisor until it is stopped; return the exit code."""
-    return run("gauntlet_supervisor", GauntletController, MODEL, DEFAULTS, TABLES, RelayPort)
+    ports = RelayPort, MonitorPort
+    return run("gauntlet_supervisor", GauntletController, MODEL, DEFAULTS, TABLES, ports, SHADOW)

@@ -1,0 +1,63 @@
+"""A controller as the shadow of one that drives, on real rclpy, and the supervisor's launch file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from ros2.launching import started
+from ros2.ros2_support import Graph, Peer, Process
+from ros_support import await_condition
+
+Start = Callable[..., Process]
+READING = "robosc_testing/msg/Reading"
+NEAR = {"valid": True, "distance": 0.5, "vector": [1.5, 0.0, 0.0]}
+NODE, SHADOW = "guarded_arm", "shadow"
+
+
+@pytest.fixture
+def robot(graph: Graph) -> Peer:
+    peer = graph.peer("robot")
+    peer.watch(SHADOW)
+    peer.subscribe(f"{SHADOW}/events", "std_msgs/msg/String")
+    peer.subscribe("beacon", "std_msgs/msg/Empty")
+    peer.serve("door/lock", "std_srvs/srv/SetBool", {"success": True})
+    peer.act("reach", "robosc_testing/action/Move")
+    return peer
+
+
+def told(robot: Peer, name: str, **more: Any) -> list[Any]:
+    heard = robot.events("message", name=f"{SHADOW}/events")
+    documents = [json.loads(one["data"]["data"]) for one in heard]
+    return [
+        e for e in documents
+        if e["event"]["name"] == name and all(e.get(k) == v for k, v in more.items())
+    ]  # fmt: skip
+
+
+def test_a_shadow_tells_what_the_controller_sends_and_sends_nothing(
+    robot: Peer, controller: Start
+) -> None:
+    controller(NODE, remap=["__node:=shadow"], shadow=True)
+    robot.order("repeat", name="person", type=READING, data=NEAR, qos={})
+    await_condition(lambda: told(robot, "warn", outcome="withheld"), "what would be sent")
+    robot.expect_state(SHADOW, lambda s: s["counters"]["withheld"] > 5)
+    assert robot.events("message", name="beacon") == []
+    controller(NODE)
+    robot.expect("message", name="beacon")
+    await_condition(lambda: told(robot, "warn", seen=True, outcome="applied"), "what was sent")
+    assert robot.order("senders", name="beacon") == [NODE]
+    state = robot.expect_state(SHADOW, lambda s: s["counters"]["commands"] > 3)
+    assert state["counters"]["forbidden"] == state["counters"]["mismatches"] == 0
+
+
+@pytest.mark.parametrize("shadow", ["", "false", "true"])
+def test_a_shadow_of_the_supervisor_does_not_stand_between(built: Any, shadow: str) -> None:
+    node = "guarded_arm_supervisor"
+    file = built.folder / "src" / node / "launch" / f"{node}.launch.py"
+    words = {"controller_package": "guarded_arm", "controller_executable": "guarded_arm"}
+    own, guarded = started(file, lambda p: f"/share/{p}", shadow=shadow, **words)
+    assert own.parameters[1].get("shadow", False) is (shadow == "true")
+    assert bool(guarded.remappings) is (shadow != "true")
