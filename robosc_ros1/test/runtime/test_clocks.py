@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import threading
 from typing import Any
 
 import pytest
@@ -430,6 +431,24 @@ def test_a_parameter_says_how_long() -> None:
     bench = Bench(timeout=settings.timeout)
     bench.hear()
     assert "2000 timeout scan" in bench.wait(2.5)
+
+
+class PatientController(WatchController):
+    """One that only waits for a message."""
+
+    AFTERS, COMMANDS = (), ()
+
+
+def test_a_timeout_may_be_longer_than_locks_can_wait() -> None:
+    settings, warnings = read(WatchController.COMMUNICATIONS, {"timeout/scan": 1e300})
+    assert warnings == []
+    engine = Engine(PatientController(), PlayedPort(), settings)
+    ended: list[None] = []
+    thread = threading.Thread(target=lambda: ended.append(engine.run()))  # type: ignore[func-returns-value]
+    thread.start()
+    engine.close()
+    thread.join(20)
+    assert ended == [None]
 
 
 def test_a_supervisor_follows_silence_too() -> None:
