@@ -98,7 +98,7 @@ def _faults(own, other, verb, qualities):
         lack = _lack(*qualities)
         if lack is None:
             return
-        end = "with another quality of service: a %s do not fit, so nothing gets through" % lack
+        end = "with another quality of service, so nothing gets through: %s" % lack
     node = other.node_namespace.rstrip("/") + "/" + other.node_name
     yield "%s %s %s %s" % (node, verb, own.topic_name, end)
 
@@ -107,17 +107,17 @@ def _lack(publisher, subscription):
     """Return the incompatibility of the QoS of publisher and subscription; None: there is none."""
     reliable = subscription.reliability == ReliabilityPolicy.RELIABLE
     if reliable and publisher.reliability == ReliabilityPolicy.BEST_EFFORT:
-        return "best-effort publisher and reliable subscription"
+        return "a reliable subscription does not hear a best-effort publisher"
     latched = subscription.durability == DurabilityPolicy.TRANSIENT_LOCAL
     if latched and publisher.durability == DurabilityPolicy.VOLATILE:
-        return "volatile publisher and transient-local subscription"
+        return "a transient-local subscription does not hear a volatile publisher"
     if _span(publisher.deadline) > _span(subscription.deadline):
-        return "publisher without the deadline that a subscription demands"
+        return "the publisher does not offer the deadline that the subscription demands"
     if subscription.liveliness == _MANUAL and publisher.liveliness != _MANUAL:
-        return "publisher without the liveliness that a subscription demands"
+        return "the publisher does not offer the liveliness that the subscription demands"
     leases = publisher.liveliness_lease_duration, subscription.liveliness_lease_duration
     if _span(leases[0]) > _span(leases[1]):
-        return "publisher with a longer lease of liveliness than a subscription demands"
+        return "the lease of the publisher's liveliness is longer than the subscription demands"
     return None
 
 
