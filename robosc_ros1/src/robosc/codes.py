@@ -51,7 +51,7 @@ _MODEL_ERRORS = (
     # requirements and data
     "not-over-components", "requirement-on-outgoing", "preference-on-outgoing", "preference-cycle",
     "provide-for-outgoing", "nothing-to-provide", "data-not-given", "stop-not-a-message",
-    "several-stops", "served-twice", "error-is-free", "assumption-on-command",
+    "several-stops", "served-twice", "error-is-free", "unanswered", "assumption-on-command",
     # libraries
     "library-not-found", "library-clash", "import-cycle", "import-incomplete",
     # ROS interfaces

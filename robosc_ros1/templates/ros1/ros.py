@@ -20,6 +20,7 @@ from .ros_calls import Service
 from .ros_messages import clean, compose
 from .ros_port import CallingPort, TopicOutlet
 from .ros_served import ServedService
+from .ros_served_actions import ServedAction
 
 QUEUE = 10
 
@@ -37,6 +38,7 @@ class RosPort(CallingPort):
     def __init__(self, tables, lifecycle):
         services = {key: Service(name, type_) for name, type_, key in tables.services}
         served = [(key, ServedService(name, type_)) for name, type_, key in tables.served]
+        served += [(key, ServedAction(name, type_)) for name, type_, key in tables.served_actions]
         super().__init__(services, self._actions_of(tables), served)
         self._simulated = bool(rospy.get_param("/use_sim_time", False))
         self._subscriptions = tables.subscriptions

@@ -55,6 +55,9 @@ class Robot(SimulatedRobot):
         super().__init__(seed, tables)
         self.values = RosValues(random.Random(seed + 1))
         self._callers = {}  # of the latest call of each communication
+        self._clients = {}  # of each action
+        self._goals = {}  # the latest of each action
+        self._kept = []
         for topic, type_, keys in tables.subscriptions:
             publisher = rospy.Publisher(resolved(topic), type_, queue_size=100)
             self.publishers.append((publisher, keys))
@@ -110,6 +113,33 @@ class Robot(SimulatedRobot):
 
     def is_failure(self, key, result):
         return not result[0] and bool(result[1])
+
+    def goal_type(self, action_type):
+        return type(action_type().action_goal.goal)
+
+    def begin_goal(self, key, message, done):
+        name, type_ = self.actions[key]
+        if key not in self._clients:
+            self._clients[key] = actionlib.ActionClient(resolved(name), type_)
+        self._clients[key].wait_for_server()
+
+        def moved(handle):
+            if handle.get_comm_state() == actionlib.CommState.DONE:
+                success = handle.get_terminal_state() == GoalStatus.SUCCEEDED
+                done(success, handle.get_result() if success else handle.get_goal_status_text())
+
+        def heard(_, feedback):
+            self.reports[key].append(feedback)
+
+        self._goals[key] = self._clients[key].send_goal(message, moved, heard)
+        self._kept.append(self._goals[key])  # actionlib forgets the goals that nobody has
+
+    def cancel_goal(self, key):
+        self._goals[key].cancel()
+        return True
+
+    def leave_goal(self, key):
+        self._kept.remove(self._goals.pop(key))
 
     def goal_types(self, action_type):
         parts = action_type()

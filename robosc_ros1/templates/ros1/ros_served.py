@@ -24,7 +24,7 @@ class ServedService:
         self._type = type_
         self._server = None
 
-    def serve(self, post):
+    def serve(self, post, recall):
         """Offer the service; ``post`` gets each request, and the call to answer."""
 
         def handle(request):

@@ -20,6 +20,7 @@ from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
 from .ros_served import ServedService
+from .ros_served_actions import ServedAction
 
 EVERY_STEP = JumpThreshold(
     min_forward=Duration(nanoseconds=1),
@@ -49,6 +50,10 @@ class RosPort(CallingPort):
         served = [
             (key, ServedService(node, executor_thread, name, type_))
             for name, type_, key in tables.served
+        ]
+        served += [
+            (key, ServedAction(node, executor_thread, name, type_))
+            for name, type_, key in tables.served_actions
         ]
         super().__init__(services, self._actions_of(tables), served)
         self._subscriptions = tables.subscriptions
@@ -129,7 +134,7 @@ class RosPort(CallingPort):
         """Wait until pending messages are sent and goals are cancelled, for at most ``timeout``
         seconds."""
         end = time.monotonic() + timeout
-        callers = self.callers()
+        callers = [*self.callers(), *(server for _, server in self._served)]
         self.executor_thread.flush(lambda: not any(c.is_busy() for c in callers), timeout / 2)
         for publisher in {id(p): p for p, _ in self._publishers.values()}.values():
             left = end - time.monotonic()

@@ -12,9 +12,10 @@ import time
 import traceback
 
 import rclpy
+from action_msgs.msg import GoalStatus
 from package_under_test import PACKAGE, PARAMETERS, ros_messages, ros_parameters
 from random_messages import PLANT_COMMUNICATIONS, Values
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.serialization import deserialize_message, serialize_message
@@ -60,6 +61,8 @@ class Robot(SimulatedRobot):
         super().__init__(seed, tables)
         self.values = RosValues(random.Random(seed + 1))
         self._callers = {}  # of each communication
+        self._clients = {}  # of each action
+        self._goals = {}  # the latest of each action that was accepted
         self._node = node
         profile = ros_parameters.qos_profile("reliable", 1000)
         for topic, type_, keys in tables.subscriptions:
@@ -145,6 +148,45 @@ class Robot(SimulatedRobot):
         if hasattr(response, "message") and isinstance(response.message, str):
             default.message = response.message
         return response == default
+
+    def goal_type(self, action_type):
+        return action_type.Goal
+
+    def begin_goal(self, key, message, done):
+        name, type_ = self.actions[key]
+        if key not in self._clients:
+            group = ReentrantCallbackGroup()
+            client = ActionClient(self._node, type_, resolved(name), callback_group=group)
+            self._clients[key] = client
+        self._clients[key].wait_for_server()
+        self._goals[key] = None
+
+        def heard(message):
+            self.reports[key].append(message.feedback)
+
+        def finished(future):
+            ended = future.result()
+            done(ended.status == GoalStatus.STATUS_SUCCEEDED, ended.result)
+
+        def answered(future):
+            goal = future.result()
+            if goal.accepted:
+                self._goals[key] = goal
+                goal.get_result_async().add_done_callback(finished)
+            else:
+                done(False, None)
+
+        sent = self._clients[key].send_goal_async(message, feedback_callback=heard)
+        sent.add_done_callback(answered)
+
+    def cancel_goal(self, key):
+        goal = self._goals.get(key)
+        if goal is not None:
+            goal.cancel_goal_async()
+        return goal is not None
+
+    def leave_goal(self, key):
+        """rclpy has no way to leave a goal; what comes of it is ignored."""
 
     def goal_types(self, action_type):
         return action_type.Result, action_type.Feedback

@@ -21,7 +21,7 @@ class ServedService:
         self._name = name
         self._type = type_
 
-    def serve(self, post):
+    def serve(self, post, recall):
         """Offer the service; ``post`` gets each request, and the call to answer."""
         convert = plain if has_oddities(self._type.Request) else lambda request: request
         server = self._node.create_service(self._type, self._name, lambda request, _: request)
@@ -31,6 +31,9 @@ class ServedService:
             post(convert(request), _Call(self, send, header))
 
         server.send_response = receive
+
+    def is_busy(self):
+        return False
 
     def response(self, data):
         return compose(self._type.Response(), data, self._node.get_clock())

@@ -11,17 +11,18 @@ from robosc.language.attributes import ATTRIBUTES, Attribute, Value
 from robosc.model.resolve import load
 from robosc.source import Source
 
-SERVED = "outgoing service"
-EVERYWHERE = ("incoming", "outgoing", "service", "action", SERVED)
+SERVED = ("outgoing service", "outgoing action")
+CALLS = ("service", "action", *SERVED)
+EVERYWHERE = ("incoming", "outgoing", *CALLS)
 HAVE = {
     "identifier": (Value.STRING, EVERYWHERE, False),
     "timeout": (Value.DURATION, ("outgoing", "service", "action"), False),
     "within": (Value.DURATION, ("action",), False),
     "expect": (Value.CONDITION, ("service", "action"), False),
     "type": (Value.TYPE, ("incoming", "outgoing"), True),
-    "request": (Value.TYPE, ("service", "action", SERVED), True),
-    "response": (Value.TYPE, ("service", "action", SERVED), True),
-    "feedback": (Value.TYPE, ("action",), True),
+    "request": (Value.TYPE, CALLS, True),
+    "response": (Value.TYPE, CALLS, True),
+    "feedback": (Value.TYPE, ("action", "outgoing action"), True),
 }
 TEXTS = {
     Value.STRING: '"/name"', Value.DURATION: "2 s", Value.CONDITION: "true", Value.TYPE: "none"
@@ -30,11 +31,11 @@ TEXTS = {
 
 def is_accepted(kind: str, given: dict[str, str]) -> bool:
     labels = ", ".join(f"{name}: {text}" for name, text in given.items())
-    links = " links l" * (kind in ("service", "action", SERVED))
+    links = " links l" * (kind in CALLS)
     head = f"{kind} message" if kind in ("incoming", "outgoing") else kind
     text = f"robot R {{ component A {{ {head} m with {labels}{links} }} interface l use L from p }}"
     _, found = load(Source("model.rscd", text))
-    return not any(d.severity is Severity.ERROR for d in found)
+    return not any(d.severity is Severity.ERROR and d.code != "unanswered" for d in found)
 
 
 def all_of(kind: str) -> dict[str, str]:

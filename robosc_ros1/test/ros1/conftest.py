@@ -13,7 +13,7 @@ from ros_support import EXAMPLES, Master, Workspace, built_once, run_robosc
 
 from robosc.emit.write.writer import write
 
-CALLED = ("orders", "dispatch")
+CALLED = ("orders", "missions", "dispatch")
 """Models with calls from one controller to another."""
 
 

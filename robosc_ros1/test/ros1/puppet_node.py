@@ -177,6 +177,7 @@ class Puppet:
         self.servers = {}
         self.subscribers = []
         self.clients = {}
+        self.kept = []  # goals; actionlib forgets those that nobody keeps
 
     def publish(self, topic, type, fields, connected=True, times=1, rate=0.0, md5=None,
                 other=None):  # fmt: skip
@@ -285,10 +286,21 @@ class Puppet:
         def moved(handle):
             if handle.get_comm_state() == actionlib.CommState.DONE:
                 text = handle.get_goal_status_text()
-                tell(ended=name, status=handle.get_terminal_state(), text=text)
+                state, result = handle.get_terminal_state(), plain(handle.get_result())
+                tell(ended=name, status=state, text=text, result=result)
 
-        self.sent = client.send_goal(filled(type_of_goal(client), fields), moved)
+        def heard(_, feedback):
+            tell(progress=name, message=plain(feedback))
+
+        self.sent = client.send_goal(filled(type_of_goal(client), fields), moved, heard)
         tell(sent=name, id=self.sent.comm_state_machine.action_goal.goal_id.id)
+
+    def flood(self, name, type, fields, count):
+        """Send goals, all at once; what comes of each is printed."""
+        for number in range(count):
+            if number:
+                self.kept.append(self.sent)
+            self.send(name, type, fields)
 
     def chain(self, name, type, count):
         """Send goals, each as soon as the result of the one before has come; their ends are printed

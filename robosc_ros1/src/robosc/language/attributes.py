@@ -35,7 +35,7 @@ class Attribute:
 
 _MESSAGES = ("incoming", "outgoing")
 _CALLS = ("service", "action")
-_SERVED = ("outgoing service",)
+_SERVED = ("outgoing service", "outgoing action")
 
 ATTRIBUTES = (
     Attribute("identifier", Value.STRING, (*_MESSAGES, *_CALLS, *_SERVED), False,
@@ -49,7 +49,8 @@ ATTRIBUTES = (
     Attribute("type", Value.TYPE, _MESSAGES, True, "the type of a message"),
     Attribute("request", Value.TYPE, (*_CALLS, *_SERVED), True, "the type of what is sent"),
     Attribute("response", Value.TYPE, (*_CALLS, *_SERVED), True, "the type of what comes back"),
-    Attribute("feedback", Value.TYPE, ("action",), True, "the type of what is reported"),
+    Attribute("feedback", Value.TYPE, ("action", "outgoing action"), True,
+              "the type of what is reported"),
 )  # fmt: skip
 """All attributes, in the order in which messages name them: types stand last in a model."""
 

@@ -26,6 +26,7 @@ class Kind(Enum):
     SERVICE = "service"
     ACTION = "action"
     SERVED_SERVICE = "outgoing service"
+    SERVED_ACTION = "outgoing action"
 
 
 class EventKind(Enum):
@@ -41,6 +42,8 @@ class EventKind(Enum):
     CALL = "call"
     ANSWER = "answer"
     REFUSAL = "refusal"
+    PROGRESS = "progress"
+    RECALL = "recall"
     TAU = "tau"
     AFTER = "after"
 
@@ -57,12 +60,12 @@ class EventKind(Enum):
     @property
     def sent(self) -> bool:
         """Whether it carries data that the controller gives."""
-        return self in (EventKind.REQUEST, EventKind.ANSWER)
+        return self in (EventKind.REQUEST, EventKind.ANSWER, EventKind.PROGRESS)
 
     @property
     def served(self) -> bool:
-        """Whether it ends a call that the robot has made."""
-        return self in (EventKind.ANSWER, EventKind.REFUSAL)
+        """Whether it tells the robot what became of a call that it has made."""
+        return self in (EventKind.ANSWER, EventKind.REFUSAL, EventKind.PROGRESS)
 
     @property
     def restricted(self) -> bool:
@@ -94,7 +97,15 @@ _SERVED = {
     EventKind.CALL: "request",
     EventKind.ANSWER: "response",
     EventKind.REFUSAL: "error",
+    EventKind.PROGRESS: "feedback",
+    EventKind.RECALL: "cancel",
 }
+
+
+def command_key(key: str, kind: EventKind) -> str:
+    """Return the key of a command in requirements, provided data and preferences: that of its
+    communication, and of feedback one of its own."""
+    return f"{key}.{kind.word}" if kind is EventKind.PROGRESS else key
 
 
 def words_of_events() -> tuple[str, ...]:
@@ -183,13 +194,18 @@ class CommunicationSort:
 
     @property
     def sends(self) -> Direction:
-        """The data that the controller gives."""
+        """The data that the controller gives with its ``command``."""
         return "response" if self.served else "request"
+
+    @property
+    def sent(self) -> tuple[Direction, ...]:
+        """All data that the controller gives."""
+        return tuple(e.brings for e in self.events if e.kind.sent and e.brings is not None)
 
     @property
     def received(self) -> tuple[Direction, ...]:
         """The data that the controller gets."""
-        return tuple(part for part in self.parts if part != self.sends)
+        return tuple(part for part in self.parts if part not in self.sent)
 
     @property
     def served(self) -> bool:
@@ -200,6 +216,8 @@ class CommunicationSort:
 _CALL = Phases(("idle", "busy"), marked=("idle",))
 # What is cancelled goes on until its server says that it has ended: what moves is not idle.
 _GOAL = Phases(("idle", "busy", "cancelling"), marked=("idle",))
+# What was called off goes on until the controller answers.
+_CALLED_GOAL = Phases(("idle", "busy", "ending"), marked=("idle",))
 _WATCHED = Phases(("silent", "fresh"), marked=("silent", "fresh"))
 _HEARD = Phases(("unheard", "heard"), marked=("unheard", "heard"))
 _HEARD_WATCHED = Phases(("unheard", "fresh", "silent"), marked=("unheard", "fresh", "silent"))
@@ -210,7 +228,9 @@ _RESPONSE = EventSort(EventKind.RESPONSE, ("busy",), "idle", brings="response")
 _ERROR = EventSort(EventKind.ERROR, ("busy",), "idle", brings="response", optional=True)
 _UNENDED = ("busy", "cancelling")
 
-ACTIVE = (*_GOAL.active, *_WATCHED.active, *_HEARD.active)
+_UNANSWERED = ("busy", "ending")
+
+ACTIVE = (*_GOAL.active, *_CALLED_GOAL.active[1:], *_WATCHED.active, *_HEARD.active)
 """The phases that conditions name: ``grab.busy``, ``scan.fresh``."""
 
 COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
@@ -256,6 +276,19 @@ COMMUNICATIONS: Mapping[Kind, CommunicationSort] = {
             EventSort(EventKind.REFUSAL, ("busy",), "idle"),
         ),
         _CALL,
+    ),
+    Kind.SERVED_ACTION: CommunicationSort(
+        "outgoing action",
+        "action",
+        ("request", "response", "feedback"),
+        (
+            EventSort(EventKind.CALL, ("idle",), "busy", brings="request"),
+            EventSort(EventKind.ANSWER, _UNANSWERED, "idle", brings="response"),
+            EventSort(EventKind.PROGRESS, ("busy",), "busy", brings="feedback"),
+            EventSort(EventKind.REFUSAL, _UNANSWERED, "idle"),
+            EventSort(EventKind.RECALL, ("busy",), "ending"),
+        ),
+        _CALLED_GOAL,
     ),
 }
 

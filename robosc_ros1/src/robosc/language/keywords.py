@@ -193,13 +193,14 @@ _MEANINGS = {
     "over": "The commands that are not sent while a preferred one is enabled.",
     "in": "`E in { a, b }` is true if E equals one of them; in `for` and `any` the range.",
     "request": "A command to the component: sending a message, calling a service, starting an"
-    " action. Of an outgoing service, the call of the component.",
+    " action. Of an outgoing service or action, the call of the component.",
     "response": "What the component sends: a message, the answer of a service, the result of an"
-    " action. Of an outgoing service, the answer of the controller.",
-    "feedback": "What an action reports while it runs.",
+    " action. Of an outgoing service or action, the answer of the controller.",
+    "feedback": "What an action reports while it runs; of an outgoing action, the controller does.",
     "error": "A service or action failed, was aborted, or missed its deadline. Of an outgoing"
-    " service: the controller answers that it failed.",
-    "cancel": "A running goal of an action is cancelled; it goes on until its server has ended it.",
+    " service or action: the controller answers that it failed.",
+    "cancel": "A running goal of an action is cancelled; it goes on until its server has ended it."
+    " Of an outgoing action, the component cancels it.",
     "cancelled": "The server of an action has ended the goal that was cancelled.",
     "timeout": "No message was received for the time that its `timeout:` gives.",
     "prefix": "Is put before all ROS names of the imported component.",

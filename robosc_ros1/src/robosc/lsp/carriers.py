@@ -38,7 +38,7 @@ def fits(info: CommunicationInfo, node: InterfaceNode, definitions: MessageDefin
     if interface is None:
         return False
     for (direction, type_), part in zip(info.types.items(), interface.parts, strict=True):
-        if not _fits_into(type_, part, direction == info.sort.sends):
+        if not _fits_into(type_, part, direction in info.sort.sent):
             return False
     return True
 

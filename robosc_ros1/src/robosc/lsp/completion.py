@@ -29,7 +29,7 @@ _DURATIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.DURATION)
 _CONDITIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.CONDITION)
 _LABELS = {
     word: tuple(attribute.name for attribute in _TYPES if word in attribute.communications)
-    for word in ("service", "action", "outgoing service")
+    for word in ("service", "action", "outgoing service", "outgoing action")
 }
 _OPTIONAL = {
     word: tuple(a.name for a in ATTRIBUTES if word in a.communications and not a.required)
@@ -92,10 +92,13 @@ class _Completer(StatementOffers):
     def _communication(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
         first = self._context.word(0)
-        served = first == "outgoing" and self._context.word(1) == "service"
-        sort = "outgoing service" if served else first
+        noun = self._context.word(1)
+        served = first == "outgoing" and noun in ("service", "action")
+        sort = f"outgoing {noun}" if served else first
         if first in ("incoming", "outgoing") and len(words) == 1:
-            yield from keywords(("message", "service") if first == "outgoing" else ("message",))
+            yield from keywords(
+                ("message", "service", "action") if first == "outgoing" else ("message",)
+            )
         elif first == "behaviour":
             return
         elif first in ("constant", "parameter", "function"):

@@ -50,7 +50,7 @@ class Candidate:
 _MORE = {
     "datatype": ("datatype object", "datatype enum"),
     "incoming": ("incoming message",),
-    "outgoing": ("outgoing message", "outgoing service"),
+    "outgoing": ("outgoing message", "outgoing service", "outgoing action"),
     "initial": ("initial state", "initial marked state"),
     "marked": ("marked state",),
     "default": ("default ->", "value"),

@@ -95,6 +95,30 @@ component ${1:Orders} {
     }
 }""",
 )
+_GOALS = Snippet(
+    "component … outgoing action",
+    "A component that sends the controller goals, cancels them, and is answered",
+    """\
+component ${1:Orders} {
+    outgoing action ${2:order} with request: ${3:none}, response: ${4:none}, feedback: ${5:none}
+        links ${6:interface}
+
+    behaviour {
+        initial marked state idle {
+            on request from ${2:order} goto running
+        }
+
+        state running {
+            on response to ${2:order} goto idle
+            on cancel from ${2:order} goto ending
+        }
+
+        state ending {
+            on error to ${2:order} goto idle
+        }
+    }
+}""",
+)
 _COMPONENT = Snippet(
     "component { … }",
     "A component with its states",
@@ -164,7 +188,7 @@ _ACTION = Snippet(
     " links ${5:interface}",
 )
 
-_DECLARATIONS = (_COMPONENT, _SENSOR, _SERVER, _ACTION_SERVER, _CALLER, _OBJECT, _ENUM)
+_DECLARATIONS = (_COMPONENT, _SENSOR, _SERVER, _ACTION_SERVER, _CALLER, _GOALS, _OBJECT, _ENUM)
 _STATEMENTS = (_NEEDS, _DISABLES, _PROVIDE)
 
 SNIPPETS: Mapping[str, tuple[Snippet, ...]] = {

@@ -16,7 +16,15 @@ from typing import Literal, TypeAlias
 from robosc.expr.traversal import reads_value
 from robosc.expr.tree import Expr, RosParameter
 from robosc.expr.types import NoneType, Type
-from robosc.language.events import COMMUNICATIONS, CommunicationSort, EventKind, Kind, Phases
+from robosc.language.events import (
+    COMMUNICATIONS,
+    CommunicationSort,
+    Direction,
+    EventKind,
+    Kind,
+    Phases,
+    command_key,
+)
 from robosc.model.automata import Behaviour, ResultTransition, State, Variable, span_field
 from robosc.model.diagnostics import Report
 from robosc.source import Span
@@ -91,14 +99,14 @@ class Communication:
 
     @property
     def sent(self) -> Type:
-        """The type of the data that the controller gives."""
-        return self.response if self.sort.served else self.request
+        """The type of the data that its command carries."""
+        sent: Type = getattr(self, self.sort.sends)
+        return sent
 
     @property
-    def sent_field(self) -> str | None:
-        """The data field that carries them, if one does."""
-        binding = self.binding
-        return binding.response_field if self.sort.served else binding.request_field
+    def commands(self) -> Iterator[Command]:
+        """What the controller sends with data."""
+        return (Command(self, e.kind) for e in self.sort.events if e.kind.sent)
 
     def value_type(self, event: EventKind) -> Type:
         """The type of the value of an event of this communication, or ``none``."""
@@ -109,10 +117,44 @@ class Communication:
         return brought
 
 
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A request, or the answer or the feedback of a call that is served, and what it carries."""
+
+    communication: Communication
+    kind: EventKind
+
+    @property
+    def key(self) -> str:
+        return command_key(self.communication.key, self.kind)
+
+    @property
+    def direction(self) -> Direction:
+        """The part of the communication that it is."""
+        event = self.communication.sort.event(self.kind)
+        assert event is not None and event.brings is not None
+        return event.brings
+
+    @property
+    def type(self) -> Type:
+        return self.communication.value_type(self.kind)
+
+    @property
+    def field(self) -> str | None:
+        """The data field that carries its data, if one does."""
+        field: str | None = getattr(self.communication.binding, f"{self.direction}_field")
+        return field
+
+
 def display_names(communications: Mapping[str, Communication]) -> dict[str, str]:
-    """The names shown to users, by key: ``Component.name`` only where ``name`` is ambiguous."""
+    """The names shown to users, by key, also of commands: ``Component.name`` only where ``name``
+    is ambiguous."""
     count = Counter(communication.name for communication in communications.values())
-    return {key: c.name if count[c.name] == 1 else key for key, c in communications.items()}
+    names = {key: c.name if count[c.name] == 1 else key for key, c in communications.items()}
+    commands = (command for c in communications.values() for command in c.commands)
+    for command in commands:
+        names.setdefault(command.key, command_key(names[command.communication.key], command.kind))
+    return names
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,6 +336,11 @@ class Robot:
     def communications(self) -> dict[str, Communication]:
         """All communications by key, in model order."""
         return {c.key: c for component in self.components for c in component.communications}
+
+    @cached_property
+    def commands(self) -> dict[str, Command]:
+        """What the controller sends with data, by key."""
+        return {c.key: c for each in self.communications.values() for c in each.commands}
 
     @cached_property
     def variables(self) -> dict[str, Variable]:

@@ -33,7 +33,10 @@ from robosc.model.declarations.named_values import NamedValueTyper
 from robosc.model.declarations.parameters import check_parameters
 from robosc.model.declarations.performing import with_performed
 from robosc.model.declarations.performing_clauses import find_performed, performed_data
-from robosc.model.declarations.servers import with_one_request_per_server
+from robosc.model.declarations.servers import (
+    with_feedback_where_provided,
+    with_one_request_per_server,
+)
 from robosc.model.declarations.state_variables import select_state_variables
 from robosc.model.declarations.statements import StatementResolver, Statements, check_preferences
 from robosc.model.declarations.type_declarations import TypeDeclarations
@@ -368,7 +371,8 @@ class FileResolver:
         # Who imports a library may provide the data of its commands.
         if node.kind == "library":
             return robot
-        robot = with_performed(with_one_request_per_server(robot))
+        robot = with_feedback_where_provided(with_one_request_per_server(robot))
+        robot = with_performed(robot)
         return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
 
     def _add_statements(self, instance: Instance, found: Statements) -> None:

@@ -23,7 +23,7 @@ from robosc.expr.by_identity import ByIdentity
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, PhaseRef, ReasonRef, StateRef, TestRef, ValueRef, VariableRef
 from robosc.expr.types import NoneType, Type, Value
-from robosc.language.events import EventKind
+from robosc.language.events import EventKind, command_key
 from robosc.model.automata import Assignment
 from robosc.model.entities import Robot, data_expressions
 from robosc.plant.counting import counts, tighter
@@ -218,6 +218,11 @@ class Event:
     known: tuple[int, ...] = ()
     whole: Event | None = field(default=None, compare=False, repr=False)
     span: Span = field(compare=False, repr=False, kw_only=True)
+
+    @property
+    def command(self) -> str:
+        """The key by which requirements, provided data and preferences name it as a command."""
+        return command_key(self.key, self.kind)
 
     @property
     def identity(self) -> tuple[EventKind, str, int]:

@@ -20,7 +20,7 @@ from robosc.expr.tree import (
     VariableRef,
 )
 from robosc.expr.types import BooleanType, Value, domain
-from robosc.language.events import EventKind, EventSort
+from robosc.language.events import EventKind, EventSort, Kind, command_key
 from robosc.model.automata import After, Behaviour, ResultTransition, Tau, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
 from robosc.plant.acceptance import acceptance
@@ -117,6 +117,7 @@ class _Lowering:
         self.view = finite_view(robot)
         self.variables = tuple(_state_variables(robot, self.view))
         self.variable_index = {(v.kind, v.name): i for i, v in enumerate(self.variables)}
+        self.provided = {provide.communication for provide in robot.provides}
         self.listeners: dict[tuple[EventKind, str], dict[str, Component]] = {}
         """Components that mention an event of a communication, by name, in model order."""
         for component in robot.components:
@@ -136,8 +137,14 @@ class _Lowering:
             yield from self._after_events(component, component.behaviour)
 
     def _is_left_out(self, kind: EventKind, key: str) -> bool:
-        """Whether nobody makes an event happen: a call is refused only where a component does."""
-        return kind is EventKind.REFUSAL and (kind, key) not in self.listeners
+        """Whether nobody makes an event happen: an error, the result of an action, and feedback
+        that no statement provides come from components only."""
+        communication = self.robot.communications[key]
+        is_left = kind in (EventKind.REFUSAL, EventKind.PROGRESS) or (
+            kind is EventKind.ANSWER and communication.kind is Kind.SERVED_ACTION
+        )
+        provided = kind is EventKind.PROGRESS and command_key(key, kind) in self.provided
+        return is_left and not provided and (kind, key) not in self.listeners
 
     def _communication_event(self, communication: Communication, sort: EventSort) -> Event:
         key, kind = communication.key, sort.kind
@@ -194,7 +201,7 @@ class _Lowering:
         found = {
             i: r
             for i, r in enumerate(self.robot.requirements)
-            if key in r.communications and r.concerns(kind)
+            if command_key(key, kind) in r.communications and r.concerns(kind)
         }
         kept = [self.view.met(requirement) for requirement in found.values()]
         if kind is EventKind.CANCEL:

@@ -105,7 +105,7 @@ class Intake:
         self._queue: Deque[Item] = self._turns.queue
         self._inboxes: Dict[Tuple[str, ...], Inbox] = {}
         self._waiting: Dict[str, Any] = {}
-        if SERVED in sorts.values():
+        if any(sort in SERVED for sort in sorts.values()):
             self.recorder.counters["refused"] = 0
         self._undefined = 0
         self._broken: Dict[str, int] = {}

@@ -13,8 +13,8 @@ from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional,
 
 from .values import Undefined, as_read
 
-SERVED = "outgoing service"
-"""The sort of the services that the robot calls and the controller serves."""
+SERVED = ("outgoing service", "outgoing action")
+"""The sorts of the services and actions that the robot calls and the controller serves."""
 
 
 class Parameter(NamedTuple):
@@ -40,10 +40,11 @@ class Parameter(NamedTuple):
 
 class Communication(NamedTuple):
     """A message, service or action; ``sort`` is "incoming", "outgoing", "service" or "action", or
-    "outgoing service" if the robot calls it.
+    "outgoing service" or "outgoing action" if the robot calls it.
 
     ``phases`` are empty for a message without timeout; one with a timeout is silent or fresh, a
-    service idle or busy, an action idle, busy or cancelling. ``flags`` are the attributes that are
+    service idle or busy, an action idle, busy or cancelling, one that is served idle, busy or
+    ending. ``flags`` are the attributes that are
     true in the phases after the first; at most one of them is. ``timeout`` is in seconds, or the
     name of a parameter: the time after which a message is silent, or the deadline of a service or
     action (None: the model states none); so is ``within``, the deadline of an accepted goal.
@@ -59,7 +60,7 @@ class Communication(NamedTuple):
 
 
 class Input(NamedTuple):
-    """An uncontrollable event of a communication: "request" of what the robot calls,
+    """An uncontrollable event of a communication: "request" and "cancel" of what the robot calls,
     "response", "feedback", "error", "cancelled" or "timeout".
 
     ``read`` returns the event's value from the ROS message (None: it has none); ``apply`` changes
@@ -77,7 +78,7 @@ class Input(NamedTuple):
 
 class Command(NamedTuple):
     """A controllable event: "request" of a communication, "cancel" of an action, or "response" or
-    "error" that answers a call of the robot.
+    "error" that answers a call of the robot, or "feedback" about it.
 
     ``guard`` tells whether requirements and synthesis allow it, ``synchronisation`` whether it is
     enabled in the components that mention it (None: always). Neither depends on the phase of the

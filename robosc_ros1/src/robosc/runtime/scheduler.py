@@ -48,7 +48,7 @@ class ScheduledCommand:
         synchronisation = method(command.synchronisation)
         self.authorised = guard if synchronisation is None else _both(synchronisation, guard)
         self._state = controller.__dict__
-        if sort == SERVED:
+        if sort in SERVED:
             # An answer is due as soon as there is somebody who waits for it.
             self.authorised = _both(partial(command.possible, self._state), self.authorised)
         self.allowed = self.authorised

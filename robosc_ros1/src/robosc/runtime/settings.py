@@ -192,7 +192,7 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
     return result
 
 
-_UNREPEATED = ("outgoing", SERVED)
+_UNREPEATED = ("outgoing", "outgoing service")
 """The sorts of communications that the controller does not begin."""
 _TIMEOUTS = {
     "outgoing": "silence after which %s is no longer fresh, in seconds",
@@ -203,7 +203,7 @@ _TIMEOUTS = {
 
 def _timeout(communication: Communication) -> Optional[float]:
     """Return the default of a communication's timeout parameter; None if it has none."""
-    if communication.sort in ("incoming", SERVED) or isinstance(communication.timeout, str):
+    if communication.sort in ("incoming", *SERVED) or isinstance(communication.timeout, str):
         return None
     if communication.timeout is None and communication.sort != "outgoing":
         return 5.0

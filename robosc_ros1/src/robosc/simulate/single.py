@@ -183,7 +183,7 @@ class SingleEvents:
     def _sent(self, event: Event, state: SystemState) -> dict[str, Any] | None:
         """What a request carries now; None for other events."""
         is_request = event.kind.sent and not self.plant.robot.supervises
-        return sent_data(self.plant.robot, event.key, state) if is_request else None
+        return sent_data(self.plant.robot, event.command, state) if is_request else None
 
     def _lookup(self, given: Given) -> Callable[[Leaf], Value | None]:
         """What leaves of expressions are now, and with the value of an event."""

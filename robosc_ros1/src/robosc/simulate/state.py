@@ -87,19 +87,19 @@ def sent_data(robot: Robot, key: str, state: SystemState) -> dict[str, Any] | No
 
     None: there is none, so that all fields keep their defaults, or some data have not arrived yet.
     """
-    communication = robot.communications[key]
+    command = robot.commands[key]
     for provide in robot.provides:
         if provide.communication != key:
             continue
         if provide.condition is not None and not state.holds(provide.condition):
             continue
         try:
-            data = _plain(provide.data, communication.sent, state)
+            data = _plain(provide.data, command.type, state)
         except Undefined:
             return None
-        if isinstance(communication.sent, ObjectType):
+        if isinstance(command.type, ObjectType):
             return cast(dict[str, Any], data)
-        return {communication.sent_field or "": data}
+        return {command.field or "": data}
     return None
 
 

@@ -83,7 +83,7 @@ class Items:
 
 _IN_MESSAGES = {
     "incoming": ("'incoming message'",),
-    "outgoing": ("'outgoing message'", "'outgoing service'"),
+    "outgoing": ("'outgoing message'", "'outgoing service'", "'outgoing action'"),
     "initial": (),
     "marked": (),
 }

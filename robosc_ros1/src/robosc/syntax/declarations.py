@@ -49,6 +49,7 @@ from robosc.syntax.nodes import (
     ParameterNode,
     PropertyNode,
     RosTypeNode,
+    ServedActionNode,
     ServedServiceNode,
     ServiceNode,
 )
@@ -134,7 +135,7 @@ def communication_rule(word: str) -> Rule:
     if word == "outgoing":
         grammar = either(
             [keyword(noun) - _declared(noun, sort) for noun, sort in _OUTGOING.items()],
-            "'message' or 'service' after 'outgoing'",
+            "'message', 'service' or 'action' after 'outgoing'",
         )
     elif word == "incoming":
         grammar = keyword("message", f"'message' after '{word}'") - _declared("message", word)
@@ -148,7 +149,11 @@ def communication_rule(word: str) -> Rule:
     return Rule(grammar, build, tail=_links_missing)
 
 
-_OUTGOING = {"message": "outgoing", "service": "outgoing service"}
+_OUTGOING = {
+    "message": "outgoing",
+    "service": "outgoing service",
+    "action": "outgoing action",
+}
 """What may follow 'outgoing', and the sort of communication that it is then."""
 
 _NODES: dict[str, Any] = {
@@ -157,6 +162,7 @@ _NODES: dict[str, Any] = {
     "service": ServiceNode,
     "action": ActionNode,
     "outgoing service": ServedServiceNode,
+    "outgoing action": ServedActionNode,
 }
 
 

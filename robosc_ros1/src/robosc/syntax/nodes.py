@@ -318,6 +318,11 @@ class ActionNode(_Node):
     expect: ExprNode | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class ServedActionNode(ActionNode):
+    """``outgoing action name with …``: the component calls it, the controller serves it."""
+
+
 CommunicationNode: TypeAlias = MessageNode | ServiceNode | ActionNode
 
 

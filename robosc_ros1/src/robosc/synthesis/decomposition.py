@@ -98,7 +98,12 @@ def _sets(plant: Plant) -> DisjointSets:
     robot = plant.robot
 
     def request(key: str) -> _Identity:
-        return robot.communications[key].sort.command or EventKind.REQUEST, key, 0
+        command = robot.commands.get(key)
+        return (
+            (EventKind.REQUEST, key, 0)
+            if command is None
+            else (command.kind, command.communication.key, 0)
+        )
 
     for number, variable in enumerate(plant.variables):
         if variable.kind is not VariableKind.TEST:

@@ -50,14 +50,16 @@ class CallingPort(Port):
     def __init__(self, services, actions, served=()):
         self._services = services
         self._actions = actions
-        self._served = served  # pairs of a key and a service that is called
+        self._served = served  # pairs of a key and a service or an action that is called
 
     def connect(self, engine):
         """Begin to pass inputs to the engine."""
         for key, caller in (*self._services.items(), *self._actions.items()):
             caller.report = functools.partial(engine.report, key)
         for key, service in self._served:
-            service.serve(functools.partial(engine.serve, key))
+            service.serve(
+                functools.partial(engine.serve, key), functools.partial(engine.recall, key)
+            )
 
     def call(self, key, data, token, timeout):
         self._services[key].call(data, token, timeout)

@@ -12,9 +12,13 @@ class Tables:
     (name, type, key of the communication).
     """
 
-    def __init__(self, subscriptions, publications, services, actions, served=()):
+    def __init__(
+        self, subscriptions, publications, services, actions, served=(), served_actions=()
+    ):
         self.served = served
         """The services that the robot calls, as (name, type, key of the communication)."""
+        self.served_actions = served_actions
+        """The actions to which the robot sends goals, in the same way."""
         self.subscriptions = subscriptions
         self.publications = publications
         self.services = services

@@ -7,13 +7,14 @@ A case is a tuple. It starts with the element of the model: a command and a requ
 """
 
 import contextlib
+import functools
 
 from contents import field_of, part_of, plain
 from decisions import Decision, Places, differing, holds_in
 from delays import stands_in
 from expressions import trees_of, variables_of
 from operations import Undefined
-from phases import AGREED, SENT
+from phases import AGREED, SENT, SERVED, command_key
 from shadow import Wrong, step_text
 
 KNOWN = 500
@@ -23,10 +24,10 @@ _COMING = {
     "incoming message": (),
     "outgoing message": ("response",),
     "outgoing service": ("call",),
+    "outgoing action": ("call", "recall"),
     "service": ("response", "error"),
     "action": ("response", "feedback", "error", "cancelled"),
 }
-_CALLED = ("outgoing service",)
 _ANY = "any state"
 TRUE = ["literal", True]
 
@@ -79,13 +80,15 @@ class Cases:
         self.commands += [
             (kind, key)
             for key, answers in _answers(plant).items()
-            for kind in ("answer", "refusal")
+            for kind in ("answer", "refusal", "progress")
             if kind in answers
         ]
 
     def wanted(self, shadow):
         """Yield all that a test should cover: a text, and the common beginning of its cases."""
         names = {c["key"]: c["name"] for c in self._plant["communications"]}
+        feedback = functools.partial(command_key, "progress")
+        names.update({feedback(key): feedback(names[key]) for key in shadow.served})
         for kind, key in self.commands:
             what = "%s of %s" % (kind, names[key])
             for number, (keys, decision) in enumerate(self._requirements):
@@ -123,7 +126,7 @@ class Cases:
         """Whether a requirement on some commands decides about one."""
         others = self._of_starts if kind == "cancel" else self._of_cancels
         restricts = (kind in SENT or kind == "cancel") and number not in others
-        return key in keys and restricts
+        return command_key(kind, key) in keys and restricts
 
     def of_state(self, shadow):
         """Return the cases that a state covers."""
@@ -164,9 +167,10 @@ class Cases:
         if kind in AGREED and not failed and len(blocked) + (not possible) == 1:
             yield ("blocked", blocked[0] if blocked else shadow.phase[key])
 
-    def of_request(self, shadow, key):
-        """Return the cases of the data that a request carries."""
+    def of_request(self, shadow, kind, key):
+        """Return the cases of the data that a request, an answer or feedback carries."""
         found = set()
+        key = command_key(kind, key)
         for number, (of, decision) in enumerate(self._provides):
             if of == key:
                 cases = () if decision is None else decision.cases(shadow)
@@ -179,7 +183,7 @@ class Cases:
     def of_enabled(self, shadow):
         """Return the cases of the data of the requests that are enabled."""
         enabled = [c for c in self.commands if c[0] in SENT and shadow.is_enabled(*c)]
-        return {case for _, key in enabled for case in self.of_request(shadow, key)}
+        return {case for command in enabled for case in self.of_request(shadow, *command)}
 
     def telling_numbers(self, shadow):
         """Return the numbers in provided data that affect the data in this state, as (index of the
@@ -291,9 +295,18 @@ class Cases:
 
 
 def _answers(plant):
-    """Return the kinds of answers to each call of the robot: all have a response, those an error
-    that a component answers with one."""
-    found = {c["key"]: {"answer"} for c in plant["communications"] if c["kind"] in _CALLED}
+    """Return the kinds of answers to each call of the robot: all services have a response, others
+    have what components answer, and the feedback that is provided."""
+    services = ("outgoing service",)
+    found = {
+        c["key"]: {"answer"} if c["kind"] in services else set()
+        for c in plant["communications"]
+        if c["kind"] in SERVED
+    }
+    provided = {provide["communication"] for provide in plant["provides"]}
+    for key, kinds in found.items():
+        if command_key("progress", key) in provided:
+            kinds.add("progress")
     for transition in (t for component in plant["components"] for t in component["transitions"]):
         if transition["communication"] in found:
             found[transition["communication"]].add(transition["event"])

@@ -133,7 +133,7 @@ class Guide:
         if kind in COMMANDS:
             found |= self.cases.of_command(shadow, kind, key)
         if kind in SENT:
-            found |= self.cases.of_request(shadow, key)
+            found |= self.cases.of_request(shadow, kind, key)
         self._see(found)
 
     def see_refused(self, shadow, key, content):
@@ -155,9 +155,9 @@ class Guide:
     def next(self, shadow):
         """Return the first step of a shortest path to an uncovered case; None if none is near.
 
-        A step is ("publish", keys, message), ("call", key, message), ("answer", key, kind,
-        message), ("request", key), ("cancel", key), or ("wait", what): for the timeout of a
-        message, by its key, or for a delayed transition, by its component.
+        A step is ("publish", keys, message), ("call", key, message), ("recall", key),
+        ("answer", key, kind, message), ("request", key), ("cancel", key), or ("wait", what): for
+        the timeout of a message, by its key, or for a delayed transition, by its component.
         """
         self._expansions = 0
         found = self._search(shadow, 1)
@@ -284,7 +284,7 @@ class Guide:
                         continue
                     after.reason = REFUSED if step[2:3] == ("response",) else FAILED
                     if kind in SENT:
-                        cases |= self.cases.of_request(after, key)
+                        cases |= self.cases.of_request(after, kind, key)
                     cases |= self.cases.of_event(after, kind, key, content)
                     after.happen(kind, key, content)
                 self._run_to_completion(after, cases)
@@ -330,6 +330,10 @@ class Guide:
                 yield ("answer", key, "error", None), [("error", key, None)]
             if shadow.is_possible("cancelled", key):
                 yield ("answer", key, "cancelled", None), [("cancelled", key, None)]
+        for key in shadow.served:
+            is_action = shadow.communications[key]["kind"] == "outgoing action"
+            if is_action and shadow.is_possible("recall", key):
+                yield ("recall", key), [("recall", key, None)]
         for kind, key in self.cases.commands:
             if shadow.is_possible(kind, key):
                 sort = "request" if kind in AGREED else kind

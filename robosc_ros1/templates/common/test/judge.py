@@ -19,6 +19,7 @@ from phases import AGREED, COMMANDS, SENT, kind_of
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
 from shadow import Shadow, Wrong
+from told_calls import ToldCalls
 from told_reasons import wrong_cancel, wrong_sent
 
 TIMEOUT = 60.0
@@ -52,8 +53,7 @@ class Judge:
         self.expected = {topic: deque() for topic, _, _ in publications}
         self.topics = {key: topic for topic, _, keys in publications for key in keys}
         self.asked = {key: [] for key in self.shadow.calls}  # [data, certainly arrived?]
-        self.answers = {key: [] for key in self.shadow.served}
-        """For each call of the robot, whether it succeeded, and the data; None: it waits."""
+        self.served = {key: ToldCalls(key, robot) for key in self.shadow.served}
         self._orders = [
             CancelOrder(c["key"]) for c in PLANT["communications"] if c["kind"] == "action"
         ]
@@ -278,7 +278,7 @@ class Judge:
         self.guide.see_refused(self.shadow, key, content)
         if self.shadow.is_possible("call", key) and self.shadow.takes(key, content):
             raise Wrong("a call of %s is refused, which a component takes" % key)
-        self.answers[key].append((False, None))
+        self.served[key].answers.append((False, None))
 
     def _is_unsent(self, kind, key):
         """Whether the controller must not send an allowed command, because a number in its data is
@@ -286,7 +286,7 @@ class Judge:
         self._look_at_order(kind, key)
         self.shadow.check_sent(kind, key)
         try:
-            return not is_finite(self.shadow.data(key))
+            return not is_finite(self.shadow.data(kind, key))
         except Undefined:
             return True
 
@@ -300,27 +300,24 @@ class Judge:
     def _command(self, kind, key, value):
         self._look_at_order(kind, key)
         if kind == "refusal":
-            self._end_call(key, False, None)
+            self.served[key].end(False, None)
         if kind in SENT:
             try:
-                data = self.shadow.data(key)
+                data = self.shadow.data(kind, key)
             except Undefined:
                 raise Wrong("%s is sent although its data have not arrived" % key) from None
             if not alike(value, data):
                 name = PLANT_COMMUNICATIONS[key]["name"]
                 self.faults.append("%s is sent with %r, not %r" % (name, value, data))
             if kind == "answer":
-                self._end_call(key, True, data)
+                self.served[key].end(True, data)
+            elif kind == "progress":
+                self.served[key].report(data)
             elif key in self.topics:
                 self.expected[self.topics[key]].append(data)
             else:
                 self.asked[key].append([data, False])
         self._happen(kind, key)
-
-    def _end_call(self, key, success, data):
-        answers = self.answers[key]
-        if None in answers:  # others were refused meanwhile
-            answers[answers.index(None)] = (success, data)
 
     def _input(self, kind, key, value):
         if kind == "timeout":
@@ -328,8 +325,13 @@ class Judge:
             self._happen(kind, key)
             return
         self.inputs += 1
+        if kind == "recall":
+            if not self.served[key].recall():
+                raise Wrong("%s is cancelled more often than the robot did" % key)
+            self._happen(kind, key)
+            return
         if kind == "call":
-            self.answers[key].append(None)
+            self.served[key].answers.append(None)
         message = self._come(kind, key, value)
         if kind == "cancelled" or (kind == "error" and not has_come(value)):
             self._happen(kind, key)
@@ -372,7 +374,9 @@ class Judge:
     def _drops(self, key):
         """Whether the controller may have dropped an answer: late, or after a cancel."""
         name = PLANT_COMMUNICATIONS[key]["name"]
-        return any(self.events.get((kind, name, 0)) for kind in ("cancel", "error"))
+        return key not in self.served and any(
+            self.events.get((kind, name, 0)) for kind in ("cancel", "error")
+        )
 
     def compare_messages(self):
         """Check that the messages that arrived at the robot match the events.
@@ -391,9 +395,9 @@ class Judge:
             asked = functools.partial(self._are_told, key, told)
             self.wait(asked, "the requests of %s to match the events" % key)
 
-        for key, answers in self.answers.items():
-            got = functools.partial(self.robot.are_answered, key, answers)
-            self.wait(got, "the answers to the calls of %s to match the events" % key)
+        for key, told in self.served.items():
+            self.faults += told.faults()
+            self.wait(told.have_come(), "the answers to the calls of %s to match the events" % key)
 
     def _are_told(self, key, told):
         received = list(self.robot.requests.get(key, ()))

@@ -14,11 +14,15 @@ class RobotCalls:
     NotImplementedError.
 
     ``results`` has each call by its communication, in order: whether it succeeded, and the
-    response or the text of the failure; None: it waits.
+    response or the text of the failure; None: it waits. ``reports`` has the feedback on goals, and
+    ``cancels`` how many were cancelled.
     """
 
-    def __init__(self, served):
-        self.results = {key: [] for _, _, key in served}
+    def __init__(self, services, actions):
+        self.actions = {key: (name, type_) for name, type_, key in actions}
+        self.results = {key: [] for _, _, key in (*services, *actions)}
+        self.reports = {key: [] for key in self.results}
+        self.cancels = dict.fromkeys(self.results, 0)
 
     def begin_call(self, key, message, done):
         """Call; ``done`` gets whether that succeeded, and the response or the text of the
@@ -27,6 +31,18 @@ class RobotCalls:
 
     def end_call(self, key):
         """Break the connection of the latest call."""
+        raise NotImplementedError
+
+    def begin_goal(self, key, message, done):
+        """Send a goal; ``done`` is as of a call. Feedback is added to ``reports``."""
+        raise NotImplementedError
+
+    def cancel_goal(self, key):
+        """Cancel the latest goal; False if it is not known yet whether it is accepted."""
+        raise NotImplementedError
+
+    def leave_goal(self, key):
+        """Want to know nothing more of the latest goal."""
         raise NotImplementedError
 
     def is_failure(self, key, result):
@@ -42,13 +58,25 @@ class RobotCalls:
         number = len(self.results[key])
         self.results[key].append(None)
         self.note(key, "call", message)
-        self.begin_call(key, message, functools.partial(self._answered, key, number))
+        begin = self.begin_goal if key in self.actions else self.begin_call
+        begin(key, message, functools.partial(self._answered, key, number))
+
+    def cancel(self, key):
+        """Cancel the latest goal, if it waits; return whether it is."""
+        if key not in self.actions or not self._waits(key):
+            return False
+        self.cancels[key] += 1
+        return self.cancel_goal(key)
 
     def leave(self, key):
         """Disappear while the latest call waits, if it does."""
-        if self.results[key] and self.results[key][-1] is None:
+        if self._waits(key):
             self.results[key][-1] = LEFT
-            self.end_call(key)
+            end = self.leave_goal if key in self.actions else self.end_call
+            end(key)
+
+    def _waits(self, key):
+        return self.results[key][-1:] == [None]
 
     def are_answered(self, key, answers):
         """Whether each call has got the answer that the controller reports."""
@@ -57,6 +85,14 @@ class RobotCalls:
             map(functools.partial(self._is_answer, key), answers, results)
         )
 
+    def unknown_reports(self, key, reports):
+        """Return the feedback that came and that the controller does not report."""
+        return [
+            came
+            for came in list(self.reports[key])
+            if not any(carries(came, data or {}) for data in reports)
+        ]
+
     def _is_answer(self, key, answer, result):
         if answer is None or result == LEFT:
             return True
@@ -64,7 +100,7 @@ class RobotCalls:
             return False
         success, data = answer
         if not success:
-            return self.is_failure(key, result)
+            return not result[0] if key in self.actions else self.is_failure(key, result)
         return result[0] and carries(result[1], data or {})
 
     def _answered(self, key, number, success, message):

@@ -13,6 +13,8 @@ SILENCES = 0.1
 """The fraction of random rounds after which the robot is silent until a timeout."""
 CALLED = 0.5
 """The fraction of random rounds in which the robot calls the controller, if it calls at all."""
+CANCELLED = 0.3
+"""The fraction of goals that the robot cancels at once."""
 AGAIN = 0.3
 GONE = 0.2
 """The fractions of these calls after which the robot calls again at once, or disappears."""
@@ -123,6 +125,8 @@ def play_round(robot, judge):
         judge.wait(lambda: judge.inputs >= before + events, "the event of a message")
     elif step[0] == "call":
         _call(robot, judge, *step[1:])
+    elif step[0] == "recall":
+        _cancel(robot, judge, step[1])
     elif step[0] == "answer":
         robot.advice.give(*step[1:])
         judge.wait_a_little(lambda: judge.inputs > before, HOLD)
@@ -173,10 +177,19 @@ def _call(robot, judge, key, message=None):
     judge.wait(lambda: judge.inputs > before, "the event of a call of " + key)
 
 
+def _cancel(robot, judge, key):
+    """Cancel the latest goal, if it waits for its answer, which may come first."""
+    before = judge.inputs
+    if robot.cancel(key):
+        judge.wait_a_little(lambda: judge.inputs > before, HOLD)
+
+
 def _call_somehow(robot, judge):
     """Call the controller, then perhaps call again at once, or disappear."""
     key = robot.random.choice(sorted(robot.results))
     _call(robot, judge, key)
+    if robot.random.random() < CANCELLED:
+        _cancel(robot, judge, key)
     then = robot.random.random()
     if then < AGAIN:
         _call(robot, judge, key)

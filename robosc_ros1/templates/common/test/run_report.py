@@ -9,6 +9,7 @@ KINDS = {
     "outgoing message": ["response"],
     "service": ["request", "response", "error"],
     "outgoing service": ["request", "response", "error"],
+    "outgoing action": ["request", "response", "feedback", "error", "cancel"],
     "action": ["request", "response", "feedback", "error", "cancel"],
 }
 

@@ -10,7 +10,7 @@ import copy
 from contents import told_as
 from delays import Delays, stands_in
 from operations import Undefined
-from phases import AGREED, SENT, first_phases, is_possible, phase_after
+from phases import AGREED, SENT, SERVED, command_key, first_phases, is_possible, phase_after
 
 
 class Wrong(Exception):
@@ -53,12 +53,12 @@ class Shadow(Delays):
                 if variable["in_state"]:
                     self.in_state.add(key)
         self.phase = first_phases(plant["communications"])
-        self.served = [
-            key for key, c in self.communications.items() if c["kind"] == "outgoing service"
-        ]
+        self.served = [key for key, c in self.communications.items() if c["kind"] in SERVED]
         idle = [key for key, phase in self.phase.items() if phase == "idle"]
         self.calls = [key for key in idle if key not in self.served]
-        self.sends = {key: "answer" if key in self.served else "request" for key in self.phase}
+        sent = {key: "answer" if key in self.served else "request" for key in self.communications}
+        self.sends = {key: (kind, key) for key, kind in sent.items()}
+        self.sends.update((command_key("progress", key), ("progress", key)) for key in self.served)
         self.watched = [
             key
             for key, c in self.communications.items()
@@ -291,7 +291,8 @@ class Shadow(Delays):
         for requirement in self.plant["requirements"]:
             if requirement["to_start"] if kind == "cancel" else "to_cancel" in requirement:
                 continue
-            if key in requirement["communications"] and not self.is_met(requirement):
+            concerned = command_key(kind, key) in requirement["communications"]
+            if concerned and not self.is_met(requirement):
                 found.append("%s (%s)" % (requirement["text"], requirement["place"]))
         if kind == "request" and content is not None:
             for requirement in self.plant.get("judged", ()):
@@ -333,8 +334,8 @@ class Shadow(Delays):
             raise Wrong("%s, which a component blocks: %s" % (what, self.states))
         if not self.is_safe(kind, key, content):
             raise Wrong("%s, which synthesis forbids: %s" % (what, self.states))
-        for other in self.preferences.get(key, ()) if kind in SENT else ():
-            if self.is_enabled(self.sends.get(other, "request"), other):
+        for other in self.preferences.get(command_key(kind, key), ()) if kind in SENT else ():
+            if self.is_enabled(*self.sends[other]):
                 raise Wrong("%s while %s is enabled, which is preferred" % (what, other))
 
     def is_enabled(self, kind, key):
@@ -372,14 +373,14 @@ class Shadow(Delays):
         if not self.is_safe("cancel", key):
             raise Wrong("%s cancelled, which synthesis forbids: %s" % (key, self.states))
 
-    def data(self, key):
-        """Return the fields that a request must have now; None: no provide statement applies.
+    def data(self, kind, key):
+        """Return the fields that a command must have now; None: no provide statement applies.
 
         Raises:
             Undefined: some of the data have not arrived yet.
         """
         for provide in self.plant["provides"]:
-            if provide["communication"] != key:
+            if provide["communication"] != command_key(kind, key):
                 continue
             if provide["condition"] is None or self.evaluate(provide["condition"]):
                 return self._fields(provide["data"])

@@ -30,7 +30,7 @@ class SimulatedRobot(RobotCalls):
     """
 
     def __init__(self, seed, tables):
-        super().__init__(tables.served)
+        super().__init__(tables.served, tables.served_actions)
         self.random = random.Random(seed)
         self.tables = tables
         self.advice = Advice()
@@ -51,6 +51,8 @@ class SimulatedRobot(RobotCalls):
 
         for _, type_, key in tables.served:
             self._types[key, "call"] = self.request_type(type_)
+        for _, type_, key in tables.served_actions:
+            self._types[key, "call"] = self.goal_type(type_)
 
     # What depends on the version of ROS
 
@@ -58,6 +60,9 @@ class SimulatedRobot(RobotCalls):
         raise NotImplementedError
 
     def response_type(self, service_type):
+        raise NotImplementedError
+
+    def goal_type(self, action_type):
         raise NotImplementedError
 
     def goal_types(self, action_type):

@@ -264,13 +264,14 @@ class _Builder:
         synchronisation = self.reactions.synchronisation(event)
         data: tuple[str, ...] = ()
         if event.kind.sent:
-            data = provided_data(event.key, self.robot, self.attributes)
+            data = provided_data(event.command, self.robot, self.attributes)
         text = self.guards.guard(guard)
         self.shown += text.shown
         changes = reaction.body or reaction.writes
         read, lines = reading(event, self.robot, self.attributes)
         corrections = corrected_data(event.key, self.robot, self.attributes)
         during, unless = self.reactions.phases(event)
+        sent = f"feedback_of_{word}" if event.kind is EventKind.PROGRESS else word
         return CommandView(
             key=event.key,
             kind=kind,
@@ -291,7 +292,7 @@ class _Builder:
             synchronisation_text=synchronisation.text,
             during=during,
             unless=unless,
-            data=self.names.take(f"data_for_{word}") if data else None,
+            data=self.names.take(f"data_for_{sent}") if data else None,
             data_body=data,
             applier=self.names.take(f"{kind}_{word}") if changes else None,
             reaction=reaction,
@@ -302,15 +303,15 @@ class _Builder:
         )
 
     def _with_preferences(self, commands: list[CommandView]) -> tuple[CommandView, ...]:
-        sending = {c.key: c.sort.command for c in self.robot.communications.values()}
-        sent = [(kind := sending[c.key]) is not None and c.kind == kind.word for c in commands]
-        at = {c.key: n for n, c in enumerate(commands) if sent[n]}
-        preferred = self.robot.yields_to
+        row_of = {(c.communication.key, c.kind.word): c.key for c in self.robot.commands.values()}
+        keys = [row_of.get((c.key, c.kind)) for c in commands]
+        at = {key: n for n, key in enumerate(keys) if key is not None}
+        preferred = {key: others for key, others in self.robot.yields_to.items() if key in at}
         return tuple(
-            replace(c, yields_to=tuple(sorted(at[key] for key in preferred[c.key])))
-            if c.key in preferred and at.get(c.key) == n
+            replace(c, yields_to=tuple(sorted(at[other] for other in preferred[key])))
+            if key is not None and key in preferred
             else c
-            for n, c in enumerate(commands)
+            for key, c in zip(keys, commands, strict=True)
         )
 
     def _after(self, event: Event) -> AfterView:

@@ -10,12 +10,14 @@ PERMITTED = {
     EventKind.CANCEL: "cancelled",
     EventKind.ANSWER: "answered",
     EventKind.REFUSAL: "answered with an error",
+    EventKind.PROGRESS: "reported on",
 }
 """What a command may be done with."""
 
 PHASES = {
     "busy": "is under way",
     "cancelling": "was cancelled, and has not ended",
+    "ending": "was cancelled, and is not answered yet",
     "fresh": "came within its timeout",
     "silent": "came, but not within its timeout",
     "heard": "has come",

@@ -28,7 +28,7 @@ from robosc.expr.types import (
 )
 from robosc.model.declarations.state_variables import all_expressions
 from robosc.model.entities import (
-    Communication,
+    Command,
     Data,
     DataArray,
     DataObject,
@@ -81,7 +81,7 @@ def corrected_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str,
     found = [provide for provide in robot.provides if provide.communication == key]
     lines: list[str] = []
     for provide in found:
-        text = _fields(provide, robot.communications[key], attributes)
+        text = _fields(provide, robot.commands[key], attributes)
         told = f"{literal(fold_text(provide.span.text))}, {literal(place(provide.span))}"
         if provide.condition is None:
             return (*lines, f"return {text}, {told}")
@@ -98,7 +98,7 @@ def provided_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str, 
     found = [p for p in robot.provides if p.communication == key and key not in robot.corrected]
     lines: list[str] = []
     for provide in found:
-        where, text = place(provide.span), _fields(provide, robot.communications[key], attributes)
+        where, text = place(provide.span), _fields(provide, robot.commands[key], attributes)
         if provide.condition is None:
             lines += [f"# {where}", f"return {text}"]
         else:
@@ -109,12 +109,12 @@ def provided_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str, 
     return tuple(lines)
 
 
-def _fields(provide: Provide, communication: Communication, attributes: Attributes) -> str:
+def _fields(provide: Provide, command: Command, attributes: Attributes) -> str:
     """A dict of the fields that a provide statement sets, as Python source."""
-    text = _data(provide.data, communication.sent, attributes)
-    if isinstance(communication.sent, ObjectType):
+    text = _data(provide.data, command.type, attributes)
+    if isinstance(command.type, ObjectType):
         return text
-    return f"{{{literal(communication.sent_field or '')}: {text}}}"
+    return f"{{{literal(command.field or '')}: {text}}}"
 
 
 def _data(data: Data, type_: Type, attributes: Attributes) -> str:

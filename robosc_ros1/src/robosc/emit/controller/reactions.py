@@ -113,8 +113,8 @@ class Reactions:
 
     def _accepted(self, event: Event) -> Iterator[str]:
         """The statements that refuse a call, with the reason, where no component takes it."""
-        (busy,) = self._flags(event).values()
-        yield f"if self.{busy}:"
+        taken = " or ".join(f"self.{flag}" for flag in self._flags(event).values())
+        yield f"if {taken}:"
         yield f'    raise Mismatch("{event.name} is busy: it serves one call at a time")'
         accepts = acceptance_of(event)
         assert accepts is not None
@@ -130,9 +130,9 @@ class Reactions:
             f'"{" and " if n else ""}{name} is in " + self.{self.attributes.locations[name]}'
             for n, name in enumerate(listeners)
         )
-        taken = literal(f", and {event.name} is taken where {to_dsl(guard, self.plant.robot)}")
+        where = literal(f", and {event.name} is taken where {to_dsl(guard, self.plant.robot)}")
         yield f"if not ({condition}):"
-        yield f"    raise Mismatch({states} + {taken})"
+        yield f"    raise Mismatch({states} + {where})"
 
     def phases(self, event: Event) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The attributes of the phases in which an event is possible; where it is possible in the

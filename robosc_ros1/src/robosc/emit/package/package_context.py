@@ -71,6 +71,7 @@ class PackageContext:
     defaults: str
     """The configuration's own defaults of parameters, as Python source."""
     served_services: tuple[TopicView, ...] = field(default=(), kw_only=True)
+    served_actions: tuple[TopicView, ...] = field(default=(), kw_only=True)
     title: str = field(default="Controller", kw_only=True)
     heard: HeardView = field(default=HeardView(), kw_only=True)
     """Of a monitor, or of the node as a shadow."""

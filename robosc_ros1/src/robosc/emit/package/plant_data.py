@@ -40,6 +40,7 @@ from robosc.expr.types import (
 from robosc.language.events import Direction, EventKind
 from robosc.model.checks.usage import Usage, converted_part
 from robosc.model.entities import (
+    Command,
     Communication,
     Component,
     Data,
@@ -153,7 +154,7 @@ def _statement(provide: Provide, robot: Robot, enums: dict[str, EnumType]) -> di
     return {
         "communication": provide.communication,
         "condition": None if condition is None else _tree(condition, enums),
-        "data": _provided(provide.data, robot.communications[provide.communication], enums),
+        "data": _provided(provide.data, robot.commands[provide.communication], enums),
     }
 
 
@@ -230,19 +231,19 @@ def _transition(transition: AnyTransition, enums: dict[str, EnumType]) -> Json:
     }
 
 
-def _provided(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:
+def _provided(data: Data, command: Command, enums: dict[str, EnumType]) -> Json:
     """Provided data: of fields, of the only field, or a whole object that was stored."""
-    if isinstance(data, Operation | Leaf) and isinstance(communication.sent, ObjectType):
+    if isinstance(data, Operation | Leaf) and isinstance(command.type, ObjectType):
         return {"whole": _tree(data, enums)}
-    return _data(data, communication, enums)
+    return _data(data, command, enums)
 
 
-def _data(data: Data, communication: Communication, enums: dict[str, EnumType]) -> Json:
+def _data(data: Data, command: Command, enums: dict[str, EnumType]) -> Json:
     if isinstance(data, DataArray):
-        return {"elements": [_data(d, communication, enums) for d in data.elements]}
+        return {"elements": [_data(d, command, enums) for d in data.elements]}
     if isinstance(data, DataObject):
-        return {"fields": [[name, _data(d, communication, enums)] for name, d in data.fields]}
-    return {"field": communication.sent_field, "value": _tree(data, enums)}
+        return {"fields": [[name, _data(d, command, enums)] for name, d in data.fields]}
+    return {"field": command.field, "value": _tree(data, enums)}
 
 
 def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:

@@ -119,6 +119,7 @@ class ReadmeContext:
     services: tuple[InterfaceView, ...]
     actions: tuple[InterfaceView, ...]
     served: tuple[InterfaceView, ...]
+    served_actions: tuple[InterfaceView, ...]
     parameters: tuple[ParameterView, ...]
     parts: tuple[PartView, ...]
     guards: tuple[GuardView, ...]
@@ -155,6 +156,7 @@ def readme_context(
         services=interfaces(Kind.SERVICE),
         actions=interfaces(Kind.ACTION),
         served=interfaces(Kind.SERVED_SERVICE),
+        served_actions=interfaces(Kind.SERVED_ACTION),
         parameters=parameters,
         parts=tuple(
             PartView(part.name, part.text(robot)) for part in supervisor.part_names.definitions

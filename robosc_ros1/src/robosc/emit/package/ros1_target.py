@@ -8,7 +8,6 @@ from robosc.emit.package.config import DEFAULTS, Config
 from robosc.emit.package.package import Mode, Package
 from robosc.emit.package.readme import ParameterView, parameter_views
 from robosc.emit.package.target import Target, package_of
-from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
 from robosc.runtime.settings import GENERAL_RATE
 from robosc.supervisor import Supervisor
@@ -48,7 +47,7 @@ def _module(communication: Communication) -> str:
 
 
 def _type(communication: Communication) -> str:
-    return communication.binding.type + "Action" * (communication.kind is Kind.ACTION)
+    return communication.binding.type + "Action" * (communication.sort.folder == "action")
 
 
 _ROS1 = Target(

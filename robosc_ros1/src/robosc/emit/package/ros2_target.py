@@ -18,7 +18,12 @@ from robosc.model.entities import Communication, Robot
 from robosc.runtime.qos import qos_parameters
 from robosc.supervisor import Supervisor
 
-_FOLDERS = {Kind.SERVICE: "srv", Kind.SERVED_SERVICE: "srv", Kind.ACTION: "action"}
+_FOLDERS = {
+    Kind.SERVICE: "srv",
+    Kind.SERVED_SERVICE: "srv",
+    Kind.ACTION: "action",
+    Kind.SERVED_ACTION: "action",
+}
 
 
 def emit(

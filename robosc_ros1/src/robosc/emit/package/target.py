@@ -191,6 +191,7 @@ def _context(
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
         served_services=servers(Kind.SERVED_SERVICE),
+        served_actions=servers(Kind.SERVED_ACTION),
         parameters=parameters,
         watched=tuple(p.argument for p in parameters if p.name.replace("/", ".") in timeouts),
         defaults=literal(

@@ -238,7 +238,7 @@ def _leaves(
     elif isinstance(data, DataArray) or isinstance(data.type, ArrayType | ObjectType):
         yield path, None
     else:
-        yield path or (message.sent_field or "",), data
+        yield path or (message.binding.request_field or "",), data
 
 
 def _is_constant(expr: Expr) -> bool:

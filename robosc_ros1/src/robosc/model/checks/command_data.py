@@ -35,10 +35,11 @@ from robosc.expr.tree import (
     opposite,
 )
 from robosc.expr.types import ArrayType, BooleanType, ObjectType, Type, Value
+from robosc.language.events import command_key
 from robosc.model.automata import Assignment, CompositeState, ResultTransition
 from robosc.model.diagnostics import Report
 from robosc.model.entities import (
-    Communication,
+    Command,
     Component,
     Data,
     DataArray,
@@ -54,7 +55,7 @@ _BOOLEAN = BooleanType()
 _NOTHING = DataObject(())
 
 Path: TypeAlias = tuple[str | int, ...]
-FieldOf: TypeAlias = Callable[[Communication, Path], Field | None]
+FieldOf: TypeAlias = Callable[[Command, Path], Field | None]
 """Finds the field of a command's data at a path; None if no definition is installed."""
 
 
@@ -98,7 +99,8 @@ def _component(component: Component, of: Callable[[str], _CommandData]) -> Compo
         found: list[ResultTransition] = []
         for transition in transitions:
             reads = transition.event.sent and any(map(reads_value, _expressions(transition)))
-            found += of(transition.communication).cases_of(transition) if reads else [transition]
+            key = command_key(transition.communication, transition.event)
+            found += of(key).cases_of(transition) if reads else [transition]
         return tuple(found)
 
     def outer(state: CompositeState) -> CompositeState:
@@ -126,7 +128,7 @@ class _CommandData:
     """The data of one command of a controller, as expressions over the state."""
 
     def __init__(self, robot: Robot, key: str, report: Report, field_of: FieldOf) -> None:
-        self._communication = robot.communications[key]
+        self._command = robot.commands[key]
         self._name = robot.display_names[key]
         self._report = report
         self._field_of = field_of
@@ -192,8 +194,8 @@ class _CommandData:
         """The default of a field that no provide statement gives."""
         if isinstance(data, DataArray):
             return self._unknown(reference, "the provide statement lists the elements of an array")
-        field = self._field_of(self._communication, reference.path)
-        if field is None and not self._communication.binding.found:
+        field = self._field_of(self._command, reference.path)
+        if field is None and not self._command.communication.binding.found:
             return self._unknown(reference, "its definition, with its default, is not installed")
         if field is not None and field.default is not None:
             return Literal(field.default, reference.type, reference.span)
@@ -203,7 +205,7 @@ class _CommandData:
         what = path_text(("value", *reference.path))
         self._report.add(
             "data-not-given",
-            reference.span or self._communication.span,
+            reference.span or self._command.communication.span,
             f"{what} of {self._name} is not known: {reason}",
             f"give it in each provide statement of {self._name}, or read the parts that are given",
         )

@@ -14,7 +14,7 @@ from robosc.errors import Note
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.traversal import reads_value, walk_all
 from robosc.expr.tree import Expr, PhaseRef, VariableRef
-from robosc.language.events import EventKind, Kind
+from robosc.language.events import EventKind, Kind, command_key
 from robosc.model.automata import Behaviour
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication, Component, Robot, data_expressions
@@ -135,7 +135,7 @@ def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:
     """The targets of a command's requests in a state; None is a self-loop."""
     state = next(state for state in behaviour.states if state.name == name)
     levels = (
-        [t.goto for t in level if t.event.sent and t.communication == command]
+        [t.goto for t in level if t.event.sent and command_key(t.communication, t.event) == command]
         for level in behaviour.levels(state)
     )
     return next(filter(None, levels), [])

@@ -1,15 +1,16 @@
-"""Checks of the services that the controller serves."""
+"""Checks of the services and actions that the controller serves."""
 
 from __future__ import annotations
 
 from robosc.errors import Note
-from robosc.language.events import EventKind
+from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication, Robot
 
 
 def check_served(robot: Robot, report: Report) -> None:
-    """Report names that are served twice, or served and called, and calls that nobody takes."""
+    """Report names that are served twice, or served and called, and calls that nobody takes, or
+    goals that nobody answers."""
     served = [c for c in robot.communications.values() if c.sort.served]
     by_name: dict[str, Communication] = {}
     for call in served:
@@ -23,6 +24,18 @@ def check_served(robot: Robot, report: Report) -> None:
         t.communication for c in robot.components for t in c.transitions
         if t.event is EventKind.CALL
     }  # fmt: skip
+    answered = {
+        t.communication for c in robot.components for t in c.transitions
+        if t.event in (EventKind.ANSWER, EventKind.REFUSAL)
+    }  # fmt: skip
+    for call in served:
+        if call.kind is Kind.SERVED_ACTION and call.key not in answered:
+            report.add(
+                "unanswered",
+                call.span,
+                f"no component ever answers '{call.name}': whoever sends a goal waits forever",
+                f"add to a state: on response to {call.name} goto STATE",
+            )
     for call in served:
         if call.key not in taken:
             report.add(

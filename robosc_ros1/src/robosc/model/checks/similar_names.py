@@ -51,7 +51,7 @@ def check_topics(component_table: ComponentTable, report: Report) -> None:
     outgoing: dict[str, CommunicationInfo] = {}
     for instance in component_table.instances.values():
         for info in instance.communications.values():
-            if info.entity is None or info.kind in (Kind.SERVICE, Kind.ACTION):
+            if info.entity is None or info.sort.folder != "msg":
                 continue
             other = first.setdefault(info.entity.ros_name, info)
             _check_topic_types(other, info, report)

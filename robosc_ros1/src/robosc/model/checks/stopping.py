@@ -14,7 +14,7 @@ def check_stop(robot: Robot, report: Report) -> None:
     if robot.stop is not None:
         return
     for provide in robot.provides:
-        message = robot.communications[provide.communication]
+        message = robot.commands[provide.communication].communication
         numbers = [
             expr
             for expr in data_expressions(provide.data)

@@ -43,18 +43,23 @@ class Usage:
 
     def __init__(self, robot: Robot) -> None:
         self._paths: dict[tuple[str, Direction], set[Path]] = {}
+        commands = robot.commands
+
+        def sent(key: str) -> tuple[str, Direction]:
+            command = commands.get(key)
+            if command is None:
+                return key, "request"
+            return command.communication.key, command.direction
+
         sorts = {key: c.sort for key, c in robot.communications.items()}
         for provide in robot.provides:
             exprs = data_expressions(provide.data)
             conditions = () if provide.condition is None else (provide.condition,)
             asked = (path for expr in (*exprs, *conditions) for path in _read(expr))
-            sort = sorts.get(provide.communication)
-            sends = "request" if sort is None else sort.sends
-            self._add(provide.communication, sends, (*_sent(provide.data), *asked))
+            self._add(*sent(provide.communication), (*_sent(provide.data), *asked))
         for requirement in robot.requirements:
             for key in requirement.communications if requirement.on_data else ():
-                sends = sorts[key].sends if key in sorts else "request"
-                self._add(key, sends, _read(requirement.condition))
+                self._add(*sent(key), _read(requirement.condition))
         for assumption in robot.assumptions:
             if assumption.communication is not None:
                 for direction in _RECEIVED:

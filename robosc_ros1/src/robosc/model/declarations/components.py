@@ -148,9 +148,9 @@ def _declare_communication(instance: Instance, node: CommunicationNode, report: 
         return
     types: dict[Direction, Type | None] = {"request": NONE, "response": NONE, "feedback": NONE}
     kind = kind_of(node)
-    sent = COMMUNICATIONS[kind].sends
+    sent = COMMUNICATIONS[kind].sent
     for direction, type_node in types_of(node).items():
-        types[direction] = _carried(instance, type_node, report, sent=direction == sent)
+        types[direction] = _carried(instance, type_node, report, sent=direction in sent)
     instance.communications[name] = CommunicationInfo(
         node, instance, kind, types["request"], types["response"], types["feedback"]
     )
@@ -286,7 +286,7 @@ def _payloads(info: CommunicationInfo) -> Iterator[Payload]:
     nodes = types_of(info.node)
     for direction, type_ in info.types.items():
         assert type_ is not None
-        yield Payload(type_, nodes[direction], direction, direction == info.sort.sends)
+        yield Payload(type_, nodes[direction], direction, direction in info.sort.sent)
 
 
 def _interface(

@@ -13,8 +13,8 @@ from robosc.errors import listing
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Expr, PhaseRef, Unary
 from robosc.expr.types import BooleanType
-from robosc.language.events import Kind
-from robosc.model.entities import Communication, Requirement, Robot
+from robosc.language.events import EventKind, Kind
+from robosc.model.entities import Communication, Provide, Requirement, Robot
 
 
 def shared_servers(robot: Robot) -> list[list[Communication]]:
@@ -30,6 +30,27 @@ def with_one_request_per_server(robot: Robot) -> Robot:
     """Return the robot with a requirement on each request of a server that has several."""
     added = [r for together in shared_servers(robot) for r in _requirements(robot, together)]
     return replace(robot, requirements=(*robot.requirements, *added))
+
+
+def with_feedback_where_provided(robot: Robot) -> Robot:
+    """Return the robot with a requirement on each feedback that it gives: one of its provide
+    statements says what."""
+    provided: dict[str, list[Provide]] = {}
+    for provide in robot.provides:
+        command = robot.commands.get(provide.communication)
+        if command is not None and command.kind is EventKind.PROGRESS:
+            provided.setdefault(provide.communication, []).append(provide)
+    added = (_provided(robot, key, provides) for key, provides in provided.items())
+    return replace(robot, requirements=(*robot.requirements, *(r for r in added if r is not None)))
+
+
+def _provided(robot: Robot, key: str, provides: Sequence[Provide]) -> Requirement | None:
+    conditions = [p.condition for p in provides if p.condition is not None]
+    if len(conditions) < len(provides):
+        return None
+    text = f"{robot.display_names[key]} needs one of its provide statements to hold"
+    condition = chain("or", conditions)
+    return Requirement("needs", (key,), condition, text, implied=True, span=provides[0].span)
 
 
 def _requirements(robot: Robot, together: Sequence[Communication]) -> Iterator[Requirement]:

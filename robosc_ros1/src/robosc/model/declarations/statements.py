@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from graphlib import CycleError, TopologicalSorter
 from itertools import product
 from typing import TypeAlias, TypeVar
@@ -18,6 +18,7 @@ from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import (
     Assumption,
+    Command,
     Data,
     DataObject,
     Goal,
@@ -87,6 +88,11 @@ class Statements:
 _ON_STATES = ("never", "always")
 
 
+def _with(keys: Iterable[str], reports: Mapping[str, str]) -> tuple[str, ...]:
+    found = (each for key in keys for each in (key, reports.get(key, key)))
+    return tuple(dict.fromkeys(found))
+
+
 def _sound(found: _Entity | None) -> tuple[_Entity, ...]:
     return () if found is None else (found,)
 
@@ -111,7 +117,19 @@ class StatementResolver:
         self._read: ByIdentity[bool] = ByIdentity()
 
     def requirements(self, node: RequirementNode) -> Sequence[Requirement]:
-        """The requirements that a statement makes; none after an error."""
+        """The requirements that a statement makes; none after an error.
+
+        One on a call that is served restricts its feedback, too, unless it reads the data.
+        """
+        reports = self._groups.reports(node.communications)
+        return [
+            requirement
+            if requirement.on_data or not reports
+            else replace(requirement, communications=_with(requirement.communications, reports))
+            for requirement in self._requirements(node)
+        ]
+
+    def _requirements(self, node: RequirementNode) -> Sequence[Requirement]:
         keys: tuple[str, ...] | None = ()
         if node.communications:
             keys = self._groups.commands(
@@ -211,7 +229,7 @@ class StatementResolver:
         if info is None or data is None:
             return None
         if info.entity is not None and info.instance.imported is None:
-            self._binder.sent.check(data, info.entity)
+            self._binder.sent.check(data, Command(info.entity, info.command))
         return Provide(info.key, data, condition, span=node.span)
 
     # --- data ------------------------------------------------------------------------------------

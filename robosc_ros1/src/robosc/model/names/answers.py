@@ -5,8 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosc.language.events import EventKind
-from robosc.model.names.tables import SymbolTable
+from robosc.model.names.tables import CommunicationInfo, SymbolTable
 from robosc.syntax.nodes import Access, Name
+
+
+def communications_named(access: Access, symbols: SymbolTable) -> list[CommunicationInfo]:
+    """Return the communications that a bare or qualified name can mean."""
+    component = symbols.component(access.root.text)
+    match access.path:
+        case ():
+            return list(symbols.communications(access.root.text))
+        case (Name() as member,) if component is not None:
+            info = component.communications.get(member.text)
+            return [] if info is None else [info]
+    return []
 
 
 def answer_named(access: Access, symbols: SymbolTable) -> tuple[Access, EventKind] | None:
@@ -14,17 +26,11 @@ def answer_named(access: Access, symbols: SymbolTable) -> tuple[Access, EventKin
     *before, last = (access.root, *access.path)
     if not before or not isinstance(last, Name) or access.index is not None:
         return None
-    component = symbols.component(access.root.text)
-    if len(before) == 2 and component is not None and isinstance(before[1], Name):
-        found = [component.communications.get(before[1].text)]
-    elif len(before) == 1 and component is None:
-        found = list(symbols.communications(access.root.text))
-    else:
-        return None
-    kinds = (info.sort.named(last.text) for info in found if info is not None)
-    kind = next((kind for kind in kinds if kind is not None and kind.served), None)
-    if kind is None:
-        return None
     start, end = access.span.start, before[-1].span.end
     span = type(access.span)(access.span.source, start, end)
-    return replace(access, path=access.path[:-1], span=span), kind
+    call = replace(access, path=access.path[:-1], span=span)
+    if not call.path and symbols.component(access.root.text) is not None:
+        return None
+    kinds = (info.sort.named(last.text) for info in communications_named(call, symbols))
+    kind = next((kind for kind in kinds if kind is not None and kind.served), None)
+    return None if kind is None else (call, kind)

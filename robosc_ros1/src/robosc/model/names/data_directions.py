@@ -6,6 +6,7 @@ from robosc.language.events import COMMUNICATIONS, Direction, Kind
 from robosc.syntax.nodes import (
     CommunicationNode,
     MessageNode,
+    ServedActionNode,
     ServedServiceNode,
     ServiceNode,
     TypeNode,
@@ -19,6 +20,8 @@ def kind_of(node: CommunicationNode) -> Kind:
             return Kind.INCOMING
         case MessageNode():
             return Kind.OUTGOING
+        case ServedActionNode():
+            return Kind.SERVED_ACTION
         case ServedServiceNode():
             return Kind.SERVED_SERVICE
         case ServiceNode():

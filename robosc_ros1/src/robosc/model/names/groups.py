@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
-from robosc.model.names.answers import answer_named
+from robosc.model.names.answers import answer_named, communications_named
 from robosc.model.names.communications import SENT, report_repeated, resolve_communication
 from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
@@ -56,6 +56,14 @@ class GroupResolver:
             may_be_empty=may_be_empty,
         )
         return tuple(found) if whole else None
+
+    def reports(self, group: Group) -> dict[str, str]:
+        """By the keys of the calls in a group that are named without an answer, the keys of the
+        feedback that the controller gives of them."""
+        named = (item for item in group if isinstance(item, Access))
+        found = (info for item in named for info in communications_named(item, self._symbols))
+        pairs = ((info, info.feedback_command()) for info in found)
+        return {info.key: report.key for info, report in pairs if report is not None}
 
     def listed(self, group: Group) -> tuple[list[tuple[Access, CommunicationInfo]], bool]:
         """The communications of a transition, each once, and whether none of them has an error.
@@ -126,6 +134,8 @@ class GroupResolver:
                 self._report.add("error-is-free", access.span, _FREE.format(access.span.text))
                 return None
         info = self._communication(access)
+        if info is not None and answer is not None and answer[1] is EventKind.PROGRESS:
+            return info.feedback_command()
         if info is not None and info.kind is Kind.OUTGOING:
             message = f"'{info.name}' is an outgoing message: {why}"
             self._report.add(code, access.span, message, SENT.format(info.name))

@@ -7,7 +7,7 @@ in its text refer to components of the library; :class:`ImportedSymbolTable` map
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from robosc.errors import Note
 from robosc.expr.types import Type
@@ -18,6 +18,7 @@ from robosc.language.events import (
     EventKind,
     Kind,
     Phases,
+    command_key,
 )
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
@@ -51,6 +52,8 @@ class CommunicationInfo:
     feedback: Type | None
     entity: Communication | None = None
     heard: bool = False
+    reports: bool = False
+    """Whether it stands for the feedback only that the controller gives."""
 
     @property
     def sort(self) -> CommunicationSort:
@@ -83,7 +86,18 @@ class CommunicationInfo:
     @property
     def sent(self) -> Type | None:
         """The type of the data that the controller gives; None after an error in it."""
-        return self.response if self.sort.served else self.request
+        sent: Type | None = getattr(self, "feedback" if self.reports else self.sort.sends)
+        return sent
+
+    @property
+    def command(self) -> EventKind:
+        """The event with which the controller gives them."""
+        return EventKind.PROGRESS if self.reports else self.sort.command or EventKind.REQUEST
+
+    def feedback_command(self) -> CommunicationInfo | None:
+        """What stands for the feedback that the controller gives; None if it gives none."""
+        has_feedback = self.sort.event(EventKind.PROGRESS) is not None
+        return replace(self, reports=True) if has_feedback else None
 
     def brought(self, event: EventKind) -> Type | None:
         """The type of an event's value; None if it has none, or the type has an error."""
@@ -95,7 +109,7 @@ class CommunicationInfo:
 
     @property
     def name(self) -> str:
-        return self.node.name.text
+        return command_key(self.node.name.text, self.command)
 
     @property
     def key(self) -> str:
@@ -226,7 +240,9 @@ class ComponentTable:
 
     def by_keys(self, keys: Iterable[str]) -> list[CommunicationInfo]:
         """The communications of keys, in their order."""
-        every = {c.key: c for i in self.instances.values() for c in i.communications.values()}
+        infos = [c for i in self.instances.values() for c in i.communications.values()]
+        reports = (report for c in infos if (report := c.feedback_command()) is not None)
+        every = {c.key: c for c in (*infos, *reports)}
         return [every[key] for key in keys]
 
     def index_communications(self) -> None:

@@ -32,6 +32,7 @@ from robosc.syntax.nodes import (
     ActionNode,
     CommunicationNode,
     MessageNode,
+    ServedActionNode,
     ServedServiceNode,
     ServiceNode,
 )
@@ -41,6 +42,7 @@ FOLDERS: Mapping[type[CommunicationNode], Folder] = {
     ServiceNode: "srv",
     ServedServiceNode: "srv",
     ActionNode: "action",
+    ServedActionNode: "action",
 }
 """The folder of the definition of each kind of communication."""
 

@@ -7,18 +7,16 @@ from collections.abc import Sequence
 from robosc.expr.evaluation import constant
 from robosc.expr.tree import Expr, ParameterRef, VariableRef
 from robosc.expr.types import IntegerType
-from robosc.language.events import COMMUNICATIONS, Kind
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Binding, Communication, Data, DataArray, DataObject
+from robosc.model.entities import Binding, Command, Data, DataArray, DataObject
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import too_wide
 from robosc.model.ros.interfaces import Definition, Field, FieldType, Folder, Interface, Missing
 
 
-def _sent_part(interface: Interface, kind: Kind) -> Definition:
-    """The part of a definition with the data that the controller gives."""
-    sort = COMMUNICATIONS[kind]
-    return interface.parts[sort.parts.index(sort.sends)]
+def _sent_part(interface: Interface, command: Command) -> Definition:
+    """The part of a definition with the data that a command carries."""
+    return interface.parts[command.communication.sort.parts.index(command.direction)]
 
 
 class SentData:
@@ -28,13 +26,13 @@ class SentData:
         self._definitions = definitions
         self._report = report
 
-    def field_of(self, communication: Communication, path: Sequence[str | int]) -> Field | None:
+    def field_of(self, command: Command, path: Sequence[str | int]) -> Field | None:
         """The field of a command's data at a path; None if no definition is installed."""
-        binding = communication.binding
-        found = self._interface(binding, communication.sort.folder)
-        definition = None if found is None else _sent_part(found, communication.kind)
+        communication = command.communication
+        found = self._interface(communication.binding, communication.sort.folder)
+        definition = None if found is None else _sent_part(found, command)
         field: Field | None = None
-        for step in path or (communication.sent_field or "",):
+        for step in path or (command.field or "",):
             if isinstance(step, int):
                 field = field and Field(field.name, field.type.element)
                 continue
@@ -52,13 +50,14 @@ class SentData:
             found = next((i for i in BASIC.values() if i.type == binding.type), found)
         return None if isinstance(found, Missing) else found
 
-    def check(self, data: Data, communication: Communication) -> None:
-        """Check the data of a provide statement for a communication."""
+    def check(self, data: Data, command: Command) -> None:
+        """Check the data of a provide statement for a command."""
+        communication = command.communication
         found = self._interface(communication.binding, communication.sort.folder)
         if found is None:
             return
-        definition = _sent_part(found, communication.kind)
-        carrier = communication.sent_field
+        definition = _sent_part(found, command)
+        carrier = command.field
         if isinstance(data, DataObject):
             self._object(data, definition)
         elif carrier and (field := definition.field(carrier)):

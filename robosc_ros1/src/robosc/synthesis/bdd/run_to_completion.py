@@ -124,9 +124,9 @@ class SymbolicController:
         here = self.states & ~self._moving & enabled.get(event.number, self.manager.true)
         taken = self.plant.events[event.number]
         if taken.kind.sent:
-            preferred = self.plant.robot.yields_to.get(taken.key, ())
+            preferred = self.plant.robot.yields_to.get(taken.command, ())
             for number, other in enumerate(self.plant.events):
-                if other.kind.sent and other.key in preferred:
+                if other.kind.sent and other.command in preferred:
                     here = here & ~enabled[number]
         return here
 

@@ -44,7 +44,7 @@ class ExplicitController:
         events = compiled.controlled(guards)
         self.taus = [w for w in events if plant.events[w.number].kind is EventKind.TAU]
         self._inputs = [tuple(events[n] for n in numbers) for numbers in inputs(plant)]
-        requests = {e.key: n for n, e in enumerate(plant.events) if e.kind.sent}
+        requests = {e.command: n for n, e in enumerate(plant.events) if e.kind.sent}
         self.preferred = {
             requests[key]: [events[requests[other]] for other in others]
             for key, others in plant.robot.yields_to.items()

@@ -15,7 +15,7 @@ from robosc.expr.traversal import walk_all
 from robosc.expr.tree import TRUE, Expr, StateRef
 from robosc.expr.types import NoneType, ObjectType
 from robosc.language.events import EventKind, Kind
-from robosc.model.entities import Communication, Provide, Requirement
+from robosc.model.entities import Command, Provide, Requirement
 from robosc.plant.acceptance import components_of, phase_of
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.plant.data.view import sent_wholes
@@ -74,7 +74,7 @@ class _Examiner:
         """Those of each command; of one whose data another controller sends, one for each case."""
         for guard in guards:
             if guard.event.kind.sent:
-                self.requests.setdefault(guard.event.key, []).append(guard)
+                self.requests.setdefault(guard.event.command, []).append(guard)
         taus = (guard for guard in guards if guard.event.kind is EventKind.TAU)
         self.at_rest = conjunction(negation(self._moves(tau)) for tau in taus)
         """Where commands are sent: elsewhere the controller takes internal transitions first."""
@@ -107,7 +107,7 @@ class _Examiner:
         by_topic: dict[str, list[str]] = {}
         # A supervisor leaves the choice to the controller that it guards.
         for key in () if self.robot.supervises else self.requests:
-            communication = self.robot.communications[key]
+            communication = self.robot.commands[key].communication
             if communication.kind is Kind.INCOMING:
                 by_topic.setdefault(communication.ros_name, []).append(key)
         for keys in by_topic.values():
@@ -124,16 +124,16 @@ class _Examiner:
         when = self.when(conjunction([self._sent(first), self._sent(second)]))
         if when is None:
             return
-        communications = self.robot.communications
+        first_one, second_one = (self.robot.communications[key] for key in (first, second))
         names = [self.robot.display_names[key] for key in (first, second)]
-        topic = communications[first].identifier
+        topic = first_one.identifier
         yield Diagnostic(
             Severity.WARNING,
             "topic-conflict",
             f"{names[0]} and {names[1]} both go to {topic} and can be enabled together: {when}",
-            communications[second].span,
+            second_one.span,
             "let the requirements of one exclude the other",
-            (Note(f"{names[0]} is declared here", communications[first].span),),
+            (Note(f"{names[0]} is declared here", first_one.span),),
         )
 
     # --- provided data
@@ -158,11 +158,12 @@ class _Examiner:
         Zeros stop a robot: what :attr:`Robot.stop` names, or what is sent to a topic beside a
         command with data, may do without.
         """
-        command = self.robot.communications[key]
+        command = self.robot.commands[key]
         if self._carries_nothing(command) or key == self.robot.stop or self.robot.supervises:
             return
-        provided = {p.communication for p in self.robot.provides}
-        if command.ros_name in (self.robot.communications[other].ros_name for other in provided):
+        provided = [self.robot.commands[p.communication] for p in self.robot.provides]
+        on_its_name = (c.communication.ros_name for c in provided if c.kind is command.kind)
+        if command.communication.ros_name in on_its_name:
             return
         if self.system.reaches(self._sent(key)):
             name = self.robot.display_names[key]
@@ -170,13 +171,13 @@ class _Examiner:
                 Severity.WARNING,
                 "provide-missing",
                 f"nothing says what {name} carries: the message's defaults are sent",
-                command.span,
+                command.communication.span,
                 f"say it: provide {name} with ...",
             )
 
     @staticmethod
-    def _carries_nothing(command: Communication) -> bool:
-        match command.sent:
+    def _carries_nothing(command: Command) -> bool:
+        match command.type:
             case NoneType() | ObjectType(properties=()):
                 return True
         return False
@@ -216,7 +217,7 @@ class _Examiner:
                 "provide-missing",
                 f"{name} can be sent where none of its provide conditions holds: {when}; the"
                 " message's defaults are sent then",
-                self.robot.communications[key].span,
+                self.robot.commands[key].communication.span,
                 f"add a provide statement for that case, or a requirement that forbids {name} then",
             )
 
@@ -279,7 +280,7 @@ class _Examiner:
         if requirement.to_cancel:
             return
         unmet = []
-        for key in requirement.communications:
+        for key in filter(self.requests.__contains__, requirement.communications):
             where = disjunction(
                 conjunction([holds(kept, guard.event.data), possible(self.plant, guard.event)])
                 for guard in self.requests[key]

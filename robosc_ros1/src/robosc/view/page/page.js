@@ -189,7 +189,7 @@ function build(model, text) {
   const commands = model.commands.filter((c) => c.event.kind !== "tau");
   page.source = model.source;
   served.clear();
-  for (const c of model.communications) if (c.kind === "outgoing service") served.add(c.name);
+  for (const c of model.communications) if (c.kind === "outgoing service" || c.kind === "outgoing action") served.add(c.name);
   const rows = commandRows(commands, (command) => !bare.has(command.event.name));
   page.model = text;
   page.cards = cards.all;
