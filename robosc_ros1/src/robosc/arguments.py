@@ -265,6 +265,13 @@ def view(parser: argparse.ArgumentParser) -> None:
         "--log", metavar="FILE", help="look through an event log of MODEL's node, or a bag"
     )
     parser.add_argument(
+        "--operate",
+        metavar="COMPONENT",
+        nargs="*",
+        help="with --ros: let whoever has the printed address hold, release and step the commands,"
+        " and send the messages of these components, which stand for persons",
+    )
+    parser.add_argument(
         "--export",
         metavar="FILE",
         type=Path,

@@ -320,10 +320,10 @@ def _view(args: Arguments) -> int:
             raise UsageError("a running node publishes its model itself: leave MODEL out")
         from robosc.view.node import view_node
 
-        view_node(args.ros, where, os.environ)
+        view_node(args.ros, where, os.environ, args.operate)
         return 0
-    if args.model is None:
-        raise UsageError("what is to be viewed? Give a MODEL, or a running node with --ros NODE")
+    if args.operate is not None or args.model is None:
+        raise UsageError("what is to be viewed? Give a MODEL, or --ros NODE (needed by --operate)")
     from robosc.simulate.bag_files import target_of
     from robosc.view.start import export_log, view_log, view_model
 

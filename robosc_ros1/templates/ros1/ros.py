@@ -12,6 +12,7 @@ from queue import SimpleQueue
 import rosgraph
 import rospy
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
 
 from ._runtime.port import BEFORE_TIME, steady_time
 from .ros_actions import Action
@@ -58,6 +59,9 @@ class RosPort(CallingPort):
     def connect(self, engine):
         super().connect(engine)
         self._connect_inputs(engine)
+        if engine.settings.operate:
+            heard = rospy.Subscriber("~operate", String, lambda order: engine.operate(order.data))
+            self._subscribers.append(heard)
         if self._simulated:
             self._subscribers.append(rospy.Subscriber("/clock", Clock, lambda _: engine.wake()))
 

@@ -11,6 +11,7 @@ import time
 
 from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
 from rclpy.duration import Duration
+from std_msgs.msg import String
 
 from ._runtime.pauses import others_rest
 from ._runtime.port import BEFORE_TIME, steady_time
@@ -78,6 +79,11 @@ class RosPort(CallingPort):
     def connect(self, engine):
         super().connect(engine)
         self._connect_inputs(engine)
+        if engine.settings.operate:
+            quality = qos_profile("reliable", 10)
+            self._node.create_subscription(
+                String, "~/operate", lambda order: engine.operate(order.data), quality
+            )
         if any(entry.follows for entry in self._inputs):
             self._follow()
             steady = Clock(clock_type=ClockType.STEADY_TIME)

@@ -10,7 +10,7 @@ import traceback
 
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
-from ._runtime.engine import INACTIVE
+from ._runtime.operating import INACTIVE
 from ._runtime.settings import ParameterError
 from .ros_executor import ExecutorThread
 from .ros_node import Work, begin, end

@@ -94,7 +94,8 @@ class Work:
         for warning in warnings:
             node.get_logger().warning(warning)
         watch = Watch(node, tables, settings.allowed_publishers)
-        outlet = RosOutlet(node, model, settings, watch)
+        topics = tables.heard(controller, node.resolve_topic_name)
+        outlet = RosOutlet(node, {**model, "topics": topics}, settings, watch)
         self._port = port_types[tables is shadow](node, executor_thread, tables, profiles)
         self._port.on_exit = ending.ask
         watch.unserved = self._port.unserved

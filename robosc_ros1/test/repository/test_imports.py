@@ -46,6 +46,8 @@ THIRD_PARTY = {
     # A node of ROS that only listens; whatever else is shown needs no ROS.
     "rospy": ("view.ros1", "new.from_ros1"),
     "rosgraph": ("view.ros1", "new.from_ros1"),
+    "genpy": ("view.ros1",),
+    "roslib": ("view.ros1",),
     "rosservice": ("new.from_ros1",),
     "rosbags": ("simulate.bag_files",),
     "rclpy": ("view.ros2", "new.from_ros2"),

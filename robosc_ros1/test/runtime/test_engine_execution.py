@@ -10,7 +10,8 @@ import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController
 from runtime.played_engine import Played
 
-from robosc.runtime.engine import INACTIVE, Engine
+from robosc.runtime.engine import Engine
+from robosc.runtime.operating import INACTIVE
 from robosc.runtime.settings import Settings
 from robosc.runtime.values import Undefined
 

@@ -17,7 +17,7 @@ DEFAULTS = {
     "exit_on_stop": False, "refuse_not_finite": True, "server_lost_after": 5.0, "state_rate": 20.0, "publish_events": True,
     "publish_values": False, "tolerance": 0.05, "whole_values": False,
     "event_log": "", "event_log_size": 10.0, "event_log_files": 5, "legacy_state_topic": "",
-    "allowed_publishers": "", "shadow": False,
+    "allowed_publishers": "", "shadow": False, "operate": False,
     "rate/go": 0.0, "rate/halt": 0.0, "rate/light": 0.0, "rate/reach": 0.0,
     "timeout/light": 5.0, "timeout/reach": 5.0, "goal_timeout/reach": 0.0,
 }  # fmt: skip

@@ -40,9 +40,11 @@ def line_follower() -> Supervisor:
 
 
 @contextlib.contextmanager
-def serving(hub: Hub, answers: Answers | None = None) -> Iterator[PageServer]:
+def serving(
+    hub: Hub, answers: Answers | None = None, token: str | None = None
+) -> Iterator[PageServer]:
     """A server on any port of this machine."""
-    with PageServer(Where(port=0), hub, answers or {}) as server:
+    with PageServer(Where(port=0), hub, answers or {}, token) as server:
         thread = threading.Thread(target=server.serve_forever, args=(0.01,))
         thread.start()
         try:

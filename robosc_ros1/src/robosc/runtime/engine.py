@@ -20,6 +20,7 @@ from .calls import Failure
 from .clocks import Timer, Watch
 from .inbox import Inbox
 from .intake import BoundInput, Inputs, Item
+from .operating import HELD, Operating
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
 from .served import Serving
@@ -32,13 +33,11 @@ from .values import (
     without_gaps,
 )
 
-INACTIVE = "not active"
-"""The reason (``stopped``) of a suspended engine."""
 _BATCH = 100
 """The most items that are handled before commands and deadlines."""
 
 
-class Engine(Serving):
+class Engine(Operating):
     """Executes a controller on a port. Public methods may be called from any thread, except
     ``run``, ``begin``, ``cycle``, ``restart_clocks`` and ``snapshot``: only the thread that has the
     turn may call these (the engine's own thread, or a thread that replaces it)."""
@@ -48,18 +47,6 @@ class Engine(Serving):
     def stop(self, reason: str) -> None:
         """Request a safe stop."""
         self._turns.put(lambda: self._safe_stop(reason))
-
-    def suspend(self) -> None:
-        """Request a safe stop that :meth:`resume` ends; inputs are still applied."""
-        self._turns.put(self._suspend)
-
-    def resume(self) -> bool:
-        """Resume after :meth:`suspend`; False after a safe stop for any other reason, which is
-        final."""
-        if self.stopped not in (None, INACTIVE):
-            return False
-        self._turns.put(self._resume)
-        return True
 
     def close(self) -> None:
         """Cancel running goals, send the stop command, and let ``run`` return."""
@@ -325,7 +312,7 @@ class Engine(Serving):
     # Stopping
 
     def _safe_stop(self, reason: str) -> None:
-        if self.stopped is not None:
+        if self.stopped not in (None, HELD):
             return
         self.stopped = reason
         self.recorder.record("stop", "", None, "stopped", reason)
@@ -333,18 +320,6 @@ class Engine(Serving):
         self._withdraw()
         if self.settings.exit_on_stop:
             self._port.exit(1)
-
-    def _suspend(self) -> None:
-        if self.stopped is None:
-            self.stopped = INACTIVE
-            self._withdraw()
-            self.changed.set()
-
-    def _resume(self) -> None:
-        if self.stopped == INACTIVE:
-            self.stopped = None
-            self._scheduler.begin(self._port.now())
-            self.changed.set()
 
     def _withdraw(self) -> None:
         """Cancel running goals, whose end is still reported, refuse calls, and send the stop

@@ -66,6 +66,7 @@ class Settings(NamedTuple):
     legacy_state_topic: str = ""
     allowed_publishers: str = ""
     shadow: bool = False
+    operate: bool = False
     tolerance: float = 0.05
     timeout: Mapping[str, float] = {}
     goal_timeout: Mapping[str, float] = {}
@@ -142,6 +143,7 @@ _GENERAL = (
     _general(
         "shadow", "send nothing: follow who commands the robot, and tell what would be sent instead"
     ),
+    _general("operate", "let an operator hold, release and step the commands by ~operate"),
     _general(
         "tolerance", "seconds by which messages to a monitor or shadow may cross", minimum=0.0
     ),

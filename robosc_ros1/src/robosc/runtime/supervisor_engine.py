@@ -35,6 +35,7 @@ from .offers import (
     itself,
     told,
 )
+from .operating import HELD
 from .port import steady_time
 from .reasons import reason_text, violated
 from .scheduler import ScheduledCommand
@@ -71,6 +72,7 @@ class SupervisorEngine(JudgingEngine):
         self.recorder.counters["blocked"] = 0
         self.recorder.counters["corrected"] = 0
         self._effect: Dict[str, InEffect] = {}  # by topic, or key of an action
+        self._is_step = False  # the operator lets the next command that is allowed pass
         self._answers: Dict[str, Answer] = {}  # by key, for the requests in progress
 
     # From any thread
@@ -160,7 +162,9 @@ class SupervisorEngine(JudgingEngine):
         return checked._replace(data=(data,)), self._unfit(message)
 
     def _reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
-        if self.stopped is not None:
+        if self.stopped == HELD and not self._is_step:
+            return [{"kind": "stopped", "text": self.stopped}]
+        if self.stopped not in (None, HELD):
             return [{"kind": "stopped", "text": "safe stop: " + self.stopped}]
         if self._pauses.holds and kind == "request":
             text = "the supervisor stood still, and first applies the messages that waited"
@@ -185,6 +189,7 @@ class SupervisorEngine(JudgingEngine):
             self.recorder.record(kind, name, told(data), "failed", reason)
             self._log("error", key, "%s could not be passed on: %s" % (name, reason))
             return False
+        self._is_step = False
         before = self._before(command)
         if command.apply is not None:
             command.apply(*data)
@@ -289,6 +294,17 @@ class SupervisorEngine(JudgingEngine):
         allowed = request.guard(self.controller, *data)
         return not allowed or bool(violated(self.controller, request, *data))
 
+    def _step(self) -> Optional[str]:
+        """Let the next command of the controller pass that is allowed."""
+        if self.stopped != HELD:
+            return "it is not held"
+        self._is_step = True
+        return None
+
+    def _release(self) -> Optional[str]:
+        self._is_step = False
+        return super()._release()
+
     def _read_of_stop(self, command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
         if command.row.read is None:
             return ()
@@ -297,7 +313,7 @@ class SupervisorEngine(JudgingEngine):
 
     def _revoke(self) -> None:
         """Stop commands in effect that have become forbidden, if a stop command is set."""
-        if not self.settings.stop_command or self.stopped is not None or self._closing:
+        if not self.settings.stop_command or self.stopped not in (None, HELD) or self._closing:
             return
         ended = []
         for place, effect in self._effect.items():

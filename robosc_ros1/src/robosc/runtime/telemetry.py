@@ -15,9 +15,10 @@ import time
 from collections import deque
 from typing import Any, Deque, Dict, List, Mapping, Optional, Sequence, Tuple
 
-from .engine import INACTIVE, Engine
+from .engine import Engine
 from .eventlog import EventLog
 from .model import Command, Controller
+from .operating import HELD, INACTIVE
 from .original_state import OriginalState
 from .reasons import blocked_by, violated
 from .recorder import Entry
@@ -349,6 +350,8 @@ class Reporter:
         values.extend((name, shortened_text(str(v))) for name, v in document["variables"].items())
         if snapshot["stopped"] == INACTIVE:
             return WARN if news else OK, ", ".join(["not active", *news]), values
+        if snapshot["stopped"] == HELD:
+            return WARN, ", ".join([HELD, *news]), values
         if snapshot["stopped"] is not None:
             return ERROR, "safe stop: " + snapshot["stopped"], values
         running = "shadow: nothing is sent" if self._engine.settings.shadow else "running"

@@ -14,9 +14,10 @@ from robosc.errors import UsageError
 from robosc.language.events import EventKind
 from robosc.source import opened
 
-_KINDS = (*(kind.word for kind in EventKind), "stop", "state")
+_KINDS = (*(kind.word for kind in EventKind), "stop", "state", "operator")
 _OUTCOMES = (
     "applied", "mismatch", "failed", "stopped", "refused", "forbidden", "violated", "withheld",
+    "operated",
 )  # fmt: skip
 
 

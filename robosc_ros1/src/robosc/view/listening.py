@@ -10,7 +10,7 @@ import json
 import threading
 import time
 from collections.abc import Iterable
-from typing import Protocol
+from typing import Any, Protocol
 
 from robosc.runtime.telemetry import dump
 from robosc.view.hub import Hub
@@ -22,12 +22,19 @@ CHECK = 0.5
 
 
 class Listener(Protocol):
-    """A node of ROS that only listens: it publishes nothing of the robot's and calls nobody.
+    """A node of ROS that only listens: it publishes nothing of the robot's and calls nobody, unless
+    an operator's hand does (:class:`~robosc.view.operating.Hand`).
 
     It may be there before the node it listens to, and stays when that goes.
     """
 
+    heard: Heard
+
     def start(self) -> None: ...
+
+    def order(self, word: str) -> None: ...
+
+    def publish(self, topic: str, data: Any) -> None: ...
 
     def close(self) -> None:
         """Leave without a trace."""
@@ -42,6 +49,7 @@ class Heard:
     def __init__(self, node: str, hub: Hub, silent: float = _SILENT) -> None:
         self.node = node
         self._hub = hub
+        self._model: dict[str, Any] | None = None
         self._at = float("-inf")
         self._silent = silent
         self.otherwise = f"waiting for {node}"
@@ -64,7 +72,12 @@ class Heard:
     def model(self, text: str) -> None:
         document = _document(text, "components")
         if document is not None:
+            self._model = json.loads(document)
             self._hub.put("model", document)
+
+    def document(self) -> dict[str, Any] | None:
+        """The latest model."""
+        return self._model
 
     def state(self, text: str) -> None:
         document = _document(text, "commands")

@@ -7,32 +7,43 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
+import secrets
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from robosc.errors import UsageError
+from robosc.runtime.telemetry import dump
 from robosc.view.hub import Hub
 from robosc.view.listening import Listener
+from robosc.view.operating import OperatorDesk
 from robosc.view.ros1 import Ros1
 from robosc.view.ros2 import Ros2
-from robosc.view.server import PageServer, Where
+from robosc.view.server import Answers, PageServer, Where
 
 _LISTENERS: Mapping[str, Callable[[str, Hub], Listener]] = {"1": Ros1, "2": Ros2}
 
 
-def view_node(node: str, where: Where, environment: Mapping[str, str]) -> None:
-    """Show a running node, until interrupted.
+def view_node(
+    node: str, where: Where, environment: Mapping[str, str], persons: Sequence[str] | None = None
+) -> None:
+    """Show a running node, until interrupted; with ``persons``, the components that stand for
+    such, whoever sits at this machine may operate it.
 
     Raises:
         UsageError: there is no ROS, it cannot listen there, or the node's name is none.
     """
     version = which_ros(environment)
     hub = Hub()
-    with PageServer(where, hub, {}) as server:
-        listener = _LISTENERS[version](node, hub)
-        with contextlib.closing(listener):
-            listener.start()
-            server.run()
+    listener = _LISTENERS[version](node, hub)
+    answers: Answers = {}
+    token = None
+    if persons is not None:
+        hub.put("operate", dump({"persons": list(persons)}))
+        answers = OperatorDesk(listener, persons, listener.heard.document).answers
+        token = secrets.token_urlsafe(24)
+    with PageServer(where, hub, answers, token) as server, contextlib.closing(listener):
+        listener.start()
+        server.run()
 
 
 def which_ros(environment: Mapping[str, str]) -> str:

@@ -13,6 +13,8 @@ from typing import Any
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
 from robosc.view.listening import CHECK, Heard
+from robosc.view.operating import PATIENCE, UNHEARD
+from robosc.view.server import Unable
 
 
 class Ros1:
@@ -30,11 +32,12 @@ class Ros1:
         if not rosgraph.names.is_legal_name(node) or node.startswith("~") or not node.strip("/"):
             raise UsageError(f"{node!r} is not the name of a node")
         name = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), node)
-        self._heard = Heard(rosgraph.names.canonicalize_name(name), hub)
+        self.heard = Heard(rosgraph.names.canonicalize_name(name), hub)
         self._subscribers: list[Any] = []
+        self._publishers: dict[str, Any] = {}
 
     def start(self) -> None:
-        self._heard.watch()
+        self.heard.watch()
         threading.Thread(target=self._run, name="listener", daemon=True).start()
 
     def close(self) -> None:
@@ -42,13 +45,50 @@ class Ros1:
 
         rospy.signal_shutdown("nobody watches any more")
 
+    def order(self, word: str) -> None:
+        self.publish(f"{self.heard.node}/operate", word)
+
+    def publish(self, topic: str, data: Any) -> None:
+        import genpy
+        import rosgraph
+        import roslib.message
+        import rospy
+
+        if not self._subscribers:
+            raise Unable("there is no connection to ROS yet")
+        try:
+            types = dict(rosgraph.Master(rospy.get_name()).getTopicTypes())
+        except (OSError, HTTPException, xmlrpc.client.Error) as error:
+            raise Unable(f"the master does not answer: {error}") from None
+        if topic not in types:
+            raise Unable(UNHEARD % topic)
+        class_ = roslib.message.get_message_class(types[topic])
+        if class_ is None:
+            raise Unable(f"this machine has no {types[topic]}: source the workspace that has it")
+        message = class_()
+        try:
+            genpy.message.fill_message_args(message, [data])
+            message._check_types()
+        except (genpy.MessageException, ValueError) as error:
+            raise Unable(str(error)) from None
+        publisher = self._publishers.get(topic)
+        if publisher is None:
+            publisher = rospy.Publisher(topic, class_, queue_size=10, tcp_nodelay=True)
+            self._publishers[topic] = publisher
+        end = time.monotonic() + PATIENCE
+        while not publisher.get_num_connections():
+            if time.monotonic() > end:
+                raise Unable(UNHEARD % topic)
+            time.sleep(0.01)
+        publisher.publish(message)
+
     def _run(self) -> None:
         import rosgraph
         import rospy
 
         logging.getLogger("rosout").addHandler(logging.NullHandler())
         while not rosgraph.is_master_online():
-            self._heard.otherwise = f"waiting for a master on {rosgraph.get_master_uri()}"
+            self.heard.otherwise = f"waiting for a master on {rosgraph.get_master_uri()}"
             time.sleep(CHECK)
         # Signals are the server's; several viewers may watch one node.
         rospy.init_node("robosc_view", anonymous=True, disable_signals=True, disable_rosout=True)
@@ -69,9 +109,9 @@ class Ros1:
         except rosgraph.MasterError:
             known = False
         except (OSError, HTTPException, xmlrpc.client.Error):  # what is on its port may be anything
-            self._heard.otherwise = f"no master on {rosgraph.get_master_uri()}"
+            self.heard.otherwise = f"no master on {rosgraph.get_master_uri()}"
             return
-        self._heard.waits(topics)
+        self.heard.waits(topics)
         if not known or not self._subscribers:
             self._subscribe()
 
@@ -82,7 +122,7 @@ class Ros1:
         for subscriber in self._subscribers:
             with contextlib.suppress(OSError, rospy.ROSException):
                 subscriber.unregister()
-        heard = self._heard
+        heard = self.heard
         topics = {"model": heard.model, "state": heard.state, "events": heard.event}
         self._subscribers = [
             rospy.Subscriber(

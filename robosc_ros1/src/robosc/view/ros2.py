@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import threading
+import time
 import uuid
 from typing import Any
 
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
 from robosc.view.listening import CHECK, Heard
+from robosc.view.operating import PATIENCE, UNHEARD
+from robosc.view.server import Unable
 
 
 class Ros2:
@@ -39,7 +43,8 @@ class Ros2:
             self._node = self._make_node()
         except RuntimeError as error:
             raise UsageError(f"ROS 2 does not start: {error}") from error
-        self._heard = Heard(name, hub)
+        self.heard = Heard(name, hub)
+        self._publishers: dict[str, Any] = {}
         self._subscribe()
         self._node.create_timer(CHECK, self._look_around)
         self._executor = SingleThreadedExecutor(context=self._context)
@@ -47,7 +52,7 @@ class Ros2:
         self._thread = threading.Thread(target=self._run, name="listener", daemon=True)
 
     def start(self) -> None:
-        self._heard.watch()
+        self.heard.watch()
         self._thread.start()
 
     def close(self) -> None:
@@ -55,6 +60,36 @@ class Ros2:
         self._thread.join(2.0)
         self._node.destroy_node()
         self._context.try_shutdown()
+
+    def order(self, word: str) -> None:
+        self.publish(f"{self.heard.node}/operate", word)
+
+    def publish(self, topic: str, data: Any) -> None:
+        types = dict(self._node.get_topic_names_and_types()).get(topic)
+        if not types:
+            raise Unable(UNHEARD % topic)
+        package, _, name = types[0].split("/")
+        try:
+            class_ = getattr(importlib.import_module(f"{package}.msg"), name)
+        except (ImportError, AttributeError):
+            raise Unable(
+                f"this machine has no {types[0]}: source the workspace that has it"
+            ) from None
+        message = class_()
+        try:
+            fill(message, data)
+        except (AssertionError, AttributeError, TypeError, ValueError) as error:
+            raise Unable(f"this does not fit {types[0]}: {error}") from None
+        publisher = self._publishers.get(topic)
+        if publisher is None:
+            publisher = self._node.create_publisher(class_, topic, 10)
+            self._publishers[topic] = publisher
+        end = time.monotonic() + PATIENCE
+        while not publisher.get_subscription_count():
+            if time.monotonic() > end:
+                raise Unable(UNHEARD % topic)
+            time.sleep(0.01)
+        publisher.publish(message)
 
     def _make_node(self) -> Any:
         """A node that offers none of the services which nodes have by default.
@@ -77,7 +112,7 @@ class Ros2:
         from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
         from std_msgs.msg import String
 
-        heard = self._heard
+        heard = self.heard
         reliable = ReliabilityPolicy.RELIABLE
         latched = QoSProfile(
             depth=1, reliability=reliable, durability=DurabilityPolicy.TRANSIENT_LOCAL
@@ -96,10 +131,33 @@ class Ros2:
             )
 
     def _look_around(self) -> None:
-        self._heard.waits(name for name, _ in self._node.get_topic_names_and_types())
+        self.heard.waits(name for name, _ in self._node.get_topic_names_and_types())
 
     def _run(self) -> None:
         from rclpy.executors import ExternalShutdownException, ShutdownException
 
         with contextlib.suppress(ExternalShutdownException, ShutdownException):
             self._executor.spin()
+
+
+def fill(message: Any, data: Any) -> None:
+    """Set the fields of a message: by name, nested, or its only one.
+
+    Raises:
+        AssertionError, AttributeError, TypeError, ValueError: they do not fit.
+    """
+    types = message.get_fields_and_field_types()
+    if not isinstance(data, dict):
+        if len(types) != 1:
+            raise ValueError(f"it has the fields {', '.join(types)}")
+        data = {next(iter(types)): data}
+    for name, value in data.items():
+        if name not in types:
+            raise ValueError(f"it has no field {name!r}")
+        inner = getattr(message, name)
+        if hasattr(inner, "get_fields_and_field_types"):
+            fill(inner, value)
+        elif types[name] in ("double", "float") and type(value) is int:
+            setattr(message, name, float(value))
+        else:
+            setattr(message, name, value)

@@ -1,12 +1,14 @@
 """The page and its stream over HTTP: Python's own server, one thread for each browser.
 
 A stream is one of Server-Sent Events (HTML standard, section 9.2). Nothing that a browser asks
-changes anything but the source's own play: there is no way from here into ROS.
+changes anything but the source's own play: there is no way from here into ROS, except for who has
+the token of a server that an operator started for that (:mod:`~robosc.view.operating`).
 """
 
 from __future__ import annotations
 
 import errno
+import hmac
 import ipaddress
 import json
 import socket
@@ -61,8 +63,14 @@ class PageServer(ThreadingHTTPServer):
     # A browser that reloads often must not find the door closed.
     request_queue_size = 64
 
-    def __init__(self, where: Where, hub: Hub, answers: Answers) -> None:
+    def __init__(self, where: Where, hub: Hub, answers: Answers, token: str | None = None) -> None:
+        """``token``: whoever posts must have it; only for browsers of this machine."""
+        if token is not None and not _is_local(where.host):
+            raise UsageError(
+                f"{where.host} can be reached from other machines: an operator sits at this one"
+            )
         self.hub = hub
+        self.token = token
         self.answers = answers
         host, port = where.host, where.port
         self._host = host
@@ -90,7 +98,9 @@ class PageServer(ThreadingHTTPServer):
         everywhere = address is not None and address.is_unspecified
         host = _own_address(self.address_family) if everywhere else self._host
         host = f"[{host}]" if ":" in host else host
-        return f"http://{host}:{self.server_address[1]}/"
+        # Behind the #, browsers keep it to themselves.
+        token = "" if self.token is None else f"#token={self.token}"
+        return f"http://{host}:{self.server_address[1]}/{token}"
 
     def run(self) -> None:
         """Tell where to look, and serve until interrupted."""
@@ -154,6 +164,9 @@ class _Handler(BaseHTTPRequestHandler):
         if not (is_json and welcome):
             self._reply(403, {"message": "only this server's own page may ask this"})
             return
+        if not self._has_token():
+            self._reply(403, {"message": "open the page by the whole address, with its token"})
+            return
         if answer is None:
             self._reply(404, {"message": "this source does not offer that"})
             return
@@ -176,6 +189,11 @@ class _Handler(BaseHTTPRequestHandler):
         if origin is not None and urlsplit(origin).netloc != self.headers.get("Host", "").lower():
             return True
         return self.headers.get("Sec-Fetch-Site", "none") not in ("same-origin", "none")
+
+    def _has_token(self) -> bool:
+        token = self.server.token
+        given = self.headers.get("Authorization", "").encode()
+        return token is None or hmac.compare_digest(given, f"Bearer {token}".encode())
 
     def _stream(self) -> None:
         self._head(200, "text/event-stream; charset=utf-8", None)

@@ -20,7 +20,7 @@ class Tally:
         )
 
     def take(self, kind: str, name: str, outcome: str) -> None:
-        if outcome in ("stopped", "violated", "refused", "withheld"):
+        if outcome in ("stopped", "violated", "refused", "withheld", "operated"):
             return
         if outcome in ("mismatch", "failed"):
             self.counters["mismatches" if outcome == "mismatch" else "failed"] += 1

@@ -30,6 +30,12 @@ class Tables:
         """Return all topics with the keys of the communications on them."""
         return [(name, keys) for name, _, keys in (*self.subscriptions, *self.publications)]
 
+    def heard(self, controller, resolved):
+        """Return the full names of the topics that are heard, by the names of communications."""
+        names = {c.key: c.name for c in controller.COMMUNICATIONS}
+        topics = self.subscriptions
+        return {names[key]: resolved(topic) for topic, _, keys in topics for key in keys}
+
     def traffic(self, node, resolved, allowed, simulated):
         """Return the topics of a node (given by its full name) whose other nodes are watched.
 

@@ -27,8 +27,8 @@ _MEANINGS = {
 }
 """What parameters mean to a monitor."""
 _IDLE = (
-    "allowed_publishers", "exit_on_stop", "goal_timeout", "on_mismatch", "order", "rate", "seed",
-    "server_lost_after", "shadow",
+    "allowed_publishers", "exit_on_stop", "goal_timeout", "on_mismatch", "operate", "order", "rate",
+    "seed", "server_lost_after", "shadow",
 )  # fmt: skip
 """Parameters of commands that a monitor does not send."""
 

@@ -80,11 +80,14 @@ const isOwn = (event) =>
 const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : undefined);
 const shorten = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);
 
+/** What shows that an operator opened the page. */
+const authority = () => (operating.token ? { Authorization: `Bearer ${operating.token}` } : {});
+
 /** Ask the server, or the page itself where it holds a recording. */
 async function post(path, body) {
   if (exported.data) return exported.answer(path, body);
   const answer = await fetch(path, {
-    method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body),
+    method: "POST", headers: { "Content-Type": "application/json", ...authority() }, body: JSON.stringify(body),
   });
   const document = await answer.json();
   if (!answer.ok) throw new Error(document.message);

@@ -9,7 +9,7 @@ const PACE = 100; // milliseconds between two changes of what is read, not watch
 const BROKEN = 7000; // milliseconds of silence; the server says something every two seconds
 
 const page = {
-  hello: null, model: null, source: null, thresholds: {}, state: null, status: null,
+  hello: null, model: null, communications: [], source: null, thresholds: {}, state: null, status: null,
   cards: new Map(), rows: new Map(),
   followed: new Map(), // component to the state that the events led to so far
   events: [], fresh: [], number: 0, time: 0, run: 0, later: null,
@@ -54,6 +54,7 @@ function receive(news) {
   page.heard = performance.now();
   if (news.hello) greet(news.hello);
   if (news.model) attempt("model", () => build(news.model, JSON.stringify(news.model)));
+  if (news.operate) operating.offer(news.operate);
   if ("run" in news) forget();
   if (news.status) page.status = news.status;
   compareClocks(news);
@@ -188,6 +189,8 @@ function build(model, text) {
   const bare = new Set(model.communications.filter((c) => c.request === "none").map((c) => c.name));
   const commands = model.commands.filter((c) => c.event.kind !== "tau");
   page.source = model.source;
+  page.communications = model.communications;
+  operating.list();
   served.clear();
   for (const c of model.communications) if (c.kind === "outgoing service" || c.kind === "outgoing action") served.add(c.name);
   const rows = commandRows(commands, (command) => !bare.has(command.event.name));
@@ -250,6 +253,7 @@ function showState(state) {
   for (const [name, card] of page.cards) card.show(own(state.components, name), state.variables);
   for (const command of state.commands) page.rows.get(eventName(command.event))?.show(command);
   showPhases(state.communications);
+  operating.show(state);
   byId("marked").hidden = !state.marked;
   if (state.choices && !page.held) showChoices(state.choices, state.undo);
 }
@@ -309,7 +313,7 @@ function showStatus() {
   }
   if ("withheld" in counters) gauge("withheld", String(counters.withheld));
   const told = page.state?.stopped;
-  tell("alert", told && `Safe stop: ${told}`);
+  tell("alert", told && (told.startsWith("held") ? `Commands are ${told}` : `Safe stop: ${told}`));
   tell("faults", page.state?.faults?.join(" · "));
   const broken = !exported.data && (link.open === false || performance.now() - page.heard > BROKEN);
   const usual = { good: true, text: live ? "playing" : "recording" };

@@ -24,6 +24,7 @@ PARAMETERS = (
     "legacy_state_topic",
     "allowed_publishers",
     "shadow",
+    "operate",
     "tolerance",
     "rate.reach",
     "timeout.reach",

@@ -32,6 +32,7 @@ PARAMETERS = (
     "legacy_state_topic",
     "allowed_publishers",
     "shadow",
+    "operate",
     "tolerance",
     "rate.heat",
     "rate.rest",

@@ -1,0 +1,111 @@
+"""An operator holds, releases and steps commands; what is forbidden stays so."""
+
+from __future__ import annotations
+
+import pytest
+from runtime.lamp_robot import ARM, GO, HALT, LAMP
+from runtime.played_engine import Played
+from runtime.test_supervisor_engine import Bench
+
+from robosc.runtime.operating import HELD
+
+CLEAR, BLOCKED = 20.0, 5.0
+
+
+def order(played: Played, word: str) -> list[str]:
+    played.engine.operate(word)
+    played.engine.cycle()
+    return played.port.take()
+
+
+def told(played: Played) -> list[tuple[str, str]]:
+    entries = played.engine.recorder.take()
+    return [(e.value, e.outcome) for e in entries if e.kind == "operator"]
+
+
+def test_held_commands_are_not_sent_until_they_are_released() -> None:
+    played = Played()
+    played.controller.lamp_allowed = False
+    played.begin()
+    assert played.see(CLEAR) == [GO]
+    assert order(played, "hold") == []
+    assert played.see(BLOCKED) == played.see(CLEAR) == played.wait(1.0) == []
+    assert played.controller.clear
+    assert order(played, "release") == [GO]
+    assert told(played) == [("hold", "operated"), ("release", "operated")]
+
+
+def test_holding_stops_the_robot_and_cancels_its_goals() -> None:
+    played = Played(stop_command=HALT)
+    played.controller.lamp_allowed = False
+    assert ARM in played.begin()
+    assert order(played, "hold") == [HALT]
+    assert played.port.cancelled == [(ARM, played.port.tokens[ARM])]
+
+
+def test_steps_perform_one_command_that_is_allowed_in_turn() -> None:
+    played = Played()
+    played.begin()
+    played.see(CLEAR)
+    order(played, "hold")
+    played.end(LAMP)
+    steps = [order(played, "step") for _ in range(4)]
+    assert all(len(sent) == 1 for sent in steps)
+    assert {sent[0] for sent in steps} == {GO, LAMP}
+    assert played.wait(1.0) == []
+    played.see(BLOCKED)
+    assert GO not in order(played, "step")
+
+
+def test_a_step_without_a_command_that_is_allowed_is_refused() -> None:
+    played = Played()
+    played.controller.lamp_allowed = False
+    played.controller.can_halt = lambda: False  # type: ignore[method-assign]
+    played.begin()
+    order(played, "hold")
+    played.controller.arm = "stopping"
+    played.engine._scheduler.commands[1].allowed = lambda: False
+    assert order(played, "step") == []
+    assert told(played)[-1] == ("step", "refused")
+    assert played.wait(1.0) == []
+
+
+@pytest.mark.parametrize("word", ["release", "step", "dance"])
+def test_orders_that_mean_nothing_change_nothing(word: str) -> None:
+    played = Played()
+    played.begin()
+    sent = order(played, word)
+    assert (sent, played.engine.stopped) == ([], None)
+
+
+def test_a_safe_stop_ends_what_is_held_for_good() -> None:
+    played = Played()
+    played.begin()
+    order(played, "hold")
+    played.engine.stop("because")
+    assert order(played, "release") == order(played, "step") == []
+    assert played.engine.stopped == "because"
+    assert played.wait(1.0) == []
+
+
+def test_a_supervisor_blocks_while_it_is_held_and_lets_one_step_pass() -> None:
+    bench = Bench()
+    bench.sense(CLEAR)
+    bench.guard.operate("hold")
+    assert bench.offer("fast") == []
+    bench.guard.operate("step")
+    assert bench.offer("fast") == [(GO, "fast")]
+    assert bench.offer("fast") == []
+    bench.guard.operate("release")
+    assert bench.offer("fast") == [(GO, "fast")]
+
+
+def test_nothing_gets_past_the_supervisor_by_a_step() -> None:
+    bench = Bench()
+    bench.sense(BLOCKED)
+    bench.guard.operate("hold")
+    bench.guard.operate("step")
+    assert bench.offer("fast") == []
+    bench.sense(CLEAR)
+    assert bench.guard.stopped == HELD
+    assert bench.offer("fast") == [(GO, "fast")]
