@@ -44,6 +44,23 @@ class ManagedNode(LifecycleNode):
         self._make_work = make_work
         self._ending = ending
         self._own = set()
+        for service in self.services:
+            if service.srv_type.__name__ == "ChangeState":
+                service.callback = self._answering(service.callback)
+
+    def _answering(self, change):
+        """Return the callback for changes that also answers those that are not possible now, for
+        which rclpy raises an exception."""
+
+        def answer(request, response):
+            try:
+                return change(request, response)
+            except RuntimeError as error:  # what rclpy raises is one
+                self.get_logger().warning("this change of state is refused: %s" % error)
+                response.success = False
+                return response
+
+        return answer
 
     def on_configure(self, state):
         self._own = set(self._entities())

@@ -82,6 +82,19 @@ def test_it_begins_anew_after_a_cleanup(robot: Peer, controller: Start) -> None:
     robot.expect("message", name="beacon")
 
 
+@pytest.mark.parametrize("package", [NODE, GUARD])
+def test_a_change_that_is_not_possible_now_is_refused(
+    robot: Peer, controller: Start, package: str
+) -> None:
+    node = controller(package)
+    assert not change(robot, package, ACTIVATE)
+    assert change(robot, package, CONFIGURE)
+    assert not change(robot, package, CONFIGURE)
+    assert not change(robot, package, 99)
+    assert change(robot, package, ACTIVATE)
+    assert "Traceback" not in node.output
+
+
 def test_wrong_parameters_keep_it_unconfigured(robot: Peer, controller: Start) -> None:
     node = controller(NODE, rate=-1.0)
     assert not change(robot, NODE, CONFIGURE)
