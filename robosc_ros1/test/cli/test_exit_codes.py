@@ -17,7 +17,7 @@ from pathlib import Path
 import models
 import pytest
 from families import switches
-from ros_support import SOURCES, Completed, await_condition, state_of
+from ros_support import EXAMPLES, SOURCES, Completed, await_condition, state_of
 
 from robosc import limits, pipeline
 from robosc.synthesis.bdd.manager import available
@@ -345,3 +345,24 @@ def test_a_folder_that_is_gone_is_told(tmp_path: Path) -> None:
     done = in_shell(script, tmp_path, "check", "../model.rscd")
     assert code(done) == 2
     assert done.stderr.startswith("error: the current folder is gone")
+
+
+def test_a_command_that_used_diagrams_leaves_with_all_that_it_wrote() -> None:
+    """It does not free them, but what others have registered for its end is done."""
+    pytest.importorskip("oxidd")
+    model = str(EXAMPLES / "line_follower" / "line_follower.rscd")
+    words = ["robosc", "synthesize", model, "--engine", "bdd", "--json"]
+    code = (
+        "import atexit, sys; atexit.register(print, 'over'); from robosc.start import run;"
+        f" sys.argv = {words!r}; run(); print('freed')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(SOURCES), *sys.path])},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    document, _, rest = done.stdout.rpartition("}")
+    assert rest.split() == ["over"]
+    assert json.loads(document + "}")["engine"] == "bdd"
