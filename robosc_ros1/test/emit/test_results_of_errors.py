@@ -67,7 +67,7 @@ def test_where_errors_bring_a_value() -> None:
     service = "service navigate with request: none, response: Result links nav"
     assert faults(
         "action navigate with request: none, response: Result, feedback: none links nav", service
-    )[0] == "'on error' carries no value"  # fmt: skip
+    )[0] == "'on error' of a service carries a value only where it has 'expect:'"  # fmt: skip
 
 
 def test_the_remedy_is_for_when_no_result_comes() -> None:

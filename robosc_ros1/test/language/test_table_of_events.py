@@ -27,11 +27,11 @@ from robosc.language.events import (
 # Communication: event, from which phases, to which, its data, and whose decision it is.
 EVENTS = """
 incoming:         request     -                 -           request    controller
-outgoing:         response    silent,fresh      fresh       response   robot
+outgoing:         response    unheard,heard,silent,fresh fresh response robot
 outgoing:         timeout     fresh             silent      -          time
 service:          request     idle              busy        request    controller
 service:          response    busy              idle        response   robot
-service:          error       busy              idle        -          robot
+service:          error       busy              idle        response?  robot
 action:           request     idle              busy        request    controller
 action:           response    busy,cancelling   idle        response   robot
 action:           feedback    busy              busy        feedback   robot
@@ -41,20 +41,29 @@ action:           cancelled   cancelling        idle        -          robot
 outgoing service: request     idle              busy        request    robot
 outgoing service: response    busy              idle        response   controller
 outgoing service: error       busy              idle        -          controller
+outgoing action:  request     idle              busy        request    robot
+outgoing action:  response    busy,ending       idle        response   controller
+outgoing action:  feedback    busy              busy        feedback   controller
+outgoing action:  error       busy,ending       idle        -          controller
+outgoing action:  cancel      busy              ending      -          robot
 """
 PHASES = {
     "service": ("idle", ("busy",), ("idle",)),
     "action": ("idle", ("busy", "cancelling"), ("idle",)),
     "outgoing": ("silent", ("fresh",), ("silent", "fresh")),
     "outgoing service": ("idle", ("busy",), ("idle",)),
+    "outgoing action": ("idle", ("busy", "ending"), ("idle",)),
 }
 """The initial phase, the others, and those that are marked."""
+HEARD = {"unheard", "heard"}
+"""More phases of a message of which a model asks whether it has ever arrived."""
 DEFINITIONS = {
     "incoming": ("msg", ("request",), "request", "request"),
     "outgoing": ("msg", ("response",), "request", None),
     "service": ("srv", ("request", "response"), "request", "request"),
     "action": ("action", ("request", "response", "feedback"), "request", "request"),
     "outgoing service": ("srv", ("request", "response"), "response", "answer"),
+    "outgoing action": ("action", ("request", "response", "feedback"), "response", "answer"),
 }
 """Folder, parts, what the controller gives, and the event with which it does."""
 
@@ -120,16 +129,20 @@ def test_phases_begin_and_are_marked_as_they_should() -> None:
         assert found == PHASES.get(sort.name)
         for event in sort.events:
             names = set() if phases is None else set(phases.names)
+            names |= HEARD if sort.name == "outgoing" else set()
             assert {*event.sources, event.target} - {""} <= names
-    assert set(ACTIVE) == {phase for _, others, _ in PHASES.values() for phase in others}
+    active = {phase for _, others, _ in PHASES.values() for phase in others}
+    assert set(ACTIVE) == active | {"heard"}
 
 
 def test_definitions_in_ros() -> None:
     for sort in COMMUNICATIONS.values():
         command = None if sort.command is None else sort.command.value
         assert (sort.folder, sort.parts, sort.sends, command) == DEFINITIONS[sort.name]
-        assert sort.served == (sort.name == "outgoing service")
-        assert set(sort.received) == set(sort.parts) - ({sort.sends} if command else set())
+        assert sort.served == (sort.name in ("outgoing service", "outgoing action"))
+        given = {sort.sends} if command else set()
+        given |= {"feedback"} if sort.name == "outgoing action" else set()
+        assert set(sort.received) == set(sort.parts) - given
         for event in sort.events:
             assert sort.named(event.kind.word) is event.kind
             assert sort.event(event.kind) is event
@@ -148,14 +161,14 @@ def test_the_second_reading_has_the_same_events() -> None:
 def test_properties_of_kinds() -> None:
     """Words in the order of the enumeration; what holds of which."""
     holds = {
-        "sent": "request answer",
-        "served": "answer refusal",
-        "restricted": "request cancel answer tau",
-        "to_component": "request answer refusal",
+        "sent": "request answer progress",
+        "served": "answer refusal progress",
+        "restricted": "request cancel answer progress tau",
+        "to_component": "request answer refusal progress",
         "of_component": "tau after",
-        "synchronised": "request answer refusal tau after",
+        "synchronised": "request answer refusal progress tau after",
         "clocked": "timeout after",
-        "controllable": "request cancel answer refusal tau",
+        "controllable": "request cancel answer refusal progress tau",
     }
     for name, kinds in holds.items():
         assert [k.value for k in EventKind if getattr(k, name)] == kinds.split(), name

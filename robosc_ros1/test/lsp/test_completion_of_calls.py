@@ -14,7 +14,7 @@ ASK = SHAPE + "\n outgoing service ask with request: boolean, response: boolean 
 @pytest.mark.parametrize(
     ("new", "first"),
     [
-        ("outgoing |", ["message", "service"]),
+        ("outgoing |", ["action", "message", "service"]),
         ("outgoing service |", []),
         ("outgoing service ask |", ["with"]),
         ("outgoing service ask with |", ["request:", "type:", "identifier:"]),

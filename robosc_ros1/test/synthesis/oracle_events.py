@@ -29,6 +29,13 @@ KINDS = {
     Kind.OUTGOING: (EventKind.RESPONSE,),
     Kind.INCOMING: (EventKind.REQUEST,),
     Kind.SERVED_SERVICE: (EventKind.CALL, EventKind.ANSWER, EventKind.REFUSAL),
+    Kind.SERVED_ACTION: (
+        EventKind.CALL,
+        EventKind.ANSWER,
+        EventKind.PROGRESS,
+        EventKind.REFUSAL,
+        EventKind.RECALL,
+    ),
     Kind.SERVICE: (EventKind.REQUEST, EventKind.RESPONSE, EventKind.ERROR),
     Kind.ACTION: (
         EventKind.REQUEST,
@@ -39,7 +46,7 @@ KINDS = {
         EventKind.CANCELLED,
     ),
 }
-ANSWERS = (EventKind.ANSWER, EventKind.REFUSAL)
+ANSWERS = (EventKind.ANSWER, EventKind.REFUSAL, EventKind.PROGRESS)
 AGREED = (EventKind.REQUEST, *ANSWERS)
 """What all components must agree on that mention it."""
 CONTROLLABLE = (*AGREED, EventKind.CANCEL, EventKind.TAU)
@@ -98,7 +105,7 @@ def _counting(
 
 def first_phase(communication: Communication) -> str | None:
     """The phase in which a communication begins; None: it has no phases."""
-    if communication.kind in (Kind.SERVICE, Kind.ACTION, Kind.SERVED_SERVICE):
+    if communication.kind not in (Kind.INCOMING, Kind.OUTGOING):
         return "idle"
     if communication.kind is Kind.OUTGOING and communication.timeout is not None:
         return "unheard" if communication.heard else "silent"

@@ -106,14 +106,16 @@ class OraclePlant(OracleEvents):
             return
         if event.kind in (EventKind.REQUEST, EventKind.CALL):
             follows = {"idle": "busy"}
-        elif event.kind is EventKind.FEEDBACK:
+        elif event.kind in (EventKind.FEEDBACK, EventKind.PROGRESS):
             follows = {"busy": "busy"}
+        elif event.kind is EventKind.RECALL:
+            follows = {"busy": "ending"}
         elif event.kind is EventKind.CANCEL:
             follows = {"busy": "cancelling"}
         elif event.kind is EventKind.CANCELLED:
             follows = {"cancelling": "idle"}
         else:
-            follows = {"busy": "idle", "cancelling": "idle"}
+            follows = {"busy": "idle", "cancelling": "idle", "ending": "idle"}
         if phase not in follows:
             raise Impossible
         after["phase", event.key] = follows[phase]
@@ -175,7 +177,7 @@ class OraclePlant(OracleEvents):
 
     def marked(self, state: OracleState) -> bool:
         for (what, name), value in zip(self.slots, state, strict=True):
-            if what == "phase" and value in ("busy", "cancelling"):
+            if what == "phase" and value in ("busy", "cancelling", "ending"):
                 return False
             if what == "at":
                 behaviour = self.robot.component(name).behaviour

@@ -160,8 +160,7 @@ class ChoiceRef(ValueRef):
     renews: VariableRef | TestRef | None = None
 
 
-REASON = ("error reason",)
-"""The path of the reason, which is that of no part of a value."""
+REASON = ("error reason",)  # the path of the reason, which is that of no part of a value
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from robosc.language.events import Kind
 
 
 @dataclass(frozen=True, slots=True)
-class Reason:
+class ErrorReason:
     """Why a service or an action failed, as models name it.
 
     ``of_services``: services fail for it, too. ``while_cancelling``: also what is being cancelled
@@ -27,12 +27,14 @@ FAILED = "failed"
 """The reason of a goal that its server has ended, perhaps with a result."""
 
 REASONS = (
-    Reason(FAILED, True, True, "its server aborted it, raised an exception, or others ended it"),
-    Reason("absent", True, False, "there was no server until the deadline"),
-    Reason("rejected", False, False, "the server did not accept the goal"),
-    Reason(REFUSED, True, True, "the answer is not what `expect:` says"),
-    Reason("timeout", True, False, "it was not answered, not accepted or not done in time"),
-    Reason("lost", False, True, "the server vanished, or was silent for too long"),
+    ErrorReason(
+        FAILED, True, True, "its server aborted it, raised an exception, or others ended it"
+    ),
+    ErrorReason("absent", True, False, "there was no server until the deadline"),
+    ErrorReason("rejected", False, False, "the server did not accept the goal"),
+    ErrorReason(REFUSED, True, True, "the answer is not what `expect:` says"),
+    ErrorReason("timeout", True, False, "it was not answered, not accepted or not done in time"),
+    ErrorReason("lost", False, True, "the server vanished, or was silent for too long"),
 )
 """All reasons; the first one is what simulated errors have if nothing else is said."""
 

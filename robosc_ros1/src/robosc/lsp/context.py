@@ -167,6 +167,8 @@ def _begins(kind: str, word: str, words: list[str]) -> bool:
         return False  # of an aggregate: any(s.on for s in Station)
     if word not in starts_of(kind) or last in _EXPECT_NAME:
         return False
+    if word in ("service", "action") and words == ["outgoing"]:
+        return False
     return not (word in ("state", "marked") and last in ("initial", "marked"))
 
 

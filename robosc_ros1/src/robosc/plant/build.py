@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 
-from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.presence import known_condition
 from robosc.expr.traversal import operands
@@ -14,7 +13,6 @@ from robosc.expr.tree import (
     Binary,
     ChoiceRef,
     Expr,
-    Leaf,
     TestRef,
     ValueRef,
     VariableRef,
@@ -42,9 +40,9 @@ from robosc.plant.automaton import (
 from robosc.plant.data.asked_cases import by_data
 from robosc.plant.data.builder import finite_view
 from robosc.plant.data.classes import Classes
-from robosc.plant.data.terms import Term
-from robosc.plant.data.view import FiniteView, Scope, may_be_missing, reference_to
-from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.plant.data.values import values_of_term
+from robosc.plant.data.view import FiniteView, may_be_missing, reference_to
+from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.plant.precedence import Taken, result_transitions, taken_in
 
 
@@ -91,7 +89,9 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
             for variable in behaviour.variables:
                 is_finite = variable.in_state and domain(variable.type) is not None
                 if is_finite or variable.key in view.variables:
-                    values, labels = _values(view, None, reference_to(variable), variable.key)
+                    values, labels = values_of_term(
+                        view, None, reference_to(variable), variable.key
+                    )
                     initial = values.index(variable.initial)
                     yield StateVariable(
                         VariableKind.DATA, variable.key, values, initial, labels=labels
@@ -102,7 +102,7 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
                 marked = frozenset(phases.names.index(name) for name in phases.marked)
                 yield StateVariable(VariableKind.PHASE, communication.key, phases.names, 0, marked)
     for test in view.tests:
-        outcomes, labels = _values(view, None, test, test.name)
+        outcomes, labels = values_of_term(view, None, test, test.name)
         starts = view.starts(test, outcomes)
         yield StateVariable(
             VariableKind.TEST, test.name, outcomes, starts[0], None, labels, test, starts
@@ -286,7 +286,7 @@ class _Lowering:
     def _parameter(self, reference: ValueRef, scope: tuple[EventKind, str]) -> EventParameter:
         test = reference.test if isinstance(reference, ChoiceRef) else None
         values: Sequence[Value | None]
-        values, labels = _values(self.view, scope, reference, "a received value")
+        values, labels = values_of_term(self.view, scope, reference, "a received value")
         if not isinstance(values, Classes) and may_be_missing(reference):
             values = (*values, None)
         optional = reference.optional
@@ -364,43 +364,6 @@ def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:
     if isinstance(term, TestRef):
         return VariableKind.TEST, term.name
     return VariableKind.DATA, f"{term.component}.{term.variable}"
-
-
-def _labels(classes: Classes, term: Term, robot: Robot, whole: bool) -> tuple[str, ...]:
-    """Return the texts, for users, of the values of a term: ``Battery.charge > 0.2``, ``x <= 1``,
-    with ``whole`` also for a part of a message ``value.x <= 1``."""
-    if isinstance(term, ChoiceRef) and term.renews is not None:
-        return tuple(f"new {label}" for label in _labels(classes, term.renews, robot, whole))
-
-    def spelled(leaf: Leaf) -> str | None:
-        incoming = isinstance(leaf, ValueRef) and leaf == term and not whole
-        return to_dsl(leaf, robot).removeprefix("value.") if incoming else None
-
-    return tuple(
-        classes.label(number, term, lambda expr: to_dsl(expr, robot, spelled))
-        for number in range(len(classes))
-    )
-
-
-def _values(
-    view: FiniteView, scope: Scope, term: Term, what: str
-) -> tuple[Sequence[Value], tuple[str, ...] | None]:
-    """Return the values or classes of a term, and the texts of classes for users.
-
-    ``what`` is the subject of error messages.
-    """
-    classes = view.values(scope, term)
-    if classes is not None:
-        whole = scope is not None and scope[0] is EventKind.REQUEST
-        return classes, _labels(classes, term, view.robot, whole)
-    values = domain(term.type)
-    assert values is not None, f"{what} takes part in synthesis and is not finite"
-    if isinstance(values, range) and values.stop - values.start > limits.VALUES:
-        raise StateSpaceError(
-            f"{what}, {term.type}, takes more than {limits.VALUES} values:"
-            " narrow its range, or convert it by an enum"
-        )
-    return values, None
 
 
 def _operands(operator: str, conditions: Iterable[Expr]) -> Iterator[Expr]:

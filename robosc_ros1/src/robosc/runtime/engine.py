@@ -23,7 +23,6 @@ from .intake import BoundInput, Inputs, Item
 from .operating import HELD, Operating
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
-from .served import Serving
 from .values import (
     UNREADABLE,
     BrokenAssumption,

@@ -140,9 +140,7 @@ _GENERAL = (
     _general(
         "allowed_publishers", "nodes, separated by spaces, that may also publish on command topics"
     ),
-    _general(
-        "shadow", "send nothing: follow who commands the robot, and tell what would be sent instead"
-    ),
+    _general("shadow", "send nothing: follow who commands, and tell what would be sent instead"),
     _general("operate", "let an operator hold, release and step the commands by ~operate"),
     _general(
         "tolerance", "seconds by which messages to a monitor or shadow may cross", minimum=0.0

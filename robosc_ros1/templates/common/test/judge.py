@@ -262,8 +262,7 @@ class Judge:
             self._input(kind, key, value)
 
     def _is_assumed_away(self, kind, key, value):
-        """Whether the robot has sent what it is assumed not to send: its state has changed since it
-        chose the message."""
+        """Whether the robot has sent what it is assumed not to send: it chose in an older state."""
         if not self.shadow.assumptions:
             return False
         self.inputs += 1
@@ -281,8 +280,7 @@ class Judge:
         self.served[key].answers.append((False, None))
 
     def _is_unsent(self, kind, key):
-        """Whether the controller must not send an allowed command, because a number in its data is
-        not finite or some of the data have not arrived yet."""
+        """Whether an allowed command must not be sent: its data are not finite, or have not come."""
         self._look_at_order(kind, key)
         self.shadow.check_sent(kind, key)
         try:
@@ -307,8 +305,8 @@ class Judge:
             except Undefined:
                 raise Wrong("%s is sent although its data have not arrived" % key) from None
             if not alike(value, data):
-                name = PLANT_COMMUNICATIONS[key]["name"]
-                self.faults.append("%s is sent with %r, not %r" % (name, value, data))
+                told = PLANT_COMMUNICATIONS[key]["name"], value, data
+                self.faults.append("%s is sent with %r, not %r" % told)
             if kind == "answer":
                 self.served[key].end(True, data)
             elif kind == "progress":
@@ -361,22 +359,20 @@ class Judge:
     def next_step(self):
         """Return the next step of the guide; see :meth:`Guide.next`."""
         with self._lock:
-            state = self.shadow.copy()
-            return self.guide.next(state)
+            return self.guide.next(self.shadow.copy())
 
     def keeps(self, kind, keys, message):
         """Whether a message of the robot breaks no assumption in the latest known state."""
         with self._lock:
             state = self.shadow.copy()
-        contents = [(key, state.content(key, kind, message)) for key in keys]
-        return not any(state.assumed_away(kind, key, content) for key, content in contents)
+        content = functools.partial(state.content, kind=kind, message=message)
+        return not any(state.assumed_away(kind, key, content(key)) for key in keys)
 
     def _drops(self, key):
         """Whether the controller may have dropped an answer: late, or after a cancel."""
         name = PLANT_COMMUNICATIONS[key]["name"]
-        return key not in self.served and any(
-            self.events.get((kind, name, 0)) for kind in ("cancel", "error")
-        )
+        ends = (self.events.get((kind, name, 0)) for kind in ("cancel", "error"))
+        return key not in self.served and any(ends)
 
     def compare_messages(self):
         """Check that the messages that arrived at the robot match the events.

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from robosc.expr.by_identity import ByIdentity
+from robosc.expr.presence import none_of
 from robosc.expr.quantified import chain
 from robosc.expr.tree import (
     REASON,
@@ -15,10 +16,9 @@ from robosc.expr.tree import (
     PhaseRef,
     ReasonRef,
     StateRef,
-    Unary,
     VariableRef,
 )
-from robosc.expr.types import ArrayType, BooleanType, EnumType, ObjectType, Type
+from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names.occurrences import Declaration, Symbol, SymbolKind
@@ -34,6 +34,8 @@ from robosc.syntax.nodes import (
     StateNode,
     ValueNode,
 )
+
+_WHOLE = (ArrayType, ObjectType)
 
 
 class RosConstant(NamedTuple):
@@ -119,12 +121,12 @@ class Meanings:
         if self._symbols is None:
             return None
         own = self._symbols.own
-        if own is not None and _is_whole(own.variables.get(name)):
+        if own is not None and isinstance(own.variables.get(name), _WHOLE):
             return self._whole(own, Access(access.root, (), span=access.root.span)), 0
         component = self._symbols.component(name)
         if component is None or not isinstance(first, Name) or len(access.path) == 1:
             return None
-        if not _is_whole(component.variables.get(first.text)):
+        if not isinstance(component.variables.get(first.text), _WHOLE):
             return None
         return self._whole(component, Access(access.root, (first,), span=access.span)), 1
 
@@ -139,7 +141,7 @@ class Meanings:
             members = 1
         if found is None or not isinstance(found[1], Literal | ParameterRef):
             return None
-        if not _is_whole(found[1].type):
+        if not isinstance(found[1].type, _WHOLE):
             return None
         meaning = self._value(access, found[0], found[1], found[2])
         assert isinstance(meaning, Literal | ParameterRef)
@@ -331,9 +333,7 @@ class Meanings:
             if path not in component.states and not performing:
                 continue
             use(access.root, component.declaration if component is owner else None)
-            if performing:
-                steps = steps[:-1]
-            for length, step in enumerate(steps, 1):
+            for length, step in enumerate(steps[:-1] if performing else steps, 1):
                 inside = ".".join(s.text for s in steps[:length])
                 use(step, component.states[inside], component.name)
             if performing:
@@ -364,13 +364,12 @@ class Meanings:
         if info is None or phases is None:
             return []
         self._record_communication(access, info)
-        if phase.text in phases.active:
-            return [PhaseRef(info.key, phase.text, access.span)]
         if phase.text not in phases.names:
             return []
+        if phase.text in phases.active:
+            return [PhaseRef(info.key, phase.text, access.span)]
         others = (PhaseRef(info.key, name, access.span) for name in phases.active)
-        negated = [Unary("!", other, BooleanType(), access.span) for other in others]
-        return [chain("and", negated, access.span)]
+        return [none_of(others, access.span)]
 
     def _heard(self, access: Access, info: CommunicationInfo) -> list[Expr]:
         """The condition that a message has arrived."""
@@ -394,10 +393,6 @@ class Meanings:
             seen.add(type_)
             found.append(Literal(name, type_, access.span))
         return found
-
-
-def _is_whole(type_: Type | None) -> bool:
-    return isinstance(type_, ArrayType | ObjectType)
 
 
 def _last(access: Access) -> Name:

@@ -8,14 +8,13 @@ from functools import partial
 from typing import TypeGuard
 
 from robosc.expr.evaluation import evaluate
-from robosc.expr.traversal import may_be_undefined, rewritten, walk, walk_all
+from robosc.expr.traversal import may_be_undefined, walk, walk_all
 from robosc.expr.tree import (
     Binary,
     ChoiceRef,
     Convert,
     Expr,
     Holds,
-    Leaf,
     Literal,
     ParameterRef,
     TestRef,
@@ -50,6 +49,7 @@ from robosc.plant.data.terms import (
     kept_where_undefined,
     replaces_undefined,
     sides_of,
+    substituted,
     type_of_part,
     value_of,
 )
@@ -288,7 +288,7 @@ class ViewBuilder:
         return test
 
     def _substituted(self, test: TestRef, given: Mapping[tuple[str, str], Expr]) -> Expr:
-        subject = _substitute(test.subject, given)
+        subject = substituted(test.subject, given)
         if test.other is None:
             if is_there(subject):
                 return Literal(True, test.type)
@@ -297,7 +297,7 @@ class ViewBuilder:
             if element_asked_for(test.subject) is not None:
                 return self._after_assignment(test.subject, subject, given)
             return self._known(self.terms.computed(subject))
-        other = _substitute(test.other, given)
+        other = substituted(test.other, given)
         if is_constant(subject) and is_constant(other):
             constant = TestRef(subject, other, test.type, "")
             return Literal(value_of(constant, lambda leaf: None), test.type)
@@ -394,12 +394,3 @@ def _is_free(expr: Expr) -> TypeGuard[TestRef | ChoiceRef]:
 
 def _is_term(expr: Expr) -> bool:
     return isinstance(expr, VariableRef | ValueRef | TestRef) and domain(expr.type) is None
-
-
-def _substitute(expr: Expr, given: Mapping[tuple[str, str], Expr]) -> Expr:
-    def leaf(node: Literal | Leaf) -> Expr:
-        if isinstance(node, VariableRef):
-            return given.get((node.component, node.variable), node)
-        return node
-
-    return rewritten(expr, leaf)

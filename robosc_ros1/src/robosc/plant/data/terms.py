@@ -11,7 +11,7 @@ in the plant.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -333,3 +333,14 @@ class Terms:
 
     def choice(self, test: TestRef) -> ChoiceRef:
         return ChoiceRef((test.name,), test.type, test=test)
+
+
+def substituted(expr: Expr, given: Mapping[tuple[str, str], Expr]) -> Expr:
+    """Return an expression with what is assigned to variables in place of them."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        if isinstance(node, VariableRef):
+            return given.get((node.component, node.variable), node)
+        return node
+
+    return rewritten(expr, leaf)
