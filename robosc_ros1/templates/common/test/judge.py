@@ -280,7 +280,7 @@ class Judge:
         self.served[key].answers.append((False, None))
 
     def _is_unsent(self, kind, key):
-        """Whether an allowed command must not be sent: its data are not finite, or have not come."""
+        """Whether an allowed command must not be sent: its data are not finite or not there."""
         self._look_at_order(kind, key)
         self.shadow.check_sent(kind, key)
         try:
