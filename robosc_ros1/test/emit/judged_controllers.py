@@ -146,6 +146,15 @@ class Robot(PlayedPort):
         self.topics = list(topics.values())
 
     @property
+    def cancels(self) -> dict[str, int]:
+        """How many goals the robot cancelled, by their action: none."""
+        return dict.fromkeys(self.results, 0)
+
+    def unknown_reports(self, key: str, reports: Any) -> list[Any]:
+        """The feedback that came and is not reported: none comes here."""
+        return []
+
+    @property
     def sent(self) -> Any:  # type: ignore[override]
         return self.told
 

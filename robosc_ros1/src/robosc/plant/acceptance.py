@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from robosc.expr.presence import known_condition
 from robosc.expr.tree import TRUE, Expr, StateRef
+from robosc.language.events import EventKind, Kind
 from robosc.plant.automaton import (
     ASSUMPTIONS,
     Edge,
@@ -24,6 +25,14 @@ from robosc.plant.automaton import (
 )
 from robosc.plant.formulas import conjunction, disjunction
 from robosc.source import Span
+
+
+def is_left_to_components(event: EventKind, kind: Kind) -> bool:
+    """Whether an event of a kind of communication happens only where a component says so: an error
+    that answers a call, and of an action that is served, its result; its feedback also where a
+    statement provides it."""
+    of_goal = kind is Kind.SERVED_ACTION and event in (EventKind.ANSWER, EventKind.PROGRESS)
+    return of_goal or event is EventKind.REFUSAL
 
 
 def acceptance(

@@ -18,10 +18,10 @@ from robosc.expr.tree import (
     VariableRef,
 )
 from robosc.expr.types import BooleanType, Value, domain
-from robosc.language.events import EventKind, EventSort, Kind, command_key
+from robosc.language.events import EventKind, EventSort, command_key
 from robosc.model.automata import After, Behaviour, ResultTransition, Tau, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
-from robosc.plant.acceptance import acceptance
+from robosc.plant.acceptance import acceptance, is_left_to_components
 from robosc.plant.answers import divided_phase
 from robosc.plant.assumptions import EXCLUDED, conditions, joined, restrictions
 from robosc.plant.automaton import (
@@ -137,12 +137,8 @@ class _Lowering:
             yield from self._after_events(component, component.behaviour)
 
     def _is_left_out(self, kind: EventKind, key: str) -> bool:
-        """Whether nobody makes an event happen: an error, the result of an action, and feedback
-        that no statement provides come from components only."""
-        communication = self.robot.communications[key]
-        is_left = kind in (EventKind.REFUSAL, EventKind.PROGRESS) or (
-            kind is EventKind.ANSWER and communication.kind is Kind.SERVED_ACTION
-        )
+        """Whether nobody makes an event happen."""
+        is_left = is_left_to_components(kind, self.robot.communications[key].kind)
         provided = kind is EventKind.PROGRESS and command_key(key, kind) in self.provided
         return is_left and not provided and (kind, key) not in self.listeners
 

@@ -3,6 +3,8 @@
 
 import functools
 
+from shadow import Wrong
+
 
 class ToldCalls:
     """The calls of one communication, as the controller reports them.
@@ -27,9 +29,14 @@ class ToldCalls:
         self._reports.append(data)
 
     def recall(self):
-        """Record a cancel; return whether the robot made so many."""
+        """Record a cancel.
+
+        Raises:
+            Wrong: the robot made fewer.
+        """
         self._recalls += 1
-        return self._recalls <= self._robot.cancels[self._key]
+        if self._recalls > self._robot.cancels[self._key]:
+            raise Wrong("%s is cancelled more often than the robot did" % self._key)
 
     def faults(self):
         """Yield the feedback that came to the robot and was not reported, as texts."""
