@@ -113,9 +113,9 @@ def _parts(node: Any) -> list[Any]:
 
 def _in_order(node: Any) -> bool:
     # 'e disables c' holds the communications before the condition, a communication its timeout last,
-    # a component the numbers of its copies.
-    last = getattr(node, "timeout", None) or getattr(node, "indexes", None)
-    return getattr(node, "kind", "") != "disables" and last is None
+    # a component the numbers of its copies, a state what it performs.
+    last = any(getattr(node, name, None) for name in ("timeout", "indexes", "performs"))
+    return getattr(node, "kind", "") != "disables" and not last
 
 
 def test_names_span_their_text_without_the_escape() -> None:

@@ -134,7 +134,7 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
         name, performs, _, *items = parts
         span = reading.span(start, end)
         inside = items[0] if items else ()
-        return StateNode(name, is_initial, is_marked, performs, inside, span=span)
+        return StateNode(name, is_initial, is_marked, inside, performs, span=span)
 
     grammar = {"initial": initial, "marked": second + plain, "state": named}[first]
     return Rule(grammar, build, block=lambda parts: _block_of(parts, block))

@@ -460,8 +460,8 @@ class StateNode(_Node):
     name: Name
     initial: bool
     marked: bool
-    performs: PerformsNode | None
     items: tuple[ResultTransitionNode | TauNode | AfterNode | RetryNode | StateNode, ...]
+    performs: PerformsNode | None = None
 
     @property
     def states(self) -> tuple[StateNode, ...]:
