@@ -91,8 +91,9 @@ class SimulatedRobot(RobotCalls):
         """Record a message that the controller must report as an event."""
         message = self.plain(message)
         with self.lock:
-            content = self._reference.content(key, kind, message)
-            kind = self._reference.event_of(kind, key, content)
+            if kind == "response":
+                content = self._reference.content(key, kind, message)
+                kind = self._reference.event_of(kind, key, content)
             self.sent.setdefault((key, kind), deque()).append(message)
 
     def samples(self):
