@@ -148,7 +148,7 @@ def test_the_launch_file_gives_each_parameter_its_type(generated_workspace: Work
         "whole_values": True, "event_log": "123", "event_log_size": 1, "event_log_files": 0, "legacy_state_topic": "on",
         "timeout/ask": 1, "timeout/run": 2.0, "goal_timeout/run": 3, "refuse_not_finite": False,
         "allowed_publishers": "/teleop /joy", "rate/ask": 4, "rate/run": 5, "rate/blow": 6, "rate/halt": 7,
-        "loud": 2,
+        "loud": 2, "shadow": True, "operate": True, "tolerance": 0.5,
     }  # fmt: skip
     arguments = [
         f"{name.removesuffix('/default').replace('/', '_')}:={value}"

@@ -145,11 +145,11 @@ def test_what_the_middleware_lost_is_counted(graph: Graph, controller: Start) ->
 @pytest.mark.parametrize(
     ("qos", "lack"),
     [
-        ({"reliability": "best_effort"}, "best-effort publisher and reliable subscription"),
-        ({"deadline": 0.5}, "publisher without the deadline"),
-        ({"liveliness": "manual_by_topic"}, "publisher without the liveliness"),
-        ({"lease": 0.5}, "publisher with a longer lease"),
-        ({"durability": "transient_local"}, "volatile publisher and transient-local subscription"),
+        ({"reliability": "best_effort"}, "reliable subscription does not hear a best-effort"),
+        ({"deadline": 0.5}, "does not offer the deadline"),
+        ({"liveliness": "manual_by_topic"}, "does not offer the liveliness"),
+        ({"lease": 0.5}, "lease of the publisher"),
+        ({"durability": "transient_local"}, "does not hear a volatile publisher"),
     ],
 )
 def test_every_incompatible_quality_of_service_is_a_fault(
