@@ -106,7 +106,7 @@ class SimulatedRobot(RobotCalls):
         """Publish a message, or a random one; return the number of events that it causes."""
         if keys is None:
             publisher, keys = self.random.choice(self.publishers)
-            message = self._kept("response", keys)
+            message = self._unbroken("response", keys)
             if message is None:
                 return 0
         else:
@@ -118,7 +118,7 @@ class SimulatedRobot(RobotCalls):
         publisher.publish(message)
         return len(keys)
 
-    def _kept(self, kind, keys):
+    def _unbroken(self, kind, keys):
         """Return a random message that breaks no assumption; None: none was found."""
         for _ in range(DRAWS):
             message = self._message(keys[0], kind)
@@ -169,7 +169,7 @@ class SimulatedRobot(RobotCalls):
             elif advised is not None:
                 kind, message = advised
             elif left:
-                kind, message = "feedback", self._kept("feedback", [key])
+                kind, message = "feedback", self._unbroken("feedback", [key])
                 if message is None:
                     continue
             else:
@@ -202,5 +202,5 @@ class SimulatedRobot(RobotCalls):
     def _random_end(self, key):
         if self.random.random() < 0.2:
             return "error", None
-        message = self._kept("response", [key])
+        message = self._unbroken("response", [key])
         return ("error" if message is None else "response"), message
