@@ -162,6 +162,5 @@ def test_the_launch_file_gives_each_parameter_its_type(generated_workspace: Work
     done = generated_workspace.run("roslaunch", "--dump-params", *launch)
     defaults = {"/probe_controller/" + p.name: p.default for p in declared(PROBE)}
     defaults["/probe_controller/loud"] = 5
-    del defaults["/probe_controller/tolerance"]  # monitors have it
     defaults["/probe_controller/rate/default"] = defaults.pop("/probe_controller/rate")
     assert yaml.safe_load(done.stdout) == defaults
