@@ -6,7 +6,11 @@ import random
 
 import pytest
 from random_models import random_model
+from synthesis.subject import robot_of
 from synthesis.test_oracle_differential import check, engines
+
+from robosc.plant.build import lower
+from robosc.synthesis import synthesize
 
 
 def _model(seed: int) -> str:
@@ -21,3 +25,17 @@ def test_random_robots_with_assumptions(engine: str, pytestconfig: pytest.Config
     first = pytestconfig.getoption("--first-model", default=0)
     for seed in range(first, first + (150 if count is None else count)):
         check(_model(seed), engine, seed)
+
+
+def test_a_command_that_many_components_share_is_told_to_break_an_assumption() -> None:
+    """Their transitions are combined only as far as the assumption reads what they change."""
+    states = ["on request to go goto s1", "on request to go goto s2", "on request to go goto s0"]
+    body = " ".join(
+        f"{'initial marked ' * (not n)}state s{n} {{ {t} }}" for n, t in enumerate(states)
+    )
+    parts = [f"component C{n} {{ behaviour {{ {body} }} }}" for n in range(16)]
+    parts[0] = parts[0].replace("{ behaviour", "{ incoming message go with type: none behaviour")
+    text = f"robot Many {{ {' '.join(parts)} assume never C15.s2 }}"
+    (told,) = synthesize(lower(robot_of(text)), "bdd").diagnostics
+    assert told.code == "assumption-broken"
+    assert told.message.endswith(": after go.request")

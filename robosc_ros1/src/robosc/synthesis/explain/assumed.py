@@ -6,17 +6,18 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 
 from robosc.errors import Diagnostic, Severity, StateSpaceError
-from robosc.expr.tree import Expr
+from robosc.expr.tree import FALSE, Expr
 from robosc.model.entities import Assumption
 from robosc.plant.acceptance import gates_of, phase_of
 from robosc.plant.assumptions import EXCLUDED, restrictions
 from robosc.plant.automaton import ASSUMPTIONS, Event, Plant
-from robosc.plant.formulas import conjunction, negation
+from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.supervisor import Guard
 from robosc.synthesis.event_parameters import for_some
 from robosc.synthesis.formatting import quoted
 from robosc.synthesis.guards.precondition import after
 from robosc.synthesis.system import System, enabled, in_phase, taken_where
+from robosc.synthesis.vectorised import support
 
 When = Callable[[Expr], str | None]
 """Tells how a state with a condition is reached, to end a sentence with; None: never."""
@@ -67,18 +68,29 @@ def _broken(
         event = guard.event
         if event.parameters:
             continue  # another controller decides what it carries
-        for edges in product(*(automaton.edges for automaton in event.automata)):
-            taken = list(zip(event.automata, edges, strict=True))
-            where = [part for a, edge in taken for part in taken_where(plant, a, edge)]
-            fails = negation(after(plant, event, taken, holds))
-            told = when(conjunction([holds, enabled(plant, guard), *where, fails]))
-            if told is not None:
-                yield Diagnostic(
-                    Severity.WARNING,
-                    "assumption-broken",
-                    f"{event.name}.{event.kind.word} breaks {quoted(assumption.text)}: {told}",
-                    assumption.span,
-                    "assume only what the robot does by itself, or add a requirement on"
-                    f" {event.name}",
-                )
-                return
+        fails = disjunction(_failing(plant, event, holds))
+        told = None if fails == FALSE else when(conjunction([holds, enabled(plant, guard), fails]))
+        if told is not None:
+            yield Diagnostic(
+                Severity.WARNING,
+                "assumption-broken",
+                f"{event.name}.{event.kind.word} breaks {quoted(assumption.text)}: {told}",
+                assumption.span,
+                f"assume only what the robot does by itself, or add a requirement on {event.name}",
+            )
+            return
+
+
+def _failing(plant: Plant, event: Event, holds: Expr) -> Iterator[Expr]:
+    """Yield where a command leads to a state in which a condition does not hold.
+
+    Only the automata count that write what the condition reads.
+    """
+    read = frozenset(support(plant, holds))
+    if event.writes.isdisjoint(read):
+        return
+    movers = [a for a in event.automata if not read.isdisjoint(a.writes)]
+    for edges in product(*(automaton.edges for automaton in movers)):
+        taken = list(zip(movers, edges, strict=True))
+        where = [part for a, edge in taken for part in taken_where(plant, a, edge)]
+        yield conjunction([*where, negation(after(plant, event, taken, holds))])
