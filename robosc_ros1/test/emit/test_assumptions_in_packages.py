@@ -6,7 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from emit.generated_code import supervisor_of
 from emit.judged_controllers import judged, judging_model
+
+from robosc.plant.acceptance import gates_of
 
 MODEL = """
 robot Lifter {
@@ -73,3 +76,31 @@ def test_the_test_of_a_package_finds(judging: tuple[Any, str], fault: str) -> No
     right, wrong = FAULTS[fault]
     assert right in source, source
     assert judged(judge, source.replace(right, wrong)).faults != []
+
+
+HEARD = """
+robot Rover {
+    component Base {
+        outgoing message fix with type: none
+        outgoing message goal with type: boolean
+        incoming message go with type: none
+        behaviour {
+            variable wanted: boolean = false
+            initial marked state only {
+                on response from goal do wanted := value
+                on request to go
+            }
+        }
+    }
+    requirement go needs Base.wanted and fix.heard
+    assume always fix.heard
+    assume always fix.heard or !Base.wanted
+}
+"""
+
+
+def test_what_was_heard_stays_so() -> None:
+    """So nothing is excluded by assuming that, but that a goal comes before."""
+    plant = supervisor_of(HEARD).plant
+    found = {event.name: bool(gates_of(event)) for event in plant.events}
+    assert found == {"fix": False, "goal": True, "go": False}

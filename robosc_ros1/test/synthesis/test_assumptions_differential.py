@@ -9,6 +9,7 @@ from random_models import random_model
 from synthesis.subject import robot_of
 from synthesis.test_oracle_differential import check, engines
 
+from robosc.plant.acceptance import gates_of
 from robosc.plant.build import lower
 from robosc.synthesis import synthesize
 
@@ -39,3 +40,19 @@ def test_a_command_that_many_components_share_is_told_to_break_an_assumption() -
     (told,) = synthesize(lower(robot_of(text)), "bdd").diagnostics
     assert told.code == "assumption-broken"
     assert told.message.endswith(": after go.request")
+
+
+def test_a_message_that_many_components_take_is_restricted() -> None:
+    """Each part of an assumption is brought before the event by itself."""
+    body = (
+        "initial marked state off { on response from tick if value goto on_ }"
+        " state on_ { on response from tick if !value goto off }"
+    )
+    parts = [f"component C{n} {{ behaviour {{ {body} }} }}" for n in range(16)]
+    parts[0] = parts[0].replace(
+        "{ behaviour", "{ outgoing message tick with type: boolean behaviour"
+    )
+    every = " and ".join(f"C{n}.on_" for n in range(16))
+    (tick,) = lower(robot_of(f"robot Many {{ {' '.join(parts)} assume never {every} }}")).events
+    (gate,) = gates_of(tick)
+    assert gate.edges[0].guard is not None

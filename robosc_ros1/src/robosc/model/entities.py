@@ -21,6 +21,7 @@ from robosc.language.events import (
     CommunicationSort,
     Direction,
     EventKind,
+    EventSort,
     Kind,
     Phases,
     command_key,
@@ -96,6 +97,11 @@ class Communication:
     @property
     def phases(self) -> Phases | None:
         return self.sort.phases_of(self.timeout is not None, self.heard)
+
+    def phase_after(self, event: EventSort) -> str:
+        """The phase to which an event leads; of a message without timeout, *heard*."""
+        names = () if self.phases is None else self.phases.names
+        return event.target if event.target in names or not names else names[-1]
 
     @property
     def sent(self) -> Type:

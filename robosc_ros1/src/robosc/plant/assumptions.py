@@ -10,13 +10,20 @@ weakest precondition, which is exact: the components' transitions say what each 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from itertools import product
 from typing import TypeAlias
 
 from robosc.expr.presence import defined, known_condition
-from robosc.expr.traversal import may_be_undefined, reads_value, rewritten, walk, within
+from robosc.expr.traversal import (
+    may_be_undefined,
+    reads_value,
+    rewritten,
+    walk,
+    with_operands,
+    within,
+)
 from robosc.expr.tree import (
     FALSE,
     TRUE,
@@ -26,6 +33,7 @@ from robosc.expr.tree import (
     Literal,
     PhaseRef,
     StateRef,
+    Unary,
     VariableRef,
 )
 from robosc.expr.types import BooleanType, IntegerType
@@ -52,23 +60,17 @@ class Restriction:
 
 @dataclass(frozen=True)
 class _Case:
-    """What an event does to a component, or to a phase, where ``condition`` holds.
+    """What an event does to a component in the states ``here`` (or to a phase) where ``where``
+    holds; ``condition`` is both.
 
     ``place`` is the state or the phase after it; None: as before.
     """
 
     condition: Expr
+    where: Expr = TRUE
+    here: Sequence[str] = ()
     place: str | None = None
-    assigned: dict[str, Expr] = field(default_factory=dict)
-
-    @property
-    def changes(self) -> bool:
-        return self.place is not None or bool(self.assigned)
-
-    def seen(self, place: bool, variables: Set[str]) -> _Case:
-        """The case as what reads these variables sees it, and the ``place`` if it reads that."""
-        assigned = {key: value for key, value in self.assigned.items() if key in variables}
-        return _Case(self.condition, self.place if place else None, assigned)
+    assigned: Mapping[str, Expr] = field(default_factory=dict)
 
 
 def restrictions(robot: Robot, communication: Communication, kind: EventKind) -> list[Restriction]:
@@ -103,34 +105,16 @@ def events_of(assumption: Assumption, robot: Robot) -> tuple[EventKind, ...]:
 
 def _lasting(robot: Robot, communication: Communication, kind: EventKind, condition: Expr) -> Expr:
     """The condition before an event under which a condition still holds after it, if it did."""
-    leaves = list(walk(condition))
-    read = {owner for leaf in leaves if (owner := _owner(leaf)) is not None}
-    places = {leaf.component for leaf in leaves if isinstance(leaf, StateRef)}
-    variables = {leaf.key for leaf in leaves if isinstance(leaf, VariableRef)}
     components = [c for c in robot.components if c.behaviour is not None]
-    every = {c.name: _cases(c, communication.key, kind) for c in components}
-    effects = [
-        (owner, [case.seen(owner in places, variables) for case in cases])
-        for owner, cases in every.items()
-        if owner in read
-    ]
-    if communication.key in read:
-        sort = communication.sort.event(kind)
-        assert sort is not None
-        effects.append((communication.key, [_Case(TRUE, sort.target)]))
-    effects = [(owner, cases) for owner, cases in effects if any(c.changes for c in cases)]
-    parts = []
-    for together in product(*(cases for _, cases in effects)):
-        if any(case.changes for case in together):
-            taken = {o: case for (o, _), case in zip(effects, together, strict=True)}
-            after = simplified(known_condition(_after(condition, taken)))
-            before = [negation(case.condition) for case in together if case.condition != TRUE]
-            parts.append(disjunction([*before, after]))
-    lasting = conjunction(part for part in parts if part != TRUE)
-    if lasting == TRUE:
+    cases = {c.name: _cases(c, communication.key, kind) for c in components}
+    sort = communication.sort.event(kind)
+    assert sort is not None
+    phase = {communication.key: [_Case(TRUE, place=communication.phase_after(sort))]}
+    after = _after(condition, {**cases, **phase})
+    if after == condition or (lasting := simplified(known_condition(after))) == TRUE:
         return TRUE
     # An event that leaves a range leads to no state, so that nothing is assumed of it.
-    leaving = (expr for cases in every.values() for case in cases for expr in _leaving(case, robot))
+    leaving = (expr for found in cases.values() for case in found for expr in _leaving(case, robot))
     return disjunction([negation(condition), lasting, *leaving])
 
 
@@ -144,15 +128,6 @@ def _leaving(case: _Case, robot: Robot) -> Iterator[Expr]:
             sides = zip(("<", ">"), type_.bounds, strict=True)
             outside = [Binary(op, value, Literal(b, value.type), BooleanType()) for op, b in sides]
             yield conjunction([case.condition, disjunction(outside)])
-
-
-def _owner(leaf: Expr) -> Owner | None:
-    match leaf:
-        case StateRef(component=name) | VariableRef(component=name):
-            return name
-        case PhaseRef(communication=key):
-            return key
-    return None
 
 
 def _cases(component: Component, key: str, kind: EventKind) -> list[_Case]:
@@ -171,7 +146,7 @@ def _cases(component: Component, key: str, kind: EventKind) -> list[_Case]:
             before.append(negation(guard))
         states.setdefault((conjunction(before), None, ()), []).append(state.name)
     return [
-        _Case(conjunction([_in_states(component, here), where]), place, dict(assigned))
+        _Case(conjunction([_in_states(component, here), where]), where, here, place, dict(assigned))
         for (where, place, assigned), here in states.items()
         if where != FALSE
     ]
@@ -199,21 +174,51 @@ def _defined(
         yield where, tuple((key, v) for key, v in values.items() if is_there.get(key, True))
 
 
-def _after(condition: Expr, taken: dict[Owner, _Case]) -> Expr:
+def _after(condition: Expr, cases: Mapping[Owner, Sequence[_Case]]) -> Expr:
     """A condition on the state after an event, as one on the state before it."""
+    match condition:
+        case StateRef(component=name, state=place) | PhaseRef(communication=name, phase=place):
+            return _place_after(condition, place, cases.get(name, ()))
+        case Unary() | Binary() if all(isinstance(o.type, BooleanType) for o in condition.operands):
+            return with_operands(condition, tuple(_after(o, cases) for o in condition.operands))
+    read = {leaf.key: leaf.component for leaf in walk(condition) if isinstance(leaf, VariableRef)}
+    assigned = {name: _by_assigned(cases[name], read.keys()) for name in read.values()}
+    changed = [found for found in assigned.values() if any(values for values, _ in found)]
+    if not changed:
+        return condition
+    parts = []
+    for together in product(*changed):
+        values = {key: value for given, _ in together for key, value in given}
 
-    def leaf(node: Literal | Leaf) -> Expr:
-        match node:
-            case StateRef(component=name, state=place) | PhaseRef(communication=name, phase=place):
-                case = taken.get(name)
-                if case is not None and case.place is not None:
-                    return TRUE if case.place == place else FALSE
-            case VariableRef(component=name, key=key) if name in taken:
-                value = taken[name].assigned.get(key)
-                return node if value is None else value
+        def leaf(node: Literal | Leaf, given: Mapping[str, Expr] = values) -> Expr:
+            return given.get(node.key, node) if isinstance(node, VariableRef) else node
+
+        parts.append(conjunction([*(where for _, where in together), rewritten(condition, leaf)]))
+    return disjunction(parts)
+
+
+def _place_after(node: StateRef | PhaseRef, place: str, cases: Sequence[_Case]) -> Expr:
+    """Where a component is in a state, or a communication in a phase, after an event."""
+    if all(case.place is None for case in cases):
         return node
+    parts = []
+    for case in cases:
+        if case.place == place:
+            parts.append(case.condition)
+        elif case.place is None and place in case.here:
+            parts.append(conjunction([case.where, node]))
+    return disjunction(parts)
 
-    return rewritten(condition, leaf)
+
+def _by_assigned(
+    cases: Sequence[_Case], variables: Set[str]
+) -> list[tuple[tuple[tuple[str, Expr], ...], Expr]]:
+    """What a component assigns to these variables, and where."""
+    found: dict[tuple[tuple[str, Expr], ...], list[Expr]] = {}
+    for case in cases:
+        given = tuple((key, value) for key, value in case.assigned.items() if key in variables)
+        found.setdefault(given, []).append(case.condition)
+    return [(given, disjunction(where)) for given, where in found.items()]
 
 
 def conditions(robot: Robot) -> Iterator[tuple[tuple[EventKind, str], Expr]]:

@@ -155,7 +155,7 @@ class _Lowering:
             phase = PhaseStep(
                 self.variable_index[VariableKind.PHASE, key],
                 tuple(index(name) for name in sort.sources if name in names),
-                index(sort.target if sort.target in names else names[-1]),
+                index(communication.phase_after(sort)),
             )
         if kind in EXCLUDED:
             automata += tuple(self._assumptions(communication, kind))
