@@ -50,7 +50,8 @@ def test_a_person_holds_steps_and_releases_a_controller_and_sends_to_it(
     words = ("rosrun", "robosc", "view", "--ros", f"/{NODE}", "--port", "0", "--operate")
     with (
         stage.workspace.start(*words, "DistanceSensor", master=stage.master) as view,
-        stage.controller(puppet, NODE, operate=True) as node,
+        # Nobody serves the light: as long as it is waited for, it is no command that may be stepped.
+        stage.controller(puppet, NODE, operate=True, timeout__set_light_state=600.0) as node,
     ):
         browser.open(address(view))
         browser.sees(link_says("live"))
