@@ -12,10 +12,12 @@ robot fares. For that the bridge listens to the controller's ``~events``; for th
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import math
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,14 +32,18 @@ from physics.worlds import WORLDS
 PATIENCE = 60.0
 """Seconds of real time after which something that is waited for counts as lost; so many are in the
 record."""
+HEART = "/alive"
+"""What a controller sends at every tick, whatever else it may or may not send then: with any other
+topic in its place, a command that comes late would pass for the answer to the next tick."""
 START = 60.0
 """Seconds of real time in which all that is started is connected."""
 REPEAT = 1.0
 """Seconds of real time after which a sensor that is not heard yet speaks once more."""
 AGAIN = 0.05
 """Seconds of real time after which a tick that the supervisor does not know is sent once more."""
-SETTLED = 0.3
-"""Seconds of real time in which what a controller sends at its start has come."""
+SETTLED = 1.2
+"""Seconds of real time without a message or an event after which nothing is under way: longer than
+any timeout, since until the first tick a silence is noticed by the clock of the machine."""
 
 
 class Bridge:
@@ -58,7 +64,9 @@ class Bridge:
         self._heard_at: dict[str, float] = {}
         """When the last message of a sensor was sent, by the clock that others knew then."""
         self._timeouts: dict[str, float] = {}
-        self._answers = 0
+        self._pulse = HEART if HEART in world.commands else next(iter(world.commands))
+        """The topic on which every tick of the clock is answered."""
+        self._arrived: Counter[str] = Counter()
         self.moved = 0.0
         self.lost: list[str] = []
         """What did not come within ``PATIENCE``, and when."""
@@ -93,7 +101,7 @@ class Bridge:
         note = self._noter(topic)
 
         def take(message: Any) -> None:
-            self._answers += 1
+            self._arrived[topic] += 1
             note()
             self._world.command(topic, message)
 
@@ -156,9 +164,25 @@ class Bridge:
             self._ros.clock(self._world.time)
             self._ros.exchange(lambda: False, REPEAT)
         # What was sent before all were connected may have come, and its event may not.
-        self._ros.exchange(lambda: False, SETTLED)
+        self._let_settle()
         self._progress.under_way.clear()
         return True
+
+    def _let_settle(self) -> None:
+        """Wait until nothing has come from the controller for ``SETTLED`` seconds."""
+        seen, latest = -1, self._activity()
+        while seen != latest:
+            seen = latest
+            self._ros.exchange(functools.partial(self._is_more, seen), SETTLED)
+            latest = self._activity()
+
+    def _is_more(self, seen: int) -> bool:
+        return self._activity() > seen
+
+    def _activity(self) -> int:
+        """Return how many messages and events have come from the controller so far."""
+        counts = self._arrived, self._progress.judged, self._progress.taken
+        return sum(count.total() for count in counts)
 
     def _start(self, name: str) -> None:
         """Start an action server, and wait until the controller knows the new one.
@@ -209,14 +233,14 @@ class Bridge:
 
     def _tick(self) -> None:
         """Have the clock tick, and wait until it is answered and all that was sent has arrived."""
-        answers = self._answers
+        answers = self._arrived[self._pulse]
         self._ros.clock(self._world.time)
         if self._ticked == 0.0:  # it is the first: all clocks begin with it
             self._heard_at = dict.fromkeys(self._heard_at, self._world.time)
         self._ticked = self._world.time
         if self._guarded:
             self._let_supervisor_tick()
-        self._await(lambda: self._answers > answers and self._has_all(), "an answer")
+        self._await(lambda: self._arrived[self._pulse] > answers and self._has_all(), "an answer")
 
     def _let_supervisor_tick(self) -> None:
         """Wait until the supervisor knows the time: it is another node than that which answers.
