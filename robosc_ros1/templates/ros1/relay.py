@@ -6,7 +6,6 @@ action is relayed as its five topics: goal ids, status, feedback, results and ca
 A blocked goal is rejected on behalf of the robot.
 """
 
-import copy
 import threading
 import time
 
@@ -17,6 +16,7 @@ from std_msgs.msg import String
 
 from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
+from ._runtime.values import copied_for
 from .ros import QUEUE, RosPort
 from .ros_actions import FAILURES, RESULT_TIMEOUT, Ends, GoalCaller, end_of, new_goal_id
 from .ros_arriving import arrived, maker, serialised
@@ -92,7 +92,7 @@ class RelayPort(RosPort):
         self._blocked.publish(text)
 
     def corrected(self, message, data):
-        return arrived(fill(copy.deepcopy(message), data))
+        return arrived(fill(copied_for(message, data), data))
 
     def composed(self, key, data):
         known = self._publishers.get(key)

@@ -14,7 +14,7 @@ from ._runtime.observation import SeenActionOfRos2
 from .ros import RosPort
 from .ros_arriving import maker
 from .ros_messages import has_oddities, plain
-from .ros_parameters import qos_profile
+from .ros_parameters import advertise, qos_profile
 
 
 class MonitorPort(RosPort):
@@ -25,7 +25,7 @@ class MonitorPort(RosPort):
     def __init__(self, node, executor_thread, tables, profiles):
         super().__init__(node, executor_thread, tables.heard_alone(), profiles)
         self._tables = tables
-        self._findings = node.create_publisher(String, "~/findings", qos_profile("reliable", 1000))
+        self._findings = advertise(node, String, "~/findings", qos_profile("reliable", 1000))
 
     def found(self, text):
         self._findings.publish(String(data=text))

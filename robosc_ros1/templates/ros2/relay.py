@@ -20,16 +20,18 @@ from std_msgs.msg import String
 
 from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
+from ._runtime.values import copied_for
 from .ros import RosPort
 from .ros_arriving import maker, read
 from .ros_calls import Action
-from .ros_messages import fill, plain, sendable, timed
-from .ros_parameters import keep_clock, qos_profile
+from .ros_messages import fill, has_oddities, plain, sendable, timed
+from .ros_parameters import advertise, keep_clock, qos_profile
 
 
 def packed(message):
     """Return a message, as it was read, as bytes."""
-    return serialize_message(sendable(copy.deepcopy(message)))
+    whole = has_oddities(type(message))
+    return serialize_message(sendable(copy.deepcopy(message)) if whole else message)
 
 
 class RelayPort(RosPort):
@@ -42,7 +44,7 @@ class RelayPort(RosPort):
         keep_clock(node)  # or the controller that is guarded could stop all timeouts
         self._tables = tables
         self._requests = {key: type_.Request for _, _, type_, key in tables.relayed_services}
-        self._blocked = node.create_publisher(String, "~/blocked", qos_profile("reliable", 1000))
+        self._blocked = advertise(node, String, "~/blocked", qos_profile("reliable", 1000))
 
     def _actions_of(self, tables):
         return {
@@ -72,9 +74,12 @@ class RelayPort(RosPort):
         self._blocked.publish(String(data=text))
 
     def corrected(self, message, data):
-        whole = sendable(copy.deepcopy(message))
-        fill(whole, timed(data, self._node.get_clock()))
-        return read(serialize_message(whole), type(message))
+        if has_oddities(type(message)):
+            made = sendable(copy.deepcopy(message))
+        else:
+            made = copied_for(message, data)
+        fill(made, timed(data, self._node.get_clock()))
+        return read(serialize_message(made), type(message))
 
     def composed(self, key, data):
         known = self._publishers.get(key)
@@ -89,7 +94,7 @@ class RelayPort(RosPort):
             nonlocal onward
             before = onward
             quality = qos_profile("reliable", profile.depth, durability.name.lower())
-            onward = self._node.create_publisher(type_, controller, quality)
+            onward = advertise(self._node, type_, controller, quality)
             if before is not None:
                 self._node.destroy_publisher(before)
 

@@ -18,7 +18,7 @@ from ._runtime.port import BEFORE_TIME, steady_time
 from .ros_calls import Action, Service
 from .ros_inputs import Input
 from .ros_messages import compose, has_oddities, plain
-from .ros_parameters import is_simulated, qos_profile
+from .ros_parameters import advertise, is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
 from .ros_served import ServedService
 from .ros_served_actions import ServedAction
@@ -63,7 +63,7 @@ class RosPort(CallingPort):
         self._profiles = profiles
         self._publishers = {}
         for topic, message_type, keys in tables.publications:
-            publisher = node.create_publisher(message_type, topic, profiles[keys[0]])
+            publisher = advertise(node, message_type, topic, profiles[keys[0]])
             self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
         self._inputs = []
         self._jumps = None
@@ -199,7 +199,7 @@ class RosOutlet(TopicOutlet):
     def publisher(self, topic, type_, depth, latched=False):
         # A late subscriber gets only the latest message.
         profile = ("reliable", 1, "transient_local") if latched else ("reliable", depth)
-        return self._node.create_publisher(type_, topic, qos_profile(*profile))
+        return advertise(self._node, type_, topic, qos_profile(*profile))
 
     def listeners(self, publisher):
         return publisher.get_subscription_count()

@@ -4,6 +4,11 @@
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
+try:
+    from rclpy.event_handler import PublisherEventCallbacks
+except ImportError:  # ROS 2 Humble
+    from rclpy.qos_event import PublisherEventCallbacks
+
 from ._runtime.qos import OFFERED, POLICIES, qos_parameter_name, qos_parameters, shared
 from ._runtime.settings import ParameterError, declared, dotted, read
 from ._runtime.shapes import parts_by_name
@@ -23,6 +28,13 @@ def qos_profile(reliability, depth, durability="volatile"):
         reliability=ReliabilityPolicy[reliability.upper()],
         durability=DurabilityPolicy[durability.upper()],
     )
+
+
+def advertise(node, message_type, topic, profile):
+    """Return a publisher without rclpy's own events, each of which costs time in every cycle of the
+    executor; the watch of the graph tells what does not fit."""
+    events = PublisherEventCallbacks(use_default_callbacks=False)
+    return node.create_publisher(message_type, topic, profile, event_callbacks=events)
 
 
 def configured(node, controller, topics, defaults):

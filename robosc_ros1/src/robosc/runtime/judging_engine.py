@@ -14,7 +14,7 @@ from .engine import Engine
 from .inbox import Inbox
 from .matching import CommandPattern, changed_fields
 from .model import Command, Controller
-from .offers import Offered, Reasons, Repack, itself
+from .offers import Corrected, Offered, Reasons, Repack, itself
 from .port import Port, steady_time
 from .reasons import CORRECTION, blocked_by, violated
 from .scheduler import ScheduledCommand
@@ -32,6 +32,11 @@ class JudgingPort(Port):
     def corrected(self, message: Any, data: Dict[str, Any]) -> Any:
         """Return a copy of a message with the given fields set, as it will arrive."""
         raise NotImplementedError
+
+    def changes(self, sent: Any, made: Any, data: Dict[str, Any]) -> Dict[str, Dict[str, Any]]:
+        """Return in which of the given fields two messages differ, by path, as ``sent`` and
+        ``made``."""
+        return changed_fields(sent, made, data)
 
 
 class JudgingEngine(Engine):
@@ -100,11 +105,9 @@ class JudgingEngine(Engine):
 
     # What is allowed
 
-    def _correction(
-        self, row: Command, message: Any, data: Any
-    ) -> Optional[Tuple[Any, Dict[str, Any]]]:
-        """Return a message, of which ``data`` were read, as the model corrects it, and what is
-        told of that; None if nothing changes.
+    def _corrected(self, row: Command, message: Any, data: Any) -> Optional[Corrected]:
+        """Return a message, of which ``data`` were read, as the model corrects it; None if it does
+        not.
 
         Raises:
             Undefined: what the correction reads is not there.
@@ -114,9 +117,9 @@ class JudgingEngine(Engine):
         if found is None:
             return None
         fields, text, place = found
-        made = self._port_that_corrects.corrected(message, fields)
-        changes = changed_fields(message, made, fields)
-        return (made, {"by": text, "place": place, "fields": changes}) if changes else None
+        port = self._port_that_corrects
+        made = port.corrected(message, fields)
+        return Corrected(made, text, place, lambda: port.changes(message, made, fields))
 
     def _objections(
         self, command: ScheduledCommand, message: Any, data: Tuple[Any, ...]
@@ -128,11 +131,12 @@ class JudgingEngine(Engine):
         if row.correct is None or row.read is None:
             return reasons
         try:
-            found = self._correction(row, message, *data)
-            if found is None:
+            found = self._corrected(row, message, *data)
+            told = found and found.told()
+            if found is None or told is None:
                 return reasons
-            made, told = found
-            blocked = self._reasons(command.key, command.kind, (row.read(self.controller, made),))
+            read = row.read(self.controller, found.made)
+            blocked = self._reasons(command.key, command.kind, (read,))
         except Undefined:
             return [*reasons, {"kind": "data", "text": NOTHING_TO_CORRECT_BY}]
         except UNFIT as error:

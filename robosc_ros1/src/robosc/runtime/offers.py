@@ -32,14 +32,35 @@ class Offered(NamedTuple):
     repack: Repack
 
 
+class Corrected(NamedTuple):
+    """What was ``made`` of a message, as the model says with ``text`` at ``place``; ``changes``
+    returns what differs, by field."""
+
+    made: Any
+    text: str
+    place: str
+    changes: Callable[[], Dict[str, Dict[str, Any]]]
+
+    def told(self) -> Optional[Dict[str, Any]]:
+        """Return a document about what changed; None: nothing.
+
+        It takes longer than to correct, and is made when the message has been passed on.
+        """
+        changes = self.changes()
+        return {"by": self.text, "place": self.place, "fields": changes} if changes else None
+
+
 class CheckedCommand(NamedTuple):
-    """A message of the controller, as it is passed on: the ``payload``, and the ``data`` that the
-    model reads of it (none: it reads none). ``correction`` is a document that tells what was
-    corrected; None: nothing."""
+    """A message of the controller, as it is passed on: the ``payload``, the ``data`` that the model
+    reads of it (none: it reads none), and how it was ``corrected``, if it was."""
 
     payload: Any = None
     data: Tuple[Any, ...] = ()
-    correction: Optional[Dict[str, Any]] = None
+    corrected: Optional[Corrected] = None
+
+    def told(self) -> Optional[Dict[str, Any]]:
+        """Return a document about what was corrected; None: nothing."""
+        return None if self.corrected is None else self.corrected.told()
 
 
 UNCHECKED = CheckedCommand()

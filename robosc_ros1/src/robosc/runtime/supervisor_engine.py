@@ -150,11 +150,11 @@ class SupervisorEngine(JudgingEngine):
             return checked, self._unfit(message)
         try:
             data = row.read(self.controller, message)
-            found = self._correction(row, message, data)
-            if found is not None:
-                message, correction = found
+            corrected = self._corrected(row, message, data)
+            if corrected is not None:
+                message = corrected.made
                 data = row.read(self.controller, message)
-                checked = CheckedCommand(repack(message), (), correction)
+                checked = CheckedCommand(repack(message), (), corrected)
         except Undefined:
             return checked, [{"kind": "data", "text": NOTHING_TO_CORRECT_BY}]
         except UNFIT as error:
@@ -195,7 +195,7 @@ class SupervisorEngine(JudgingEngine):
             command.apply(*data)
         command.count += 1
         self.recorder.counters["commands"] += 1
-        correction = checked.correction
+        correction = checked.told()
         if correction is not None:
             self.recorder.counters["corrected"] += 1
         self.recorder.record(kind, name, told(data), writes=command.writes, correction=correction)
@@ -238,8 +238,9 @@ class SupervisorEngine(JudgingEngine):
             "event": {"kind": kind, "name": name, "value": told(checked.data)},
             "blocked_by": reasons,
         }
-        if checked.correction is not None:
-            document["corrected"] = checked.correction
+        correction = checked.told()
+        if correction is not None:
+            document["corrected"] = correction
         self.recorder.counters["blocked"] += 1
         self.changed.set()
         self._port_of_commands.blocked(dump(document))

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import copy
+import functools
 import math
 from types import SimpleNamespace
 from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
@@ -120,14 +121,17 @@ def _first_not_finite(data: Value) -> Optional[Tuple[str, float]]:
         types = set(map(type, data))
         if types <= {bool, int, str} or (types == {float} and all(map(math.isfinite, data))):
             return None
-        parts = [("[%d]" % index, part) for index, part in enumerate(data)]
+        parts: Iterable[Tuple[Any, Value]] = enumerate(data)
+        step = "[%d]"
     else:
-        fields = data if isinstance(data, dict) else parts_of(data)
-        parts = [("." + name, part) for name, part in fields.items()]
-    for step, part in parts:
+        parts = (data if isinstance(data, dict) else parts_of(data)).items()
+        step = ".%s"
+    for name, part in parts:
+        if type(part) is float and math.isfinite(part):
+            continue  # the most frequent case: this is asked of each command before it is sent
         found = _first_not_finite(part)
         if found is not None:
-            return step + found[0], found[1]
+            return step % name + found[0], found[1]
     return None
 
 
@@ -185,9 +189,31 @@ def jsonable(value: Value) -> Value:
 
 def parts_of(message: Any) -> Dict[str, Any]:
     """Return the fields of a message; of those of rclpy without underscores and its own slot."""
-    # Those of a message without fields are empty.
-    names = message.__slots__ if hasattr(message, "__slots__") else vars(message)
-    return {n.lstrip("_"): getattr(message, n) for n in names if n != "_check_fields"}
+    if not hasattr(message, "__slots__"):
+        return dict(vars(message))
+    return {name: getattr(message, slot) for name, slot in _fields(message.__class__)}
+
+
+@functools.lru_cache(maxsize=None)
+def _fields(kind: Any) -> Tuple[Tuple[str, str], ...]:
+    """Return the fields of a class of messages, which may have none, and their slots."""
+    slots = kind.__slots__
+    return tuple((slot.lstrip("_"), slot) for slot in slots if slot != "_check_fields")
+
+
+def copied_for(message: Any, data: Dict[str, Value]) -> Any:
+    """Return a copy of a message in which the data can be set; it shares all other parts."""
+    made = object.__new__(type(message))
+    for slot in message.__slots__:
+        setattr(made, slot, getattr(message, slot))
+    for name, value in data.items():
+        name = name or only_field(message)
+        name = name if hasattr(made, name) else name + "_"  # a Python keyword
+        part = getattr(made, name)
+        if hasattr(part, "__slots__"):
+            nested = isinstance(value, dict)
+            setattr(made, name, copied_for(part, value) if nested else copy.deepcopy(part))
+    return made
 
 
 def fields_of(data: Value, names: Iterable[str]) -> List[Tuple[str, Value]]:

@@ -16,7 +16,6 @@ from robosc.language.events import EventKind, Kind
 from robosc.plant.automaton import Event, value_parts
 from robosc.runtime.engine import Engine
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.model import Command
 from robosc.runtime.offers import Reasons
 from robosc.runtime.reasons import reason_text
 from robosc.runtime.recorder import Entry, EventRecorder
@@ -45,28 +44,21 @@ class _Port(Clockwork, SupervisorPort):
     def corrected(self, message: Any, data: dict[str, Any]) -> Any:
         return {**message, **dict(_leaves(data))}
 
+    def changes(self, sent: Any, made: Any, data: dict[str, Any]) -> dict[str, dict[str, Any]]:
+        """Typed values have no fields but those that the model reads, by path."""
+        return {
+            path_text(path): {"sent": jsonable(sent.get(path, type(value)())),
+                              "made": jsonable(value)}
+            for path, value in made.items()
+            if value != sent.get(path, type(value)())
+        }  # fmt: skip
+
     def composed(self, key: str, data: dict[str, Any] | None) -> Any:
         return dict(_leaves(data or {}))
 
 
 class _Engine(SupervisorEngine):
     """Typed values have no fields but those that the model reads, by path."""
-
-    def _correction(
-        self, row: Command, message: Any, data: Any
-    ) -> tuple[Any, dict[str, Any]] | None:
-        found = None if row.correct is None else row.correct(self.controller, data)
-        if found is None:
-            return None
-        fields, text, place = found
-        made = self._port_that_corrects.corrected(message, fields)
-        changes = {
-            path_text(path): {"sent": jsonable(message.get(path, type(value)())),
-                              "made": jsonable(value)}
-            for path, value in made.items()
-            if value != message.get(path, type(value)())
-        }  # fmt: skip
-        return (made, {"by": text, "place": place, "fields": changes}) if changes else None
 
     def _unfit(self, message: Any) -> Reasons:
         return super()._unfit({path_text(path): value for path, value in message.items()})
