@@ -14,12 +14,12 @@ from typing import Any
 from emit.judged_controllers import Robot, engine_of, guide_of, play
 
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.supervisor_engine import SupervisorEngine, SupervisorPort
 
 __all__ = ["judged_supervisor"]
 
 
-class Both(Robot):
+class Both(Robot, SupervisorPort):
     """The robot and the controller that is guarded, at the two sides of a supervisor."""
 
     judge: Any
