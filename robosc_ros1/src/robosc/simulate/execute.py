@@ -91,7 +91,17 @@ class Clockwork(Port):
 
 
 class _Call(WaitingCall):
-    """A call of which the recorder has how it ended."""
+    """A call of which the recorder has how it ended; ``accepted`` keeps it if it is taken."""
+
+    def __init__(self, accepted: dict[str, WaitingCall], key: str) -> None:
+        self._accepted = accepted
+        self._key = key
+
+    def accept(self) -> None:
+        self._accepted[self._key] = self
+
+    def report(self, data: Any) -> None:
+        pass
 
     def answer(self, data: Any) -> None:
         pass
@@ -158,6 +168,7 @@ class Execution:
 
     def _begin(self) -> None:
         self._engine = self._make()
+        self._called: dict[str, WaitingCall] = {}  # the latest that was accepted, by key
         self._clock.accept = lambda key, token: self._engine.report(key, token, "accepted")
         self._engine.begin()
         self._engine.cycle()
@@ -170,6 +181,8 @@ class Execution:
             return False
         if event.kind is EventKind.CALL:  # the node refuses it where no component takes it
             return True
+        if event.kind is EventKind.RECALL:
+            return self._phase(event) in self._sources(event)
         calling = self.plant.robot.communications[event.key].kind in (Kind.SERVICE, Kind.ACTION)
         return not calling or self._may_end(event)
 
@@ -230,10 +243,17 @@ class Execution:
         if not self.can(event, given):
             raise Refused(f"{label(event)} cannot happen now: {event.name} is {self._phase(event)}")
         if event.kind is EventKind.CALL:
-            self._engine.serve(event.key, given, _Call())
-            self._engine.cycle()
-            self._past.append((event, given))
-            return self._happened()
+            self._engine.serve(event.key, given, _Call(self._called, event.key))
+        elif event.kind is EventKind.RECALL:
+            self._engine.recall(event.key, self._called[event.key])
+        else:
+            self._report(event, given)
+        self._engine.cycle()
+        self._past.append((event, given))
+        return self._happened()
+
+    def _report(self, event: Event, given: Given) -> None:
+        """Pass on a message, or what becomes of a request."""
         payload: Any = given
         if event.kind in (EventKind.ERROR, EventKind.CANCELLED):
             word = str(given.get(REASON) or FAILED)
@@ -245,9 +265,6 @@ class Execution:
             if event.kind is not EventKind.FEEDBACK:
                 del self._clock.open[event.key]
             self._engine.report(event.key, token, event.kind.word, payload)
-        self._engine.cycle()
-        self._past.append((event, given))
-        return self._happened()
 
     def wait(self, seconds: float) -> list[Happening]:
         if not 0.0 < seconds <= limits.WAIT_SECONDS:
