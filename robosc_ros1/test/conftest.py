@@ -145,6 +145,7 @@ def _build_examples(folder: Path) -> None:
         ("line_follower", "supervisor"),
         ("navigation", "controller"),
         ("two_robots", "controller"),
+        ("order", "controller"),
     ):
         model = str(EXAMPLES / example / f"{example}.rscd")
         workspace.run("rosrun", "robosc", "generate", model, "--mode", mode, *where)

@@ -22,6 +22,7 @@ MODELS = {
     / "line_follower_first_edition"
     / "line_follower.rscd": "line_follower_controller",
     REPOSITORY / "examples" / "navigation" / "navigation.rscd": "navigation_controller",
+    REPOSITORY / "examples" / "order" / "order.rscd": "order_controller",
     HERE / "models" / "workbench.rscd": "workbench_controller",
     HERE / "models" / "everything.rscd": "everything_controller",
     GOLDEN / "models" / "watch.rscd": "watch_controller",
