@@ -29,6 +29,7 @@ MODELS = {
     GOLDEN / "models" / "shared.rscd": "shared_controller",
     GOLDEN / "models" / "thermostat.rscd": "thermostat_controller",
     GOLDEN / "models" / "orders.rscd": "orders_controller",
+    GOLDEN / "models" / "dispatch.rscd": "dispatch_controller",
     GOLDEN / "models" / "missions.rscd": "missions_controller",
     GOLDEN / "models" / "hoist.rscd": "hoist_controller",
 }
