@@ -27,12 +27,12 @@ LAST_RESORT = 1.7
 """Seconds after the start of a shutdown at which the process is ended."""
 
 
-def run(name, controller_type, model, defaults, tables, port_types, shadow=None):
+def run(name, controller_type, model, defaults, own, shadow=None):
     """Run the node until ROS shuts down; return the exit code.
 
     ``model`` is the document that is published on ``~model``; ``defaults`` are values for
-    parameters that the node was not given. ``port_types`` are that of the node, and that of its
-    shadow if it can be one; for ``shadow`` see :func:`of_shadow`.
+    parameters that the node was not given. ``own`` are the tables of the node and the type of its
+    port; ``shadow`` those of its shadow, see :func:`of_shadow` (None: it never is one).
     """
     lifecycle = NodeLifecycle()
     if not lifecycle.begin(name):
@@ -40,10 +40,11 @@ def run(name, controller_type, model, defaults, tables, port_types, shadow=None)
     # The engine's thread must not wait the default 5 ms for the interpreter lock.
     sys.setswitchinterval(0.0005)
     controller = controller_type()
+    tables, port_type = own
     try:
         settings = configured(controller, defaults)
         if settings.shadow and shadow is not None:
-            tables = of_shadow(shadow)
+            tables, port_type = of_shadow(*shadow)
     except ParameterError as error:
         rospy.logfatal("%s", error)
         lifecycle.end(2)
@@ -51,7 +52,7 @@ def run(name, controller_type, model, defaults, tables, port_types, shadow=None)
     watch = Watch(tables, settings.allowed_publishers)
     topics = tables.heard(controller, rospy.resolve_name)
     outlet = RosOutlet({**model, "topics": topics}, settings, watch)
-    port = port_types[tables is shadow](tables, lifecycle)
+    port = port_type(tables, lifecycle)
     watch.serve(port)
     engine = port.engine_type(controller, port, settings)
     reporter = Reporter(engine, outlet, model)

@@ -66,9 +66,9 @@ class Work:
     """The working parts of the node: the engine with its thread, its port, and the reporter.
 
     ``ending`` ends the process. ``model`` is the document that is published on
-    ``~/model``; ``defaults`` are values for parameters that the node was not given. ``port_types``
-    are that of the node, and that of its shadow if it can be one; for ``shadow`` see
-    :func:`of_shadow`.
+    ``~/model``; ``defaults`` are values for parameters that the node was not given. ``own`` are
+    the tables of the node and the type of its port; ``shadow`` those of its shadow, see
+    :func:`of_shadow` (None: it never is one).
 
     Raises:
         ParameterError: the node has invalid parameters.
@@ -82,21 +82,21 @@ class Work:
         controller_type,
         model,
         defaults,
-        tables,
-        port_types,
+        own,
         shadow=None,
     ):
         controller = controller_type()
+        tables, port_type = own
         settings, profiles, warnings = configured(node, controller, tables.topics(), defaults)
         if settings.shadow and shadow is not None:
-            tables = of_shadow(shadow)
+            tables, port_type = of_shadow(*shadow)
         controller.configure(settings.more)
         for warning in warnings:
             node.get_logger().warning(warning)
         watch = Watch(node, tables, settings.allowed_publishers)
         topics = tables.heard(controller, node.resolve_topic_name)
         outlet = RosOutlet(node, {**model, "topics": topics}, settings, watch)
-        self._port = port_types[tables is shadow](node, executor_thread, tables, profiles)
+        self._port = port_type(node, executor_thread, tables, profiles)
         self._port.on_exit = ending.ask
         watch.unserved = self._port.unserved
         self.engine = self._port.engine_type(controller, self._port, settings)

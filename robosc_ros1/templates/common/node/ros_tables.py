@@ -101,13 +101,13 @@ class MonitorTables(Tables):
         return found._replace(heard=(*found.heard, *commands))
 
 
-def of_shadow(shadow):
-    """Return the tables of a node that is to be a shadow; ``shadow`` are these, or a text that
-    tells why there are none.
+def of_shadow(tables, port_type):
+    """Return the tables of a node that is to be a shadow, and the type of its port; ``tables`` are
+    a text that tells why there are none, if there are none.
 
     Raises:
         ParameterError: there are none.
     """
-    if isinstance(shadow, str):
-        raise ParameterError("parameter shadow cannot be true: " + shadow)
-    return shadow
+    if isinstance(tables, str):
+        raise ParameterError("parameter shadow cannot be true: " + tables)
+    return tables, port_type

@@ -65,4 +65,5 @@ DEFAULTS = {}
 
 def main():
     """Run the monitor until it is stopped; return the exit code."""
-    return run("gauntlet_monitor", GauntletController, MODEL, DEFAULTS, TABLES, (MonitorPort,))
+    own = TABLES, MonitorPort
+    return run("gauntlet_monitor", GauntletController, MODEL, DEFAULTS, own)

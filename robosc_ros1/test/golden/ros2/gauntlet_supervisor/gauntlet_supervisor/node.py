@@ -119,5 +119,5 @@ DEFAULTS = {}
 
 def main():
     """Run the supervisor until it is stopped; return the exit code."""
-    ports = RelayPort, MonitorPort
-    return run("gauntlet_supervisor", GauntletController, MODEL, DEFAULTS, TABLES, ports, SHADOW)
+    own, shadow = (TABLES, RelayPort), (SHADOW, MonitorPort)
+    return run("gauntlet_supervisor", GauntletController, MODEL, DEFAULTS, own, shadow)

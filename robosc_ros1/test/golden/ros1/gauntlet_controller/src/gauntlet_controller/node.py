@@ -86,5 +86,5 @@ DEFAULTS = {}
 
 def main():
     """Run the controller until it is stopped; return the exit code."""
-    ports = RosPort, ShadowPort
-    return run("gauntlet_controller", GauntletController, MODEL, DEFAULTS, TABLES, ports, SHADOW)
+    own, shadow = (TABLES, RosPort), (SHADOW, ShadowPort)
+    return run("gauntlet_controller", GauntletController, MODEL, DEFAULTS, own, shadow)

@@ -56,5 +56,5 @@ DEFAULTS = {}
 
 def main():
     """Run the controller until it is stopped; return the exit code."""
-    ports = RosPort, ShadowPort
-    return run("lantern_controller", LanternController, MODEL, DEFAULTS, TABLES, ports, SHADOW)
+    own, shadow = (TABLES, RosPort), (SHADOW, ShadowPort)
+    return run("lantern_controller", LanternController, MODEL, DEFAULTS, own, shadow)

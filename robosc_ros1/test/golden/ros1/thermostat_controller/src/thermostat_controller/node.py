@@ -65,13 +65,5 @@ DEFAULTS = {}
 
 def main():
     """Run the controller until it is stopped; return the exit code."""
-    ports = RosPort, ShadowPort
-    return run(
-        "thermostat_controller",
-        ThermostatController,
-        MODEL,
-        DEFAULTS,
-        TABLES,
-        ports,
-        SHADOW,
-    )
+    own, shadow = (TABLES, RosPort), (SHADOW, ShadowPort)
+    return run("thermostat_controller", ThermostatController, MODEL, DEFAULTS, own, shadow)
