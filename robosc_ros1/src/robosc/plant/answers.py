@@ -13,8 +13,9 @@ from robosc.language.events import EventKind, Kind
 from robosc.language.reasons import FAILED, REASONS, REFUSED, reasons_of
 from robosc.model.entities import Communication
 from robosc.plant.acceptance import guarded_phase
-from robosc.plant.automaton import LocalAutomaton, PhaseStep, values_read
+from robosc.plant.automaton import LocalAutomaton, PhaseStep
 from robosc.plant.data.view import FiniteView, expected_of_error
+from robosc.plant.event_values import values_read
 from robosc.plant.formulas import conjunction, disjunction, negation
 
 _WHILE_CANCELLING = frozenset(reason.word for reason in REASONS if reason.while_cancelling)

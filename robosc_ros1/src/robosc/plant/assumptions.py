@@ -58,6 +58,10 @@ class Restriction:
     condition: Expr
 
 
+Restrictions: TypeAlias = Mapping[tuple[EventKind, str], Sequence[Restriction]]
+"""By kind and communication, what is assumed of an event; without those of which nothing is."""
+
+
 @dataclass(frozen=True)
 class _Case:
     """What an event does to a component in the states ``here`` (or to a phase) where ``where``
@@ -73,10 +77,21 @@ class _Case:
     assigned: Mapping[str, Expr] = field(default_factory=dict)
 
 
-def restrictions(robot: Robot, communication: Communication, kind: EventKind) -> list[Restriction]:
-    """Return what is assumed of an event of the robot, without what it always keeps to."""
-    found = []
-    for assumption in robot.assumptions if kind in EXCLUDED else ():
+def restrictions(robot: Robot) -> Restrictions:
+    """Return what is assumed of the events of the robot, without what they always keep to."""
+    restricted = {
+        (kind, communication.key): tuple(_restrictions_of(robot, communication, kind))
+        for communication in robot.communications.values()
+        for kind in EXCLUDED
+        if communication.sort.event(kind) is not None
+    }
+    return {event: assumed for event, assumed in restricted.items() if assumed}
+
+
+def _restrictions_of(
+    robot: Robot, communication: Communication, kind: EventKind
+) -> Iterator[Restriction]:
+    for assumption in robot.assumptions:
         if assumption.communication == communication.key:
             concerned = kind in events_of(assumption, robot)
             condition = known_condition(assumption.condition) if concerned else TRUE
@@ -85,8 +100,7 @@ def restrictions(robot: Robot, communication: Communication, kind: EventKind) ->
         else:
             condition = _lasting(robot, communication, kind, known_condition(assumption.condition))
         if condition != TRUE:
-            found.append(Restriction(assumption, condition))
-    return found
+            yield Restriction(assumption, condition)
 
 
 def events_of(assumption: Assumption, robot: Robot) -> tuple[EventKind, ...]:
@@ -221,16 +235,6 @@ def _by_assigned(
     return [(given, disjunction(where)) for given, where in found.items()]
 
 
-def conditions(robot: Robot) -> Iterator[tuple[tuple[EventKind, str], Expr]]:
-    """Yield all restrictions, each with the event whose ``value`` it may read."""
-    if robot.assumptions:
-        for communication in robot.communications.values():
-            for kind in EXCLUDED:
-                if communication.sort.event(kind) is not None:
-                    for restriction in restrictions(robot, communication, kind):
-                        yield (kind, communication.key), restriction.condition
-
-
-def joined(found: Sequence[Restriction]) -> Expr:
+def joined(assumed: Sequence[Restriction]) -> Expr:
     """The condition under which an event keeps to all that is assumed of it."""
-    return conjunction(restriction.condition for restriction in found)
+    return conjunction(restriction.condition for restriction in assumed)

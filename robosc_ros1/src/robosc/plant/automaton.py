@@ -20,15 +20,15 @@ from itertools import product
 from typing import TypeAlias
 
 from robosc.expr.by_identity import ByIdentity
-from robosc.expr.traversal import walk
-from robosc.expr.tree import Expr, PhaseRef, ReasonRef, StateRef, TestRef, ValueRef, VariableRef
-from robosc.expr.types import NoneType, Type, Value
+from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, VariableRef
+from robosc.expr.types import Type, Value
 from robosc.language.events import EventKind, command_key
 from robosc.model.automata import Assignment
-from robosc.model.entities import Robot, data_expressions
+from robosc.model.entities import Robot
+from robosc.plant.assumptions import Restrictions
 from robosc.plant.counting import counts, tighter
 from robosc.plant.data.view import FiniteView, reference_to
-from robosc.plant.formulas import conjunction, exact, negation
+from robosc.plant.formulas import conjunction, negation
 from robosc.plant.partial_evaluation import PartValues
 from robosc.source import Span
 
@@ -273,7 +273,8 @@ class Plant:
     model order: for each component those of its communications (request, response, feedback, error,
     cancel), then its taus. ``view`` is the finite view of the data. ``goals`` are what must remain
     possible beside the marked states. ``lasting`` are the conditions of assumptions on states, each
-    with its index in ``Robot.assumptions``.
+    with its index in ``Robot.assumptions``. ``restrictions`` are what is assumed of events, over
+    the data of the model.
     """
 
     robot: Robot
@@ -283,6 +284,7 @@ class Plant:
     view: FiniteView = field(compare=False, repr=False)
     goals: tuple[PlantGoal, ...] = ()
     lasting: tuple[tuple[Expr, int], ...] = ()
+    restrictions: Restrictions = field(default_factory=dict, compare=False, repr=False)
 
     @cached_property
     def variable_index(self) -> dict[tuple[VariableKind, str], int]:
@@ -349,50 +351,3 @@ class Plant:
             variable.marked is None or value in variable.marked
             for variable, value in zip(self.variables, state, strict=True)
         )
-
-
-def is_optional(robot: Robot, event: Event) -> bool:
-    """Whether an event that brings a value may come without it."""
-    communication = robot.communications.get(event.key)
-    sort = None if communication is None else communication.sort.event(event.kind)
-    return sort is not None and sort.optional
-
-
-def value_type(robot: Robot, event: Event) -> Type:
-    """Return the type of an event's value; ``none`` if it is never read, and optional or what
-    another controller sends."""
-    if event.kind.of_component:
-        return NoneType()
-    unread = is_optional(robot, event) or event.kind.sent
-    if unread and not value_parts(robot, event):
-        return NoneType()
-    return robot.communications[event.key].value_type(event.kind)
-
-
-def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], Type]:
-    """Return the parts of an event's value, with their types, that transitions read for any
-    variable, and requirements on what another controller sends."""
-    readers: list[Expr] = []
-    if robot.supervises and event.kind is EventKind.REQUEST:
-        readers += (robot.requirements[number].condition for number in event.requirements)
-        if event.key in robot.corrected:
-            for provide in robot.provides:
-                if provide.communication == event.key:
-                    readers += data_expressions(provide.data)
-                    readers += [] if provide.condition is None else [provide.condition]
-    automata = (event.whole or event).automata
-    for edge in (edge for automaton in automata for edge in automaton.edges):
-        readers += (assignment.value for assignment in edge.assignments)
-        readers += [exact(edge.guard)] if edge.guard is not None else []
-    parts = values_read(readers)
-    return {path: p.type for path, p in parts.items() if not isinstance(p, ReasonRef)}
-
-
-def values_read(exprs: Iterable[Expr]) -> dict[tuple[str | int, ...], ValueRef]:
-    """Return the parts of an event's value that expressions read, by path, in their order."""
-    found: dict[tuple[str | int, ...], ValueRef] = {}
-    for expr in exprs:
-        for part in walk(expr):
-            if isinstance(part, ValueRef):
-                found.setdefault(part.path, part)
-    return found

@@ -23,7 +23,7 @@ from robosc.model.automata import After, Behaviour, ResultTransition, Tau, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
 from robosc.plant.acceptance import acceptance, is_left_to_components
 from robosc.plant.answers import divided_phase
-from robosc.plant.assumptions import EXCLUDED, conditions, joined, restrictions
+from robosc.plant.assumptions import Restrictions, joined, restrictions
 from robosc.plant.automaton import (
     ASSUMPTIONS,
     Edge,
@@ -35,13 +35,13 @@ from robosc.plant.automaton import (
     PlantGoal,
     StateVariable,
     VariableKind,
-    values_read,
 )
 from robosc.plant.data.asked_cases import by_data
 from robosc.plant.data.builder import finite_view
 from robosc.plant.data.classes import Classes
 from robosc.plant.data.values import values_of_term
 from robosc.plant.data.view import FiniteView, may_be_missing, reference_to
+from robosc.plant.event_values import values_read
 from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.plant.precedence import Taken, result_transitions, taken_in
 
@@ -66,7 +66,7 @@ def lower(robot: Robot) -> Plant:
         if assumption.communication is None
     )
     plant = lowering.variables, tuple(events), invariants, lowering.view, tuple(goals)
-    return Plant(robot, *plant, tuple(lasting))
+    return Plant(robot, *plant, tuple(lasting), lowering.restrictions)
 
 
 def _goal(goal: Goal, view: FiniteView, index: int) -> PlantGoal:
@@ -74,7 +74,9 @@ def _goal(goal: Goal, view: FiniteView, index: int) -> PlantGoal:
     return PlantGoal(view.expression(goal.condition), origin, along, index)
 
 
-def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
+def _state_variables(
+    robot: Robot, view: FiniteView, restrictions: Restrictions
+) -> Iterator[StateVariable]:
     for component in robot.components:
         behaviour = component.behaviour
         if behaviour is not None:
@@ -107,15 +109,16 @@ def _state_variables(robot: Robot, view: FiniteView) -> Iterator[StateVariable]:
         yield StateVariable(
             VariableKind.TEST, test.name, outcomes, starts[0], None, labels, test, starts
         )
-    for kind, key in dict.fromkeys(event for event, _ in conditions(robot)):
+    for kind, key in restrictions:
         yield StateVariable(VariableKind.ASSUMPTION, f"{kind.word} from {key}", (True,), 0)
 
 
 class _Lowering:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self.view = finite_view(robot)
-        self.variables = tuple(_state_variables(robot, self.view))
+        self.restrictions = restrictions(robot)
+        self.view = finite_view(robot, self.restrictions)
+        self.variables = tuple(_state_variables(robot, self.view, self.restrictions))
         self.variable_index = {(v.kind, v.name): i for i, v in enumerate(self.variables)}
         self.provided = {provide.communication for provide in robot.provides}
         self.listeners: dict[tuple[EventKind, str], dict[str, Component]] = {}
@@ -157,8 +160,7 @@ class _Lowering:
                 tuple(index(name) for name in sort.sources if name in names),
                 index(communication.phase_after(sort)),
             )
-        if kind in EXCLUDED:
-            automata += tuple(self._assumptions(communication, kind))
+        automata += tuple(self._assumptions(key, kind))
         if kind is EventKind.CALL and phase is not None:
             accepts = acceptance(key, phase, automata, self.variables, communication.span)
             automata, phase = (*automata, accepts), None
@@ -179,16 +181,14 @@ class _Lowering:
             span=communication.span,
         )
 
-    def _assumptions(
-        self, communication: Communication, kind: EventKind
-    ) -> Iterator[LocalAutomaton]:
+    def _assumptions(self, key: str, kind: EventKind) -> Iterator[LocalAutomaton]:
         """The automaton that takes an event only where the robot is assumed to make it happen."""
-        found = restrictions(self.robot, communication, kind)
-        if found:
-            name = f"{kind.word} from {communication.key}"
+        assumed = self.restrictions.get((kind, key))
+        if assumed:
+            name = f"{kind.word} from {key}"
             variable = self.variable_index[VariableKind.ASSUMPTION, name]
-            guard = self.view.expression(joined(found))
-            edge = Edge(0, guard, (), (), 0, False, (), (), found[0].assumption.span)
+            guard = self.view.expression(joined(assumed))
+            edge = Edge(0, guard, (), (), 0, False, (), (), assumed[0].assumption.span)
             yield LocalAutomaton(ASSUMPTIONS, variable, (edge,), True)
 
     def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:

@@ -17,7 +17,8 @@ from robosc.expr.types import (
     Type,
 )
 from robosc.model.entities import Robot
-from robosc.plant.automaton import Event, is_optional, value_type
+from robosc.plant.automaton import Event
+from robosc.plant.event_values import is_optional, value_type
 from robosc.simulate.event_data import Given, complete, is_test, outer_parts
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.literals import Raw

@@ -29,7 +29,8 @@ from robosc.expr.types import (
 )
 from robosc.model.entities import Robot
 from robosc.model.typing.compatibility import describe
-from robosc.plant.automaton import Event, is_optional, value_parts, value_type
+from robosc.plant.automaton import Event
+from robosc.plant.event_values import is_optional, value_parts, value_type
 from robosc.plant.step import Values, missing_together
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.faults import InvalidLine

@@ -22,7 +22,8 @@ from robosc.language.events import EventKind, Kind
 from robosc.model.decisions import decides
 from robosc.model.entities import Robot
 from robosc.plant.acceptance import phase_of
-from robosc.plant.automaton import Event, Plant, value_parts, value_type
+from robosc.plant.automaton import Event, Plant
+from robosc.plant.event_values import value_parts, value_type
 from robosc.plant.step import valuations
 from robosc.runtime import model as runtime
 from robosc.runtime.calls import FAILED, Failure

@@ -9,7 +9,8 @@ from robosc.expr.traversal import all_names, path_text
 from robosc.expr.types import ArrayType, NoneType, ObjectType, Type, domain
 from robosc.model.entities import Robot
 from robosc.model.typing.compatibility import describe
-from robosc.plant.automaton import Event, is_optional, value_parts, value_type
+from robosc.plant.automaton import Event
+from robosc.plant.event_values import is_optional, value_parts, value_type
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.typed_values import typed_value, within_whole
 from robosc.supervisor import Supervisor

@@ -14,7 +14,8 @@ from robosc.errors import listing
 from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
-from robosc.plant.automaton import Event, Plant, value_parts
+from robosc.plant.automaton import Event, Plant
+from robosc.plant.event_values import value_parts
 from robosc.plant.step import valuations
 from robosc.runtime.reasons import reason_text
 from robosc.simulate.event_data import Given, given_text

@@ -13,7 +13,8 @@ from typing import Any
 
 from robosc.expr.traversal import path_text
 from robosc.language.events import EventKind, Kind
-from robosc.plant.automaton import Event, value_parts
+from robosc.plant.automaton import Event
+from robosc.plant.event_values import value_parts
 from robosc.runtime.engine import Engine
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.offers import Reasons

@@ -11,7 +11,8 @@ from math import prod
 from robosc import limits
 from robosc.errors import StateSpaceError, listing
 from robosc.expr.tree import Binary, Call, Expr, Unary
-from robosc.plant.automaton import Plant, values_read
+from robosc.plant.automaton import Plant
+from robosc.plant.event_values import values_read
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear

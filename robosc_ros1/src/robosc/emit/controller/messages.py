@@ -36,7 +36,8 @@ from robosc.model.entities import (
     Robot,
 )
 from robosc.model.typing.command_values import fold_text
-from robosc.plant.automaton import Event, is_optional, value_parts, value_type
+from robosc.plant.automaton import Event
+from robosc.plant.event_values import is_optional, value_parts, value_type
 from robosc.plant.formulas import may_be_huge
 
 

@@ -21,7 +21,6 @@ from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
 from robosc.model.automata import Variable
 from robosc.plant.acceptance import acceptance_of, components_of, phase_of
-from robosc.plant.assumptions import EXCLUDED, restrictions
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.plant.formulas import exact, may_be_huge, to_dsl
 
@@ -104,12 +103,11 @@ class Reactions:
     def _assumed(self, event: Event) -> Iterator[str]:
         """The statements that refuse an event of the robot, with the reason, where it is assumed
         not to happen."""
-        if event.kind in EXCLUDED:
-            communication = self.plant.robot.communications[event.key]
-            for found in restrictions(self.plant.robot, communication, event.kind):
-                where = f"{found.assumption.text} ({place(found.assumption.span)})"
-                yield f"if not ({self.attributes.text(found.condition)}):"
-                yield f"    raise BrokenAssumption({literal(where)})"
+        for restriction in self.plant.restrictions.get((event.kind, event.key), ()):
+            assumption = restriction.assumption
+            where = f"{assumption.text} ({place(assumption.span)})"
+            yield f"if not ({self.attributes.text(restriction.condition)}):"
+            yield f"    raise BrokenAssumption({literal(where)})"
 
     def _accepted(self, event: Event) -> Iterator[str]:
         """The statements that refuse a call, with the reason, where no component takes it."""

@@ -51,7 +51,7 @@ from robosc.model.entities import (
     Robot,
 )
 from robosc.plant.assumptions import events_of
-from robosc.plant.automaton import value_type
+from robosc.plant.event_values import value_type
 from robosc.plant.formulas import exact
 from robosc.supervisor import Guard
 

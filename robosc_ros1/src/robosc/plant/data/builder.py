@@ -34,7 +34,7 @@ from robosc.language.events import EventKind
 from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
 from robosc.model.automata import ResultTransition
 from robosc.model.entities import Component, Robot
-from robosc.plant.assumptions import conditions
+from robosc.plant.assumptions import Restrictions
 from robosc.plant.data.classes import Classes, Comparison
 from robosc.plant.data.disjoint_sets import DisjointSets
 from robosc.plant.data.terms import (
@@ -71,14 +71,15 @@ from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
 from robosc.plant.precedence import result_transitions
 
 
-def finite_view(robot: Robot) -> FiniteView:
-    """Return the finite view of a robot without errors."""
-    return ViewBuilder(robot).build()
+def finite_view(robot: Robot, restrictions: Restrictions) -> FiniteView:
+    """Return the finite view of a robot without errors, of whose events this is assumed."""
+    return ViewBuilder(robot, restrictions).build()
 
 
 class ViewBuilder:
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, restrictions: Restrictions) -> None:
         self.robot = robot
+        self.restrictions = restrictions
         self.terms = Terms(partial(to_dsl, robot=robot))
         self.variables = robot.variables
         self.states: dict[StateTerm, None] = {}
@@ -156,7 +157,8 @@ class ViewBuilder:
                 yield (EventKind.ERROR, key), expected_of_error(communication)
         yield from ((data_scope(r), r.condition) for r in self.robot.requirements)
         yield from ((None, expr) for goal in self.robot.goals for expr in goal.conditions)
-        yield from conditions(self.robot)
+        for event, assumed in self.restrictions.items():
+            yield from ((event, restriction.condition) for restriction in assumed)
         for provide in self.robot.provides:
             if provide.condition is not None and not provide.corrects:
                 yield None, provide.condition

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
-from robosc.plant.automaton import Plant, values_read
+from robosc.plant.automaton import Plant
+from robosc.plant.event_values import values_read
 from robosc.synthesis.vectorised import event_support, step_support, support
 
 LeafSource: TypeAlias = int | tuple[int, int]

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import prod
 
-from robosc.plant.automaton import Event, LocalAutomaton, Plant, values_read
+from robosc.plant.automaton import Event, LocalAutomaton, Plant
+from robosc.plant.event_values import values_read
 from robosc.synthesis.vectorised import support
 
 _MOST_CHOICES = 64

@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 
 from robosc.expr.tree import Expr, Unary, ValueRef
 from robosc.expr.types import BooleanType, EnumType
-from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, values_read
+from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.plant.data.classes import Classes
+from robosc.plant.event_values import values_read
 from robosc.plant.formulas import junction
 from robosc.plant.partial_evaluation import PartValues, assigned, holds
 from robosc.synthesis.dense.merging import (

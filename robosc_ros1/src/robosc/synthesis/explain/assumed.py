@@ -9,7 +9,7 @@ from robosc.errors import Diagnostic, Severity, StateSpaceError
 from robosc.expr.tree import FALSE, Expr
 from robosc.model.entities import Assumption
 from robosc.plant.acceptance import gates_of, phase_of
-from robosc.plant.assumptions import EXCLUDED, restrictions
+from robosc.plant.assumptions import EXCLUDED
 from robosc.plant.automaton import ASSUMPTIONS, Event, Plant
 from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.supervisor import Guard
@@ -47,15 +47,14 @@ def _excluding_all(system: System, event: Event) -> Iterator[Diagnostic]:
         return
     if system.reaches(conjunction([*there, passing])):
         return
-    robot = system.plant.robot
-    found = restrictions(robot, robot.communications[event.key], event.kind)
-    texts = [quoted(restriction.assumption.text) for restriction in found]
+    assumed = system.plant.restrictions[event.kind, event.key]
+    texts = [quoted(restriction.assumption.text) for restriction in assumed]
     yield Diagnostic(
         Severity.WARNING,
         "assumption-excludes-all",
         f"{' and '.join(texts)} leave{'s' if len(texts) == 1 else ''} no {event.kind.word} of"
         f" {event.name}: the robot is assumed never to send one",
-        found[0].assumption.span,
+        assumed[0].assumption.span,
         "relax the assumption: what needs this event is proved for no robot",
     )
 

@@ -19,7 +19,8 @@ from robosc.expr.traversal import walk_all
 from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, VariableRef
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
-from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, values_read
+from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
+from robosc.plant.event_values import values_read
 from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.supervisor import Guard
 from robosc.synthesis.compiled_steps import Stepper

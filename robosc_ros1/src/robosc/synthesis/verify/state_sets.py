@@ -20,7 +20,8 @@ from robosc.errors import StateSpaceError
 from robosc.expr.evaluation import evaluate
 from robosc.expr.tree import Binary, Expr, Unary
 from robosc.expr.types import Value
-from robosc.plant.automaton import Event, Plant, PlantState, values_read
+from robosc.plant.automaton import Event, Plant, PlantState
+from robosc.plant.event_values import values_read
 from robosc.plant.step import Values, Verdict, lookup, outcome, valuations
 from robosc.synthesis.bdd.manager import Bdd, Manager, Renaming
 from robosc.synthesis.bdd.order import ordered

@@ -1,0 +1,60 @@
+"""The value of an event: its type, whether it may be missing, and the parts that are read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Expr, ReasonRef, ValueRef
+from robosc.expr.types import NoneType, Type
+from robosc.language.events import EventKind
+from robosc.model.entities import Robot, data_expressions
+from robosc.plant.automaton import Event
+from robosc.plant.formulas import exact
+
+
+def is_optional(robot: Robot, event: Event) -> bool:
+    """Whether an event that brings a value may come without it."""
+    communication = robot.communications.get(event.key)
+    sort = None if communication is None else communication.sort.event(event.kind)
+    return sort is not None and sort.optional
+
+
+def value_type(robot: Robot, event: Event) -> Type:
+    """Return the type of an event's value; ``none`` if it is never read, and optional or what
+    another controller sends."""
+    if event.kind.of_component:
+        return NoneType()
+    unread = is_optional(robot, event) or event.kind.sent
+    if unread and not value_parts(robot, event):
+        return NoneType()
+    return robot.communications[event.key].value_type(event.kind)
+
+
+def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], Type]:
+    """Return the parts of an event's value, with their types, that transitions read for any
+    variable, and requirements on what another controller sends."""
+    readers: list[Expr] = []
+    if robot.supervises and event.kind is EventKind.REQUEST:
+        readers += (robot.requirements[number].condition for number in event.requirements)
+        if event.key in robot.corrected:
+            for provide in robot.provides:
+                if provide.communication == event.key:
+                    readers += data_expressions(provide.data)
+                    readers += [] if provide.condition is None else [provide.condition]
+    automata = (event.whole or event).automata
+    for edge in (edge for automaton in automata for edge in automaton.edges):
+        readers += (assignment.value for assignment in edge.assignments)
+        readers += [exact(edge.guard)] if edge.guard is not None else []
+    parts = values_read(readers)
+    return {path: p.type for path, p in parts.items() if not isinstance(p, ReasonRef)}
+
+
+def values_read(exprs: Iterable[Expr]) -> dict[tuple[str | int, ...], ValueRef]:
+    """Return the parts of an event's value that expressions read, by path, in their order."""
+    found: dict[tuple[str | int, ...], ValueRef] = {}
+    for expr in exprs:
+        for part in walk(expr):
+            if isinstance(part, ValueRef):
+                found.setdefault(part.path, part)
+    return found
