@@ -22,6 +22,33 @@ def parsed(content: str) -> ast.Module:
     return ast.parse(content, feature_version=(3, 8))
 
 
+@cache
+def imported_by(content: str) -> set[str]:
+    """Return the names of modules as a file imports them."""
+    found = set()
+    for node in ast.walk(parsed(content)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add(node.module or "")
+    return found
+
+
+@cache
+def imported_in_vain(content: str) -> set[str]:
+    """Return the names that a file imports and does not use."""
+    imported, used = set(), set()
+    for node in ast.walk(parsed(content)):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            imported |= {(a.asname or a.name).split(".")[0] for a in node.names}
+        elif isinstance(node, ast.Name):
+            used.add(node.id)
+        elif isinstance(node, ast.Assign) and ast.unparse(node.targets) == "__all__":
+            used |= set(ast.literal_eval(node.value))
+    # Annotations in the runtime's comments and strings do not count.
+    return imported - used - {"annotations"}
+
+
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_the_package_is_the_golden_one(model: str, target: str, mode: str, kept: Kept) -> None:
     files = kept_files(package_of(model, target, mode), target, mode)
@@ -45,11 +72,8 @@ def test_all_python_parses_as_3_8_and_imports_nothing_of_robosc(
 ) -> None:
     for path, file in package_of(model, target, mode).files.items():
         if path.endswith(".py") or path.startswith("scripts/"):
-            for node in ast.walk(parsed(file.content)):
-                names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
-                if isinstance(node, ast.ImportFrom):
-                    names = [node.module or ""]
-                assert not any(name.split(".")[0] == "robosc" for name in names), path
+            names = imported_by(file.content)
+            assert not any(name.split(".")[0] == "robosc" for name in names), path
 
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
@@ -106,15 +130,5 @@ def test_the_controller_knows_no_ros() -> None:
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_nothing_is_imported_in_vain(model: str, target: str, mode: str) -> None:
     for path, file in package_of(model, target, mode).files.items():
-        if not path.endswith(".py"):
-            continue
-        imported, used = set(), set()
-        for node in ast.walk(parsed(file.content)):
-            if isinstance(node, ast.Import | ast.ImportFrom):
-                imported |= {(a.asname or a.name).split(".")[0] for a in node.names}
-            elif isinstance(node, ast.Name):
-                used.add(node.id)
-            elif isinstance(node, ast.Assign) and ast.unparse(node.targets) == "__all__":
-                used |= set(ast.literal_eval(node.value))
-        # Annotations in the runtime's comments and strings do not count.
-        assert imported - used - {"annotations"} == set(), path
+        if path.endswith(".py"):
+            assert imported_in_vain(file.content) == set(), path

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from emit.generated_code import controller_class, supervisor_of
 from emit.golden_packages import MODELS, model_path
+from quick import quick_first
 from ros_support import EXAMPLES
 
 from robosc import pipeline
@@ -61,7 +62,7 @@ def test_a_command_reads_the_same_whatever_the_strings_say(text: str) -> None:
     assert command(literal(text).replace("\\'", "'")) == command('"y"')
 
 
-@pytest.mark.parametrize("model", ROBOTS, ids=lambda model: model.stem)
+@pytest.mark.parametrize("model", quick_first(ROBOTS, 8), ids=lambda model: model.stem)
 def test_reads_of_commands_are_those_of_their_code(model: Path) -> None:
     supervisor = pipeline.synthesize(pipeline.load(model).robot)
     _, context = controller_class(supervisor)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -19,8 +20,10 @@ from robosc.source import Source
 
 MODEL = EXAMPLES / "line_follower_unhandled" / "line_follower_unhandled.rscd"
 TEXT = MODEL.read_text(encoding="utf-8")
+SOURCE = Source(str(MODEL), TEXT)
 
 
+@cache
 def asked(source: Source) -> Derived:
     done = subprocess.run(
         command(), input=request_for(source, [], {}), capture_output=True, timeout=600
@@ -31,8 +34,7 @@ def asked(source: Source) -> Derived:
 
 
 def test_answer_is_what_check_says() -> None:
-    source = Source(str(MODEL), TEXT)
-    found = asked(source)
+    found = asked(SOURCE)
     robot = open_text(Desk(), MODEL, TEXT).reading.robot
     assert robot is not None
     supervisor = pipeline.synthesize(robot)
@@ -96,8 +98,7 @@ def test_no_answer_from_a_process_that_failed() -> None:
 
 
 def test_diagnostics_move_with_the_text() -> None:
-    source = Source(str(MODEL), TEXT)
-    found = asked(source)
+    found = asked(SOURCE)
     (first, *_) = found.diagnostics
     longer = Source(str(MODEL), "// one line more\n" + TEXT)
     assert moved(found, longer)[0].span.line == first.span.line + 1

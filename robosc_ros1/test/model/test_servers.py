@@ -64,6 +64,7 @@ def test_names_are_compared_as_ros_takes_them(one: str, other: str) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_server_of_very_many() -> None:
     """The conditions are no deeper than later stages can follow."""
     text = """

@@ -73,9 +73,17 @@ def module_name(file: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+def statements(block: ast.AST) -> Iterator[ast.AST]:
+    """All statements in a block, in any depth; expressions have none."""
+    for field in ("body", "handlers", "orelse", "finalbody", "cases"):
+        for node in getattr(block, field, ()):
+            yield node
+            yield from statements(node)
+
+
 def imports(file: Path) -> Iterator[tuple[int, str]]:
     """Line and full name of each module that a file imports."""
-    for node in ast.walk(tree(file)):
+    for node in statements(tree(file)):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield node.lineno, alias.name

@@ -109,7 +109,7 @@ def examples() -> Iterator[tuple[str, str]]:
 
 def test_requirements_of_the_examples_can_be_typed() -> None:
     found = list(examples())
-    robots = {path: load(path)[0] for path, _ in found}
+    robots = {path: load(path)[0] for path in {path for path, _ in found}}
     assert len(found) > 30
     for path, text in found:
         robot = robots[path]

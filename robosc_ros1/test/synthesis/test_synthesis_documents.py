@@ -227,6 +227,7 @@ def test_text_in_parts_is_the_document(lines: int) -> None:
     assert json.loads("".join(explore_json(none, lines))) == explore_document(none)
 
 
+@pytest.mark.slow
 def test_what_is_too_large_is_refused_before_it_is_walked() -> None:
     supervisor = supervisor_of(steep_families.gauges(300), "bdd")
     with pytest.raises(StateSpaceError, match="there are 90000 states, more than 80000"):

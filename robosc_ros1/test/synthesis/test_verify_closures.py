@@ -67,6 +67,7 @@ def test_what_is_remembered_may_be_forgotten_at_any_time(monkeypatch: pytest.Mon
     assert verify(supervisor_of(steep_families.crew(4), "bdd"), limit=0).verified
 
 
+@pytest.mark.slow
 def test_more_variables_than_python_can_recurse() -> None:
     count = sys.getrecursionlimit() * 2
     components = "".join(
