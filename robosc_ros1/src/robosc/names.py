@@ -10,6 +10,7 @@ from __future__ import annotations
 import keyword
 import re
 import sys
+from dataclasses import dataclass
 
 from robosc import limits
 
@@ -23,15 +24,21 @@ def is_identifier(text: str) -> bool:
     return _IDENTIFIER.fullmatch(text) is not None
 
 
+@dataclass(frozen=True, slots=True)
+class Copy:
+    """One copy of an indexed component: ``Station[3]`` is the third of the family ``Station``."""
+
+    family: str
+    index: int
+
+    @property
+    def name(self) -> str:
+        return copy_name(self.family, self.index)
+
+
 def copy_name(family: str, index: int) -> str:
     """The name of one copy of an indexed component: ``Station[3]``."""
     return f"{family}[{index}]"
-
-
-def family_and_index(name: str) -> tuple[str, int | None]:
-    """``Station[3]`` → ``Station`` and 3, any other component's name with None."""
-    family, bracket, index = name.partition("[")
-    return family, int(index[:-1]) if bracket else None
 
 
 def without_index(name: str) -> str:

@@ -17,7 +17,7 @@ from robosc.lsp.interfaces import offered_types
 from robosc.model.file_resolver import FileContents
 from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.names.value_scope import ValueScope
-from robosc.names import copy_name, family_and_index
+from robosc.names import copy_name
 from robosc.syntax.nodes import (
     ComponentNode,
     ConditionNode,
@@ -87,8 +87,8 @@ class Offers:
 
     def _is_further_copy(self, instance: Instance) -> bool:
         """Whether it is one of several of a kind, of which another one is offered for all."""
-        name, index = family_and_index(instance.name)
-        return index is not None and index != self._several[name].first
+        copy = instance.declaration.copy
+        return copy is not None and copy.index != self._several[copy.family].first
 
     def _indexed(self, name: str) -> str:
         """A name with the index of a copy as one would write it here, perhaps ``Station[i]``."""

@@ -28,8 +28,9 @@ from robosc.language.events import (
 )
 from robosc.model.automata import Behaviour, ResultTransition, State, Variable, span_field
 from robosc.model.diagnostics import Report
+from robosc.names import Copy
 from robosc.source import Span
-from robosc.syntax.nodes import ExprNode
+from robosc.syntax.nodes import ExprNode, Repeated
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,12 +166,14 @@ def display_names(communications: Mapping[str, Communication]) -> dict[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """A component; ``library`` is the one that it is imported from, if any."""
+    """A component; ``library`` is the one that it is imported from, ``copy`` which one of several
+    of a kind it is, if any."""
 
     name: str
     communications: tuple[Communication, ...]
     behaviour: Behaviour | None
     library: str | None
+    copy: Copy | None = None
     span: Span = span_field()
 
     @property
@@ -193,8 +196,8 @@ class Requirement:
 
     ``text`` is its text on one line, for messages and comments. ``to_start``: it restricts the
     request of an action, and is no reason to cancel it. ``to_cancel``: it is only such a reason.
-    ``on_data``: it is about the data of its
-    command. ``implied``: nobody has written it, it follows from what ROS is.
+    ``on_data``: it is about the data of its command. ``implied``: nobody has written it, it follows
+    from what ROS is. ``repeated``: which copy it is of a statement in a ``for``.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
@@ -205,6 +208,7 @@ class Requirement:
     to_cancel: bool = field(default=False, kw_only=True)
     on_data: bool = False
     implied: bool = False
+    repeated: Repeated | None = field(default=None, kw_only=True)
     span: Span = span_field()
 
     def concerns(self, kind: EventKind) -> bool:

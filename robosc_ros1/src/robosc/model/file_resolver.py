@@ -332,6 +332,7 @@ class FileResolver:
             _sound(info.entity for info in instance.communications.values()),
             behaviour,
             imported.library.text if imported is not None else None,
+            instance.declaration.copy,
             span=instance.declaration.name.span,
         )
 

@@ -30,7 +30,6 @@ from robosc.expr.tree import (
     VariableRef,
 )
 from robosc.expr.types import BooleanType
-from robosc.names import family_and_index
 
 _LEAST_COPIES = 3
 """Conditions on fewer components are listed one by one."""
@@ -267,7 +266,7 @@ def _literal(expr: Expr) -> tuple[_Kind, int] | None:
     negated = isinstance(expr, Unary) and expr.operator == "!"
     inner = expr.operand if isinstance(expr, Unary) and negated else expr
     if isinstance(inner, StateRef):  # as most are
-        name, index = family_and_index(inner.component)
+        name, index = _family_and_index(inner.component)
         kind = StateRef(name, inner.state)
         return None if index is None else ((negated, name, kind), index)
     if isinstance(inner, Binary) and inner.operation.is_lazy:
@@ -278,10 +277,16 @@ def _literal(expr: Expr) -> tuple[_Kind, int] | None:
 
     def named(component: str) -> str:
         components.add(component)
-        return family_and_index(component)[0]
+        return _family_and_index(component)[0]
 
     shared = with_component(inner, named)
     if len(components) != 1:
         return None
-    name, index = family_and_index(components.pop())
+    name, index = _family_and_index(components.pop())
     return None if index is None else ((negated, name, shared), index)
+
+
+def _family_and_index(name: str) -> tuple[str, int | None]:
+    """``Station[3]`` → ``Station`` and 3, any other component's name with None."""
+    family, bracket, index = name.partition("[")
+    return family, int(index[:-1]) if bracket else None

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from robosc.language.events import Folder
+from robosc.names import Copy
 from robosc.source import Span
 
 
@@ -488,7 +489,7 @@ class RangeNode(_Node):
 class ComponentNode(_Node):
     """``component name { … }``, or the indexed component ``component name[1..6] { … }``.
 
-    ``index`` is that of one copy, once indexed components are expanded.
+    ``copy`` says which copy it is, once indexed components are expanded.
     """
 
     name: Name
@@ -504,7 +505,7 @@ class ComponentNode(_Node):
         ...,
     ]
     indexes: RangeNode | None = None
-    index: int | None = None
+    copy: Copy | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -517,7 +518,10 @@ class ArgumentNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class ImportNode(_Node):
-    """``component name from library import component with prefix: "…", radius: 0.2``."""
+    """``component name from library import component with prefix: "…", radius: 0.2``.
+
+    ``copy`` is as in :class:`ComponentNode`.
+    """
 
     name: Name
     library: Name
@@ -525,6 +529,7 @@ class ImportNode(_Node):
     prefix: StringNode | None
     arguments: tuple[ArgumentNode, ...] = ()
     indexes: RangeNode | None = None
+    copy: Copy | None = None
 
 
 # --- requirements and data -----------------------------------------------------------------------
@@ -542,44 +547,58 @@ Group: TypeAlias = tuple[Access | ExceptNode, ...]
 
 
 @dataclass(frozen=True, slots=True)
+class Repeated:
+    """Which copy of a statement this is: the values of the variables of the ``for`` around it (of
+    ``index`` in an indexed component).
+
+    ``block`` is the innermost of what was copied.
+    """
+
+    values: tuple[tuple[str, int], ...]
+    block: Span = field(compare=False, repr=False)
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name} = {value}" for name, value in self.values)
+
+
+@dataclass(frozen=True, slots=True)
 class RequirementNode(_Node):
     """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications).
 
-    ``to_start``: it ends with ``to start``. ``place`` are the indexes of a copy that a ``for``
-    makes, as text: ``i = 3``.
+    ``to_start``: it ends with ``to start``. ``repeated`` says which copy of a statement it is.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
     communications: Group
     condition: ExprNode
     to_start: bool = False
-    place: str = ""
+    repeated: Repeated | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class PossibleNode(_Node):
     """``requirement possible e from f while g``; ``origin`` is f and ``along`` is g.
 
-    ``place`` is as in :class:`RequirementNode`.
+    ``repeated`` is as in :class:`RequirementNode`.
     """
 
     condition: ExprNode
     origin: ExprNode | None
     along: ExprNode | None
-    place: str = ""
+    repeated: Repeated | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class AssumeNode(_Node):
     """``assume c needs e``, ``assume always e`` or ``assume never e`` (no communication).
 
-    ``place`` is as in :class:`RequirementNode`.
+    ``repeated`` is as in :class:`RequirementNode`.
     """
 
     kind: Literal["needs", "never", "always"]
     communication: Access | None
     condition: ExprNode
-    place: str = ""
+    repeated: Repeated | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,19 +20,18 @@ from robosc.emit.controller.views import (
     CopiedRows,
     CopiesView,
     CopyView,
-    RequirementView,
 )
 from robosc.emit.package.rendering import instantiated
-from robosc.model.entities import Robot
-from robosc.names import family_and_index, snake_case
+from robosc.model.entities import Requirement, Robot
+from robosc.names import snake_case
+from robosc.source import Span
 
 _TABLES = tuple(f.name for f in fields(CopyView))
 _METHODS = ("requirements", "inputs", "commands", "taus", "afters")
-_FOR = re.compile(r"\((\w+) = (\d+)\)$")
 _CALL = re.compile(r"self\.requirement_(\d+)\((value)?\)")
 
 _Owner = tuple[str, int]
-"""What an entry of a table belongs to: a component's name, or the number of a ``for``, and the
+"""What an entry of a table belongs to: an indexed component, or the number of a ``for``, and the
 index."""
 
 
@@ -139,33 +138,30 @@ def _owners(
     context: ControllerContext, robot: Robot, attributes: Attributes
 ) -> Iterator[tuple[str, list[_Owner | None]]]:
     """By table, what each of its entries belongs to."""
+    owners = {c.name: (c.copy.family, c.copy.index) for c in robot.components if c.copy is not None}
     component = {key: c.component for key, c in robot.communications.items()}
-    yield "components", [_owner(c.name) for c in context.components]
-    yield "phases", [_owner(component[key]) for key, _ in attributes.phases]
-    yield "locations", [_owner(name) for name, _ in context.locations]
-    yield "variables", [_owner(key.rpartition(".")[0]) for key, _ in context.variables]
-    yield "communications", [_owner(name) for name in component.values()]
-    yield "inputs", [_owner(component[i.key]) for i in context.inputs]
-    yield "commands", [_owner(component[c.key]) for c in context.commands]
-    yield "taus", [_owner(tau.component) for tau in context.taus]
-    yield "afters", [_owner(after.component) for after in context.afters]
-    yield "requirements", list(_statements(context.requirements))
+    yield "components", [owners.get(c.name) for c in context.components]
+    yield "phases", [owners.get(component[key]) for key, _ in attributes.phases]
+    yield "locations", [owners.get(name) for name, _ in context.locations]
+    yield "variables", [owners.get(robot.variables[key].component) for key, _ in context.variables]
+    yield "communications", [owners.get(name) for name in component.values()]
+    yield "inputs", [owners.get(component[i.key]) for i in context.inputs]
+    yield "commands", [owners.get(component[c.key]) for c in context.commands]
+    yield "taus", [owners.get(tau.component) for tau in context.taus]
+    yield "afters", [owners.get(after.component) for after in context.afters]
+    yield "requirements", list(_statements(robot.requirements))
 
 
-def _owner(component: str) -> _Owner | None:
-    name, index = family_and_index(component)
-    return None if index is None else (name, index)
-
-
-def _statements(requirements: Sequence[RequirementView]) -> Iterator[_Owner | None]:
-    """The ``for`` of each requirement: one ends where its index does not go on."""
-    number, before = 0, ("", 0)
+def _statements(requirements: Sequence[Requirement]) -> Iterator[_Owner | None]:
+    """The ``for`` of each requirement that is in only one, and the value of its variable."""
+    numbers: dict[Span, int] = {}
     for requirement in requirements:
-        found = _FOR.search(requirement.text)
-        here = ("", 0) if found is None else (found[1], int(found[2]))
-        number += here[0] != before[0] or here[1] < before[1]
-        before = here
-        yield None if found is None else (f"requirements {number}", here[1])
+        repeated = requirement.repeated
+        if repeated is None or len(repeated.values) > 1:
+            yield None
+        else:
+            number = numbers.setdefault(repeated.block, len(numbers) + 1)
+            yield f"requirements {number}", repeated.values[0][1]
 
 
 def _copies(tables: Mapping[str, _Entries]) -> dict[str, dict[int, CopyView]]:

@@ -214,7 +214,7 @@ def _enum_in(object_: ObjectType, path: str) -> tuple[str, EnumType] | None:
 def check_local_names(component_table: ComponentTable, report: Report) -> None:
     """Report communications of this file's components that have the same name."""
     for infos in component_table.by_name.values():
-        local = [i for i in infos if i.instance.imported is None and i.instance.node.index is None]
+        local = [i for i in infos if i.instance.imported is None and i.instance.node.copy is None]
         for info in local[1:]:
             report.add(
                 "duplicate-name",
@@ -319,7 +319,7 @@ def _interface(
 def _identifier(info: CommunicationInfo, report: Report) -> str | None:
     written: StringNode | None = info.node.identifier
     name = written.text if written is not None else info.name
-    if written is None and info.instance.node.index is not None:
+    if written is None and info.instance.node.copy is not None:
         name = f"{snake_case(info.instance.name)}/{name}"
     span = written.span if written is not None else info.node.name.span
     fault = ros_name_fault(name)

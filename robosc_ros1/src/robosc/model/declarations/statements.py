@@ -30,7 +30,12 @@ from robosc.model.names.communications import SENT, resolve_communication
 from robosc.model.names.groups import GroupResolver
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
 from robosc.model.ros.links import Binder
-from robosc.model.typing.command_values import CommandTyper, may_read_value, requirement_text
+from robosc.model.typing.command_values import (
+    CommandTyper,
+    may_read_value,
+    requirement_of,
+    requirement_text,
+)
 from robosc.model.typing.data import DataTyper
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
@@ -143,8 +148,7 @@ class StatementResolver:
         if condition is None or keys is None:
             return ()
         condition = condition_on_data(condition, self._read)
-        text = requirement_text(node)
-        return (Requirement(node.kind, keys, condition, text, node.to_start, span=node.span),)
+        return (requirement_of(node, keys, condition, requirement_text(node)),)
 
     def goal(self, node: PossibleNode) -> Goal | None:
         """What must remain possible; None after an error."""

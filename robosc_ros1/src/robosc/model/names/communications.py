@@ -59,7 +59,7 @@ def _bare(
     if len(found) == 1:
         return found[0]
     if found:
-        local = [i for i in found if i.instance.imported is None and i.instance.node.index is None]
+        local = [i for i in found if i.instance.imported is None and i.instance.node.copy is None]
         if len(local) == len(found):
             return found[0]  # all in this file: the duplicate name was reported
         report.add(

@@ -19,8 +19,8 @@ from typing import Any, cast
 from robosc.language.functions import AGGREGATES
 from robosc.language.operators import BINARY, Operand
 from robosc.model.diagnostics import Report
-from robosc.model.names.copies_scope import Scope, indexes_of, indexes_of_for, with_place
-from robosc.names import copy_name, family_and_index
+from robosc.model.names.copies_scope import Scope, indexes_of, indexes_of_for, repeated
+from robosc.names import Copy, copy_name
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -69,19 +69,17 @@ def write_out(node: FileNode, report: Report) -> FileNode:
     )
 
 
-def over_copies(node: ExprNode, components: Iterable[str], report: Report) -> ExprNode:
+def over_copies(node: ExprNode, copies: Iterable[Copy], report: Report) -> ExprNode:
     """A condition in which ``Station[3]`` and ``any(s.on for s in Station)`` are expanded.
 
-    ``components`` are the names of all components, copies included.
+    ``copies`` are those of all indexed components.
     """
-    found: dict[str, list[int]] = {}
-    for component in components:
-        name, index = family_and_index(component)
-        if index is not None:
-            found.setdefault(name, []).append(index)
+    indexes: dict[str, list[int]] = {}
+    for copy in copies:
+        indexes.setdefault(copy.family, []).append(copy.index)
     several = {
-        name: RangeNode(min(indexes), max(indexes), span=node.span)
-        for name, indexes in found.items()
+        family: RangeNode(min(of_family), max(of_family), span=node.span)
+        for family, of_family in indexes.items()
     }
     written: ExprNode = _Writer(several, report).node(node, Scope())
     return written
@@ -113,17 +111,18 @@ class _Writer:
     ) -> list[DeclarationNode]:
         copies: list[DeclarationNode] = []
         for index in indexes_of(indexes, self._report):
-            name = replace(item.name, text=copy_name(item.name.text, index))
-            scope = Scope(own=name.text).inside("index", index)
+            copy = Copy(item.name.text, index)
+            name = replace(item.name, text=copy.name)
+            scope = Scope(own=copy).inside("index", index)
             if isinstance(item, ComponentNode):
-                items = tuple(with_place(self.node(part, scope), scope) for part in item.items)
-                copies.append(replace(item, name=name, items=items, indexes=None, index=index))
+                parts = (self.node(part, scope) for part in item.items)
+                items = tuple(repeated(part, scope, item.span) for part in parts)
+                copies.append(replace(item, name=name, items=items, indexes=None, copy=copy))
             else:
                 prefix = self.node(item.prefix, scope) if item.prefix else None
                 arguments = tuple(self.node(part, scope) for part in item.arguments)
-                copies.append(
-                    replace(item, name=name, prefix=prefix, arguments=arguments, indexes=None)
-                )
+                changed = replace(item, name=name, prefix=prefix, arguments=arguments)
+                copies.append(replace(changed, indexes=None, copy=copy))
         return copies
 
     def _for(self, node: ForNode, scope: Scope) -> list[DeclarationNode]:
@@ -136,7 +135,7 @@ class _Writer:
                     inner = inner.inside(statement.name.text, value)
                     continue
                 for copy in self.declaration(statement, inner):
-                    written.append(with_place(copy, inner))
+                    written.append(repeated(copy, inner, node.span))
         return written
 
     # --- nodes of any kind ---
@@ -231,8 +230,8 @@ class _Writer:
             return self._one(node, self._constant(node.index, scope), node.path)
         if node.path and isinstance(node.path[0], int):
             return self._one(node, node.path[0], node.path[1:])
-        if name == scope.family:
-            return replace(node, root=replace(node.root, text=scope.own))
+        if scope.own is not None and name == scope.own.family:
+            return replace(node, root=replace(node.root, text=scope.own.name))
         indexes = self._several[name]
         hint = f"write {copy_name(name, indexes.first)}, or any(c.… for c in {name})"
         message = f"{name} is an indexed component: {name}[{indexes.first}..{indexes.last}]"

@@ -9,8 +9,9 @@ from typing import Any
 
 from robosc import limits
 from robosc.model.diagnostics import Report
-from robosc.names import family_and_index
-from robosc.syntax.nodes import ExprNode, ForNode, RangeNode
+from robosc.names import Copy
+from robosc.source import Span
+from robosc.syntax.nodes import ExprNode, ForNode, RangeNode, Repeated
 
 _PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
 
@@ -25,11 +26,11 @@ class Scope:
     """
 
     names: Mapping[str, int | str | ExprNode] = field(default_factory=dict)
-    own: str = ""
+    own: Copy | None = None
 
     @property
     def family(self) -> str:
-        return family_and_index(self.own)[0] if self.own else ""
+        return "" if self.own is None else self.own.family
 
     def inside(self, name: str, meaning: int | str | ExprNode) -> Scope:
         """The scope with one more name, which hides an outer one."""
@@ -46,11 +47,8 @@ class Scope:
             for name, meaning in self.names.items()
             if name in words
         )
-        return (*found, ("", self.own)) if self.family in words else found
-
-    def place(self) -> str:
-        """The indexes as text for messages and comments: ``i = 3, j = 4``."""
-        return ", ".join(f"{name} = {value}" for name, value in self.numbers.items())
+        own = () if self.own is None or self.family not in words else (("", self.own.name),)
+        return *found, *own
 
     def filled_in(self, text: str) -> str:
         """A string with its placeholders ``{index}`` and ``{i}`` replaced."""
@@ -58,9 +56,11 @@ class Scope:
         return _PLACEHOLDER.sub(lambda match: str(numbers.get(match[1], match[0])), text)
 
 
-def with_place(copy: Any, scope: Scope) -> Any:
-    """The copy of a statement with the text of its indexes, if its kind has one."""
-    return replace(copy, place=scope.place()) if hasattr(copy, "place") and not copy.place else copy
+def repeated(statement: Any, scope: Scope, block: Span) -> Any:
+    """A statement that is one of the copies of those in a block, if its kind tells that."""
+    if not hasattr(statement, "repeated") or statement.repeated is not None:
+        return statement
+    return replace(statement, repeated=Repeated(tuple(scope.numbers.items()), block))
 
 
 def indexes_of(node: RangeNode, report: Report) -> range:

@@ -14,7 +14,6 @@ from functools import cached_property
 from typing import TypeAlias
 
 from robosc.model.names.data_directions import kind_of, types_of
-from robosc.names import family_and_index
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -167,7 +166,8 @@ class NameRecorder:
         """Record a name that refers to a declaration; nothing if that is None."""
         if node is not None and not self._closed:
             self._used.add(id(node))
-            if "[" in name.text and name.span.text.lstrip("^") != family_and_index(name.text)[0]:
+            copy = node.copy if isinstance(node, ComponentNode | ImportNode) else None
+            if copy is not None and name.span.text.lstrip("^") != copy.family:
                 return  # the variable of an aggregate over components, expanded to one of them
             symbol = self._symbol(node, owner)
             self._found[name.span.start] = Occurrence(name.span, symbol, False, write)

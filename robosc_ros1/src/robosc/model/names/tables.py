@@ -6,7 +6,7 @@ in its text refer to components of the library; :class:`ImportedSymbolTable` map
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from robosc.errors import Note
@@ -24,6 +24,7 @@ from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication
 from robosc.model.names.data_directions import types_of
+from robosc.names import Copy
 from robosc.remedies import Change, Remedy
 from robosc.syntax.nodes import (
     BehaviourNode,
@@ -237,6 +238,12 @@ class ComponentTable:
         """Add an instance under its name."""
         self.instances[instance.name] = instance
         self.by_origin.setdefault(id(instance.node), []).append(instance)
+
+    @property
+    def copies(self) -> Iterator[Copy]:
+        """Those of all indexed components."""
+        copies = (instance.declaration.copy for instance in self.instances.values())
+        return (copy for copy in copies if copy is not None)
 
     def by_keys(self, keys: Iterable[str]) -> list[CommunicationInfo]:
         """The communications of keys, in their order."""

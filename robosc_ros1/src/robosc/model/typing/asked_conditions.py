@@ -23,7 +23,7 @@ def conditions_over(types: TypeTable, table: ComponentTable) -> ConditionReader:
     """A reader with the names of a file in which everything is declared."""
 
     def read(node: ExprNode, report: Report) -> Expr | None:
-        expanded = over_copies(node, table.instances, report)
+        expanded = over_copies(node, table.copies, report)
         if report.has_errors:
             return None
         incoming = no_value("a condition on states has no received value")

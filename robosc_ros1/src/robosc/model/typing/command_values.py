@@ -41,7 +41,29 @@ def requirement_text(
         after = text[whole.end - node.span.start :]
         if before.count("(") == before.count(")"):
             text = before + part.text + after
-    return fold_text(text) + (f" ({node.place})" if node.place else "")
+    return fold_text(text) + (f" ({node.repeated})" if node.repeated else "")
+
+
+def requirement_of(
+    node: RequirementNode,
+    keys: tuple[str, ...],
+    condition: Expr,
+    text: str,
+    *,
+    on_data: bool = False,
+) -> Requirement:
+    """A requirement as it is written; what is about the data of a command restricts its request
+    only."""
+    return Requirement(
+        node.kind,
+        keys,
+        condition,
+        text,
+        node.to_start or on_data,
+        on_data=on_data,
+        repeated=node.repeated,
+        span=node.span,
+    )
 
 
 _COMMENT_OR_STRING = re.compile(
@@ -78,8 +100,7 @@ class CommandTyper:
         if not reads_value(first):
             keys = tuple(command.key for command in commands)
             condition = condition_on_data(first)
-            text = requirement_text(node)
-            return (Requirement(node.kind, keys, condition, text, node.to_start, span=node.span),)
+            return (requirement_of(node, keys, condition, requirement_text(node)),)
         return tuple(self._parts(node, commands, by_type))
 
     def _parts(
@@ -96,12 +117,12 @@ class CommandTyper:
             text = requirement_text(node, part.span if len(found) > 1 else None)
             if not reads_value(part):
                 kept = condition_on_data(part)
-                yield Requirement(node.kind, keys, kept, text, node.to_start, span=node.span)
+                yield requirement_of(node, keys, kept, text)
                 continue
             for command in commands:
                 own = parts[command.sent][index]
                 key = (command.key,)
-                yield Requirement(node.kind, key, own, text, True, True, span=node.span)
+                yield requirement_of(node, key, own, text, on_data=True)
 
     def _typed(
         self, node: ExprNode, commands: Sequence[CommunicationInfo]
