@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import re
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 from ros2.ros2_support import Graph, Process
-from ros_support import SOURCES, await_condition
+from ros2.viewing import address, viewing
+from ros_support import await_condition
 from view.browser import Browser
 from view.watching import Watcher, command_is, is_in, link_says
 
@@ -19,20 +19,13 @@ DISTANCE = ("/distance", "std_msgs/msg/Float32")
 
 
 @pytest.fixture
-def viewer(graph: Graph) -> Iterator[Process]:
-    path = os.pathsep.join((str(SOURCES), graph.environment["PYTHONPATH"]))
-    command = (graph.bed.python, "-m", "robosc", "view", "--ros", NODE, "--port", "0")
-    yield graph.start(*command, PYTHONPATH=path)
+def viewer(graph: Graph) -> Process:
+    return viewing(graph, NODE)
 
 
 @pytest.fixture
 def url(viewer: Process) -> str:
-    def printed() -> str | None:
-        assert viewer.popen.poll() is None, viewer.output
-        found = re.search(r"http://\S+", viewer.output)
-        return found and found[0]
-
-    return str(await_condition(printed, "the address of the page"))
+    return address(viewer)
 
 
 def test_the_page_shows_what_a_controller_of_ros_2_tells(

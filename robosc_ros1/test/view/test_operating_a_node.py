@@ -10,6 +10,7 @@ import pytest
 from ros1.stage import Puppet, Stage, event
 from ros_support import Master, Workspace, await_condition
 from view.browser import Browser
+from view.operator import TOLD, click, send
 from view.test_page_follows_a_node import NODE, address
 from view.watching import is_in, link_says
 
@@ -26,18 +27,6 @@ def puppet(stage: Stage) -> Iterator[Puppet]:
     with stage.puppet() as running:
         running.do("listen", topic="/vel", type="geometry_msgs/Twist")
         yield running
-
-
-def click(browser: Browser, button: str) -> None:
-    browser.sees(f"!document.getElementById('{button}').disabled")
-    browser.run(f"document.getElementById('{button}').click()")
-
-
-def send(browser: Browser, text: str) -> None:
-    form = "document.querySelector('[data-message=distance]')"
-    browser.sees(f"{form} !== null")
-    browser.run(f"{form}.querySelector('input').value = arguments[0]", text)
-    browser.run(f"{form}.querySelector('button').click()")
 
 
 def operated(document: dict[str, Any]) -> bool:
@@ -57,12 +46,12 @@ def test_a_person_holds_steps_and_releases_a_controller_and_sends_to_it(
         browser.sees(link_says("live"))
         assert browser.run("return location.href").endswith("/")  # the token is out of sight
         # What a person sends is an input like any other.
-        send(browser, "nonsense")
-        browser.sees("document.getElementById('told').textContent !== ''")
+        send(browser, "distance", "nonsense")
+        browser.sees(f"{TOLD} !== ''")
         browser.complaints()  # of what was refused
-        send(browser, "1.0")
+        send(browser, "distance", "1.0")
         node.tells(event("response", "distance", value=1.0))
-        browser.sees("document.getElementById('told').textContent === ''")
+        browser.sees(f"{TOLD} === ''")
 
         click(browser, "hold-all")
         node.shows(lambda s: s["stopped"] == "held by the operator")
@@ -102,6 +91,6 @@ def test_a_node_that_was_not_started_for_it_takes_no_orders(
         browser.open(address(view))
         browser.sees(link_says("live"))
         click(browser, "hold-all")
-        browser.sees("document.getElementById('told').textContent.includes('operate:=true')")
+        browser.sees(f"{TOLD}.includes('operate:=true')")
         browser.complaints()  # of what was refused
         assert node.shows(lambda s: True, since=puppet.mark)["stopped"] is None

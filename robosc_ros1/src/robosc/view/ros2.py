@@ -15,6 +15,9 @@ from robosc.view.listening import CHECK, Heard
 from robosc.view.operating import PATIENCE, UNHEARD
 from robosc.view.server import Unable
 
+MATCHED = 0.5
+"""Seconds until whoever hears a new publisher knows of it, too: before, it would lose a message."""
+
 
 class Ros2:
     """Listens to one node; discovery finds it, and finds it again.
@@ -45,6 +48,7 @@ class Ros2:
             raise UsageError(f"ROS 2 does not start: {error}") from error
         self.heard = Heard(name, hub)
         self._publishers: dict[str, Any] = {}
+        self._making = threading.Lock()
         self._subscribe()
         self._node.create_timer(CHECK, self._look_around)
         self._executor = SingleThreadedExecutor(context=self._context)
@@ -75,21 +79,42 @@ class Ros2:
             raise Unable(
                 f"this machine has no {types[0]}: source the workspace that has it"
             ) from None
-        message = class_()
         try:
-            fill(message, data)
-        except (AssertionError, AttributeError, TypeError, ValueError) as error:
+            message = filled(class_, data)
+        except (AssertionError, AttributeError, OverflowError, TypeError, ValueError) as error:
             raise Unable(f"this does not fit {types[0]}: {error}") from None
-        publisher = self._publishers.get(topic)
-        if publisher is None:
-            publisher = self._node.create_publisher(class_, topic, 10)
+        with self._making:
+            known = self._publishers.get(topic)
+            publisher = known or self._make_publisher(topic, class_)
             self._publishers[topic] = publisher
         end = time.monotonic() + PATIENCE
         while not publisher.get_subscription_count():
             if time.monotonic() > end:
                 raise Unable(UNHEARD % topic)
             time.sleep(0.01)
+        if known is None and self._may_lose(topic):
+            time.sleep(MATCHED)
         publisher.publish(message)
+
+    def _make_publisher(self, topic: str, class_: Any) -> Any:
+        """One that offers what the first of those who hear the topic asks for."""
+        from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+        profile = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+        for end in self._node.get_subscriptions_info_by_topic(topic)[:1]:
+            asked = end.qos_profile
+            profile.durability = asked.durability
+            profile.deadline = asked.deadline
+            profile.liveliness = asked.liveliness
+            profile.liveliness_lease_duration = asked.liveliness_lease_duration
+        return self._node.create_publisher(class_, topic, profile)
+
+    def _may_lose(self, topic: str) -> bool:
+        """Whether somebody hears a topic who does not ask again for what did not come."""
+        from rclpy.qos import ReliabilityPolicy
+
+        ends = self._node.get_subscriptions_info_by_topic(topic)
+        return any(end.qos_profile.reliability != ReliabilityPolicy.RELIABLE for end in ends)
 
     def _make_node(self) -> Any:
         """A node that offers none of the services which nodes have by default.
@@ -140,13 +165,16 @@ class Ros2:
             self._executor.spin()
 
 
-def fill(message: Any, data: Any) -> None:
-    """Set the fields of a message: by name, nested, or its only one.
+def filled(class_: Any, data: Any) -> Any:
+    """A message with these fields: by name, nested, or its only one.
 
     Raises:
-        AssertionError, AttributeError, TypeError, ValueError: they do not fit.
+        AssertionError, AttributeError, OverflowError, TypeError, ValueError: they do not fit.
     """
-    types = message.get_fields_and_field_types()
+    message = class_()
+    if hasattr(message, "_check_fields"):  # since Jazzy only if asked; C aborts on what is wrong
+        message._check_fields = True
+    types = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
     if not isinstance(data, dict):
         if len(types) != 1:
             raise ValueError(f"it has the fields {', '.join(types)}")
@@ -154,10 +182,22 @@ def fill(message: Any, data: Any) -> None:
     for name, value in data.items():
         if name not in types:
             raise ValueError(f"it has no field {name!r}")
-        inner = getattr(message, name)
-        if hasattr(inner, "get_fields_and_field_types"):
-            fill(inner, value)
-        elif types[name] in ("double", "float") and type(value) is int:
-            setattr(message, name, float(value))
-        else:
-            setattr(message, name, value)
+        setattr(message, name, _value(types[name], value))
+    return message
+
+
+def _value(kind: Any, value: Any) -> Any:
+    """What JSON gives, as rclpy has it in a field of this type."""
+    from rosidl_parser.definition import AbstractNestedType, BasicType, NamespacedType
+
+    if isinstance(kind, AbstractNestedType):
+        if not isinstance(value, list):
+            raise ValueError(f"{value!r} is no list")
+        return [_value(kind.value_type, part) for part in value]
+    if isinstance(kind, NamespacedType):
+        return filled(getattr(importlib.import_module(".".join(kind.namespaces)), kind.name), value)
+    if isinstance(kind, BasicType) and kind.typename == "octet":
+        return bytes([value])
+    if isinstance(kind, BasicType) and kind.typename in ("float", "double") and type(value) is int:
+        return float(value)
+    return value
