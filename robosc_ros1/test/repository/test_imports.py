@@ -51,6 +51,7 @@ THIRD_PARTY = {
     "rosservice": ("new.from_ros1",),
     "rosbags": ("simulate.bag_files",),
     "rclpy": ("view.ros2", "new.from_ros2"),
+    "rosidl_parser": ("view.ros2",),
     "std_msgs": ("view.ros1", "view.ros2"),
 }
 """Library to the modules that may import it."""
