@@ -11,7 +11,7 @@ from ros2.ros2_support import Graph, Peer, Process
 from ros2.viewing import address, viewing
 from ros_support import await_condition
 from view.browser import Browser
-from view.operator import TOLD, click, send
+from view.operators_hand import TOLD, click, send
 from view.watching import is_in, link_says
 
 Start = Callable[..., Process]

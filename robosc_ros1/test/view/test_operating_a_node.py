@@ -10,7 +10,7 @@ import pytest
 from ros1.stage import Puppet, Stage, event
 from ros_support import Master, Workspace, await_condition
 from view.browser import Browser
-from view.operator import TOLD, click, send
+from view.operators_hand import TOLD, click, send
 from view.test_page_follows_a_node import NODE, address
 from view.watching import is_in, link_says
 
