@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from emit.generated_code import supervisor_of
+from emit.generated_code import controller_class, supervisor_of
 from emit.judged_controllers import judged, judging_model
+from runtime.lamp_robot import PlayedPort
 
 from robosc.plant.acceptance import gates_of
+from robosc.runtime.engine import Engine
 
 MODEL = """
 robot Lifter {
@@ -104,3 +107,54 @@ def test_what_was_heard_stays_so() -> None:
     plant = supervisor_of(HEARD).plant
     found = {event.name: bool(gates_of(event)) for event in plant.events}
     assert found == {"fix": False, "goal": True, "go": False}
+
+
+SCALE = """
+robot Scale {
+    datatype object Mass { grams: integer(0..9) }
+    component Pan {
+        service weigh with identifier: "/weigh", request: none, response: Mass links weigh_it
+        action tip with identifier: "/tip", request: none, response: Mass, feedback: none
+            links tip_it
+        behaviour {
+            variable told: integer(0..9) = 0
+            on error from weigh if reason = refused goto odd
+            on error from weigh else goto broken
+            on error from tip if reason = refused do told := value.grams goto odd
+            on error from tip else goto broken
+            initial marked state idle {
+                on request to weigh
+                on request to tip
+            }
+            marked state odd {}
+            marked state broken {}
+        }
+    }
+    interface weigh_it use Weigh from scale_msgs
+    interface tip_it use Tip from scale_msgs
+    requirement weigh needs Pan.told = 0
+    assume weigh needs value.grams > 3
+    assume tip needs value.grams > 3
+}
+"""
+
+
+@pytest.mark.parametrize(("call", "told"), [("weigh", 0), ("tip", 2)])
+def test_an_answer_that_breaks_an_assumption_is_refused(call: str, told: int) -> None:
+    """On the other side of the plant, where an error may then have that reason."""
+    supervisor = supervisor_of(SCALE)
+    (error,) = (e for e in supervisor.plant.events if (e.kind.word, e.name) == ("error", call))
+    (reason,) = (p for p in error.parameters if "failed" in p.values)
+    assert "refused" in reason.values
+    port = PlayedPort()
+    engine = Engine(controller_class(supervisor)[0](), port)
+    engine.begin()
+    engine.cycle()
+    key = f"Pan.{call}"
+    engine.report(key, port.tokens[key], "response", SimpleNamespace(grams=2))
+    engine.cycle()
+    assert engine.controller.components() == {"Pan": "odd"}
+    assert engine.controller.variables()["Pan.told"] == told
+    ends = [e for e in engine.recorder.take() if e.name == call and e.kind != "request"]
+    assert [(e.kind, e.outcome) for e in ends] == [("response", "mismatch"), ("error", "applied")]
+    assert ends[1].reason == "refused"

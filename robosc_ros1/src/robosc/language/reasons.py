@@ -22,7 +22,8 @@ class ErrorReason:
 
 
 REFUSED = "refused"
-"""The reason of an answer for which ``expect:`` does not hold, which is its value."""
+"""The reason of an answer for which ``expect:`` does not hold, or which breaks an assumption; the
+answer is its value."""
 FAILED = "failed"
 """The reason of a goal that its server has ended, perhaps with a result."""
 
@@ -32,7 +33,9 @@ REASONS = (
     ),
     ErrorReason("absent", True, False, "there was no server until the deadline"),
     ErrorReason("rejected", False, False, "the server did not accept the goal"),
-    ErrorReason(REFUSED, True, True, "the answer is not what `expect:` says"),
+    ErrorReason(
+        REFUSED, True, True, "the answer is not what `expect:` says, or breaks an assumption"
+    ),
     ErrorReason("timeout", True, False, "it was not answered, not accepted or not done in time"),
     ErrorReason("lost", False, True, "the server vanished, or was silent for too long"),
 )

@@ -27,9 +27,11 @@ def divided_phase(
     phase: PhaseStep | None,
     automata: Iterable[LocalAutomaton],
     view: FiniteView,
+    is_assumed: bool,
 ) -> LocalAutomaton | None:
     """Return the phase of an answer as an automaton that blocks what it cannot bring; None: it can
-    bring anything."""
+    bring anything. ``is_assumed``: the robot is assumed not to give every response; one that it
+    gives nevertheless is an error."""
     if phase is None or communication.phases is None:
         return None
     guards: dict[int, Expr | None] = {}
@@ -38,14 +40,21 @@ def divided_phase(
     elif kind is EventKind.ERROR:
         read = values_read(e for automaton in automata for e in automaton.expressions).values()
         names = communication.phases.names
-        guards = {n: _possible_error(communication, read, names[n], view) for n in phase.sources}
+        guards = {
+            number: _possible_error(communication, read, names[number], view, is_assumed)
+            for number in phase.sources
+        }
     if all(guard is None for guard in guards.values()):
         return None
     return guarded_phase(communication.key, phase, guards, communication.span)
 
 
 def _possible_error(
-    communication: Communication, read: Iterable[ValueRef], phase: str, view: FiniteView
+    communication: Communication,
+    read: Iterable[ValueRef],
+    phase: str,
+    view: FiniteView,
+    is_assumed: bool,
 ) -> Expr | None:
     """Return the condition on an error's reason and value that come in a phase; None: there is
     none. ``read`` are the parts of them that the model reads."""
@@ -55,15 +64,17 @@ def _possible_error(
     refused = expected = None
     if there is not None and communication.expect is not None:
         expected = view.expression(expected_of_error(communication))
-        refused = conjunction([there, negation(expected)])
+        refused = TRUE if is_assumed else conjunction([there, negation(expected)])
     reason = next((r.type for r in found if isinstance(r, ReasonRef)), None)
     if not isinstance(reason, EnumType):
         is_service = communication.kind is Kind.SERVICE
-        return disjunction([negation(there), refused]) if is_service and there and refused else None
+        if not is_service or there is None or refused is None or is_assumed:
+            return None
+        return disjunction([negation(there), refused])
     words = [
         word
         for word in reasons_of(communication.kind)
-        if (word != REFUSED or communication.expect is not None)
+        if (word != REFUSED or is_assumed or communication.expect is not None)
         and (phase != "cancelling" or word in _WHILE_CANCELLING)
     ]
     if there is None:
@@ -71,8 +82,8 @@ def _possible_error(
     parts = []
     for word in words:
         also = negation(there)
-        if word == REFUSED and refused is not None:
-            also = refused
+        if word == REFUSED:
+            also = refused or TRUE
         elif word == FAILED and communication.kind is Kind.ACTION:
             also = TRUE
         parts.append(conjunction([_one_of([word], reason), also]))

@@ -164,7 +164,9 @@ class _Lowering:
         if kind is EventKind.CALL and phase is not None:
             accepts = acceptance(key, phase, automata, self.variables, communication.span)
             automata, phase = (*automata, accepts), None
-        if divided := divided_phase(communication, kind, phase, automata, self.view):
+        assumed = VariableKind.ASSUMPTION, f"{EventKind.RESPONSE.word} from {key}"
+        is_assumed = assumed in self.variable_index
+        if divided := divided_phase(communication, kind, phase, automata, self.view, is_assumed):
             automata, phase = (*automata, divided), None
         requirement, indexes = self._requirement(key, kind)
         return Event(

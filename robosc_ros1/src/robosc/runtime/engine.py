@@ -16,7 +16,7 @@ from __future__ import annotations
 import traceback
 from typing import Any, Callable, FrozenSet, List, Optional, Tuple
 
-from .calls import Failure
+from .calls import REFUSED, Failure
 from .clocks import Timer, Watch
 from .inbox import Inbox
 from .intake import BoundInput, Inputs, Item
@@ -208,14 +208,17 @@ class Engine(Operating):
             if entry.read is not None:
                 value = entry.read(message.result if entry.kind == "error" else message)
             entry.apply(value)
+        except BrokenAssumption as broken:
+            self._broken[str(broken)] = self._broken.get(str(broken), 0) + 1
+            self._mismatch(entry, message, value, Failure(str(broken), message, REFUSED))
+            return False
         except Mismatch as mismatch:
-            if isinstance(mismatch, BrokenAssumption):
-                self._broken[str(mismatch)] = self._broken.get(str(mismatch), 0) + 1
-            self._mismatch(entry, message, value, str(mismatch))
+            self._mismatch(entry, message, value, Failure(str(mismatch)))
             return False
         except UNREADABLE as error:
             # The message does not have the type that the model states.
-            self._mismatch(entry, message, value, "%s: %s" % (type(error).__name__, error))
+            text = "%s: %s" % (type(error).__name__, error)
+            self._mismatch(entry, message, value, Failure(text))
             return False
         detail = None
         self.recorder.counters["inputs"] += 1
@@ -228,14 +231,16 @@ class Engine(Operating):
         )
         return True
 
-    def _mismatch(self, entry: BoundInput, message: Any, value: Any, reason: str) -> None:
-        counters = self.recorder.counters
+    def _mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> None:
+        """Report an event that cannot be applied; ``failure`` is why, also for its request."""
+        counters, reason = self.recorder.counters, failure.reason
         counters["mismatches"] += 1
         self.recorder.record(entry.kind, entry.name, value, "mismatch", reason)
         self._log("warning", entry.key, "%s from %s: %s" % (entry.kind, entry.name, reason))
         if entry.ends is not None and entry.kind != "error":
             # The request has ended nevertheless, so it ends with an error.
-            failure = Failure("unusable response: " + reason)
+            what = "refused: " if failure.word == REFUSED else "unusable response: "
+            failure = failure._replace(reason=what + reason)
             self._input((self._inputs[entry.key, "error"],), failure)
         elif entry.kind == "error" and message.result is not None:
             self._input((entry,), message._replace(result=None))

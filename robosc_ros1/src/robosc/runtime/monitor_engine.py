@@ -382,10 +382,10 @@ class MonitorEngine(JudgingEngine):
                 self._tell("violated", "state", "", None, text, [reason])
                 self._log("warning", row.place, "violated: " + text)
 
-    def _mismatch(self, entry: BoundInput, message: Any, value: Any, reason: str) -> None:
+    def _mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> None:
         if self._unknown.isdisjoint(entry.writes):
-            number = self.recorder.number + 1
-            super()._mismatch(entry, message, value, reason)
+            number, reason = self.recorder.number + 1, failure.reason
+            super()._mismatch(entry, message, value, failure)
             self._tell("mismatch", entry.kind, entry.name, value, reason, number=number)
 
     # Nothing is sent

@@ -267,7 +267,11 @@ class Judge:
         self.inputs += 1
         message = self._come(kind, key, value)
         content = None if message is None else self.shadow.content(key, kind, message)
-        return bool(self.shadow.assumed_away(kind, key, content))
+        is_broken = bool(self.shadow.assumed_away(kind, key, content))
+        if is_broken and key in self.asked:
+            with self.robot.lock:  # it is reported once more, as an error
+                self.robot.sent.setdefault((key, "error"), deque()).append(message)
+        return is_broken
 
     def _refused(self, key, value):
         """Check that a call of the robot had to be refused."""
