@@ -19,13 +19,15 @@ HAVE = {
     "timeout": (Value.DURATION, ("outgoing", "service", "action"), False),
     "within": (Value.DURATION, ("action",), False),
     "expect": (Value.CONDITION, ("service", "action"), False),
+    "rate": (Value.RATE, ("incoming", *CALLS), False),
     "type": (Value.TYPE, ("incoming", "outgoing"), True),
     "request": (Value.TYPE, CALLS, True),
     "response": (Value.TYPE, CALLS, True),
     "feedback": (Value.TYPE, ("action", "outgoing action"), True),
 }
 TEXTS = {
-    Value.STRING: '"/name"', Value.DURATION: "2 s", Value.CONDITION: "true", Value.TYPE: "none"
+    Value.STRING: '"/name"', Value.DURATION: "2 s", Value.CONDITION: "true", Value.TYPE: "none",
+    Value.RATE: "20 Hz",
 }  # fmt: skip
 
 

@@ -63,6 +63,14 @@ def test_declarations_of_a_robot(text: str, tree: str) -> None:
             "Message(incoming, a, -, none, -)",
         ),
         (
+            "incoming message a with rate: 20 Hz, type: none",
+            "Message(incoming, a, -, none, -, -, Rate(20))",
+        ),
+        (
+            "incoming message a with rate: once, type: none",
+            "Message(incoming, a, -, none, -, -, once)",
+        ),
+        (
             'outgoing message a with identifier: "/a/b", type: T links l',
             "Message(outgoing, a, '/a/b', T, l)",
         ),

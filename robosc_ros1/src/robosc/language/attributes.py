@@ -15,6 +15,8 @@ class Value(Enum):
     STRING = "a string"
     DURATION = "a duration"
     CONDITION = "a condition"
+    RATE = "a rate, such as '20 Hz', or 'once'"
+    REPLACE = "'replace'"
     TYPE = "a type"
 
 
@@ -46,6 +48,8 @@ ATTRIBUTES = (
               "the time after which an accepted goal is cancelled"),
     Attribute("expect", Value.CONDITION, _CALLS, False,
               "what must hold of the answer of a service or action; any other answer is an error"),
+    Attribute("rate", Value.RATE, ("incoming", *_CALLS, *_SERVED), False,
+              "how often a command is sent while it is allowed, or that it is sent `once`"),
     Attribute("type", Value.TYPE, _MESSAGES, True, "the type of a message"),
     Attribute("request", Value.TYPE, (*_CALLS, *_SERVED), True, "the type of what is sent"),
     Attribute("response", Value.TYPE, (*_CALLS, *_SERVED), True, "the type of what comes back"),

@@ -28,9 +28,12 @@ def _sections() -> dict[str, Any]:
         return _rule(scope, f"{_NO_MEMBER}({_any(words_of(role))}){behind}")
 
     events = _any(words_of(Role.EVENT))
+    units = _any((*UNITS, "Hz"))
     target = rf"((?:{_NAME}(?:\[[^\]]*\])?\s*\.\s*)?{_NAME})"
     return {
         "label": {"patterns": [
+            _captured(r"\b(goals|rate)\s*(:)\s*(replace|once)\b",
+                      "keyword.other", "punctuation.separator", "keyword.control"),
             _captured(rf"\b({_any(words_of(Role.LABEL))})\s*(:)(?!=)",
                       "keyword.other", "punctuation.separator"),
             _captured(rf"({_NAME})\s*(:)(?!=)",
@@ -49,7 +52,7 @@ def _sections() -> dict[str, Any]:
         "constant": {"patterns": [
             words(Role.CONSTANT, "constant.language.boolean", r"\b"),
             words(Role.VALUE, "variable.language", r"\b"),
-            _captured(rf"({_NUMBER})\s*\b({_any(UNITS)})\b",
+            _captured(rf"({_NUMBER})\s*\b({units})\b",
                       "constant.numeric", "keyword.other.unit"),
             _rule("constant.numeric", _NUMBER),
         ]},

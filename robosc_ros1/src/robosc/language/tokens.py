@@ -34,8 +34,9 @@ _SYMBOLS = ("{", "}", "(", ")", "[", "]", ",", ".", ":", "^", "->", ":=", "..")
 _SIGNS = sorted({*_SYMBOLS, *FOREIGN, *symbols(words=False)})
 _LONG = {sign: chr(0xA1 + n) for n, sign in enumerate(s for s in _SIGNS if len(s) > 1)}
 _SHORT = "".join(sign for sign in _SIGNS if len(sign) == 1)
-_WORDS = {word: chr(_FIRST + n) for n, word in enumerate((*KEYWORDS, *UNITS, "not"))}
-"""Units and ``not`` are not keywords, but patterns refer to their kinds."""
+_MORE = ("not", "Hz", "once", "replace")
+_WORDS = {word: chr(_FIRST + n) for n, word in enumerate((*KEYWORDS, *UNITS, *_MORE))}
+"""Units and some more words are not keywords, but patterns refer to their kinds."""
 
 _SPELLINGS = {**_LONG, **{symbol: symbol for symbol in _SHORT}, **_WORDS}
 
@@ -84,7 +85,7 @@ _ADVICE: dict[str, Hint] = {
 }
 
 
-_PART = re.compile(r"'(?P<symbol>\S+)'|(?P<class>[A-Z]+)|(?P<word>[a-z_]+)|(?P<meta>\S+?)")
+_PART = re.compile(r"'(?P<symbol>\S+)'|(?P<word>[A-Z]?[a-z_]+)|(?P<class>[A-Z]+)|(?P<meta>\S+?)")
 _CLASSES = {
     "NAME": NAME,
     "WORD": ANY_NAME,

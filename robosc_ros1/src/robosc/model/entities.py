@@ -59,11 +59,12 @@ class Communication:
 
     ``timeout`` is in seconds: the silence after which a message is silent, or the deadline of a
     service or action; ``within`` is the deadline of an accepted goal. ``expect`` is what must hold
-    of a response, which is an error otherwise. ``heard``: the model asks whether the message has
-    ever arrived. ``request`` is the type that the controller sends (``none`` for an outgoing
-    message), ``response`` the type that it receives (for an outgoing message: its data),
-    ``feedback`` that of an action's feedback. ``identifier`` is the name in ROS, prefix included;
-    the communication's own name if the model gives none.
+    of a response, which is an error otherwise. ``rate`` is how often a command is sent while it is
+    allowed, in Hz, or ``once``; ``goals`` is ``replace`` if a goal may replace the one that is
+    busy. ``heard``: the model asks whether the message has ever arrived. ``request`` is the type
+    that the controller sends (``none`` for an outgoing message), ``response`` the type that it
+    receives (for an outgoing message: its data), ``feedback`` that of an action's feedback.
+    ``identifier`` is the name in ROS, prefix included; if the model gives none, the own name.
     """
 
     name: str
@@ -77,6 +78,8 @@ class Communication:
     timeout: Expr | None = None
     within: Expr | None = None
     expect: Expr | None = None
+    rate: float | str | None = None
+    goals: str | None = None
     heard: bool = False
     span: Span = span_field()
 

@@ -75,4 +75,6 @@ class Decisions:
             fault = "some of its data has not arrived yet"
         except Exception as error:
             fault = "%s: %s" % (type(error).__name__, error)
+        if fault is None:
+            command.send(data)
         return Decision(command, data, fault)

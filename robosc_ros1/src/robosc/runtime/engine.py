@@ -225,6 +225,7 @@ class Engine(Operating):
         if entry.kind == "error":
             detail = message.reason
             self.recorder.counters["errors"] += 1
+            self._scheduler.failed(entry.key)
             self._log("warning", entry.key, "%s failed: %s" % (entry.name, detail))
         self.recorder.record(
             entry.kind, entry.name, value, detail=detail, writes=entry.writes, reason=word
@@ -308,6 +309,7 @@ class Engine(Operating):
         if command.apply is not None:
             command.apply()
         command.count += 1
+        command.send(data)
         self.recorder.counters["commands"] += 1
         self.recorder.record(command.kind, name, data, writes=command.writes)
         self._scheduler.performed(command, now)

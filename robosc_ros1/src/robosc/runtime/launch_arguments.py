@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Dict, Iterable
 
 from .model import Parameter
-from .settings import shortest
+from .parameter_values import shortest
 
 
 def launch_arguments(parameters: Iterable[Parameter]) -> Dict[str, Parameter]:

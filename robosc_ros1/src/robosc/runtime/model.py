@@ -16,6 +16,9 @@ from .values import Undefined, as_read
 SERVED = ("outgoing service", "outgoing action")
 """The sorts of the services and actions that the robot calls and the controller serves."""
 
+ONCE = "once"
+"""The rate of a command that is not repeated."""
+
 
 class Parameter(NamedTuple):
     """A parameter of the node.
@@ -48,6 +51,8 @@ class Communication(NamedTuple):
     true in the phases after the first; at most one of them is. ``timeout`` is in seconds, or the
     name of a parameter: the time after which a message is silent, or the deadline of a service or
     action (None: the model states none); so is ``within``, the deadline of an accepted goal.
+    ``rate`` is how often its command is repeated, in Hz, or ``once`` (None: the model does not
+    say). ``goals`` is "replace" if a goal may replace the one that is busy.
     """
 
     key: str
@@ -57,6 +62,8 @@ class Communication(NamedTuple):
     phases: Tuple[str, ...] = ()
     timeout: Union[float, str, None] = None
     within: Union[float, str, None] = None
+    rate: Union[float, str, None] = None
+    goals: Optional[str] = None
 
 
 class Input(NamedTuple):

@@ -13,12 +13,16 @@ in this round, waits for the period, too.
 
 Periods count from the last time that the command was performed. Cancels precede requests.
 
+A command with ``rate: once`` is due when it becomes allowed, and again when its data have changed
+or its request has failed: at the earliest a period after it was performed last.
+
 Only the start evaluates all commands: an event causes the evaluation of those that read what it
 writes. Commands wait in two heaps, ordered by time and by turn.
 """
 
 from __future__ import annotations
 
+import contextlib
 import random
 from functools import partial
 from heapq import heappop, heappush
@@ -26,20 +30,26 @@ from itertools import count
 from types import MethodType
 from typing import Any, Callable, Dict, FrozenSet, Iterable, List, Optional, Tuple
 
-from .model import SERVED, Command, Controller
+from .model import ONCE, SERVED, Command, Communication, Controller
+from .values import Undefined
 
 
 class ScheduledCommand:
     """A command with its methods bound to the controller, and its scheduling state."""
 
     __slots__ = (
-        "_state", "allowed", "apply", "authorised", "count", "data", "due", "index",
-        "is_cancel", "key", "kind", "period", "reads", "ready", "rising", "round", "row", "sort",
-        "synchronisation", "turn", "waits_for", "was", "writes",
+        "_state", "allowed", "apply", "authorised", "changed", "count", "data", "due", "index",
+        "is_cancel", "is_once", "key", "kind", "period", "reads", "ready", "rising", "round", "row",
+        "sent", "sort", "synchronisation", "turn", "waits_for", "was", "writes",
     )  # fmt: skip
 
     def __init__(
-        self, controller: Controller, command: Command, sort: str, index: int, rate: float
+        self,
+        controller: Controller,
+        command: Command,
+        communication: Communication,
+        index: int,
+        rate: float,
     ) -> None:
         def method(function: Optional[Callable[..., Any]]) -> Optional[Callable[..., Any]]:
             return None if function is None else MethodType(function, controller)
@@ -48,7 +58,7 @@ class ScheduledCommand:
         synchronisation = method(command.synchronisation)
         self.authorised = guard if synchronisation is None else _both(synchronisation, guard)
         self._state = controller.__dict__
-        if sort in SERVED:
+        if communication.sort in SERVED:
             # An answer is due as soon as there is somebody who waits for it.
             self.authorised = _both(partial(command.possible, self._state), self.authorised)
         self.allowed = self.authorised
@@ -56,7 +66,7 @@ class ScheduledCommand:
         self.row = command
         self.key = command.key
         self.kind = command.kind
-        self.sort = sort
+        self.sort = communication.sort
         self.is_cancel = command.kind == "cancel"
         self.data = method(command.data)
         self.apply = method(command.apply)
@@ -72,6 +82,9 @@ class ScheduledCommand:
         self.ready = False  # whether it is in the heap of due commands
         self.waits_for: Optional[float] = None  # its time in the heap of waiting commands
         self.count = 0
+        self.is_once = communication.rate == ONCE and command.kind != "cancel"
+        self.sent: Any = NOTHING  # what it was sent with since it became allowed
+        self.changed = False  # whether it would be sent with something else now
 
     def yield_to(self, preferred: List[ScheduledCommand]) -> None:
         """Disallow the command while one of these is enabled."""
@@ -86,6 +99,27 @@ class ScheduledCommand:
     def possible(self) -> bool:
         """Whether the phase of its communication permits it."""
         return self.row.possible(self._state)
+
+    @property
+    def waits(self) -> bool:
+        """Whether it is to be sent, now or in its time."""
+        is_new = not self.is_once or self.sent is NOTHING or self.changed
+        return is_new and self.was and self.possible
+
+    def send(self, data: Any) -> None:
+        """Record that it was sent with these data."""
+        if self.is_once:
+            self.sent, self.changed = data, False
+
+    def look(self) -> None:
+        """Look whether what would be sent has changed."""
+        if self.is_once and self.sent is not NOTHING and self.data is not None:
+            with contextlib.suppress(Undefined):
+                self.changed = self.data() != self.sent
+
+
+NOTHING = object()
+"""What a command was sent with that was not sent."""
 
 
 def _never() -> bool:
@@ -109,9 +143,9 @@ class CommandScheduler:
         order: str,
         seed: Optional[int] = None,
     ) -> None:
-        sorts = {c.key: c.sort for c in controller.COMMUNICATIONS}
+        communications = {c.key: c for c in controller.COMMUNICATIONS}
         self.commands = [
-            ScheduledCommand(controller, c, sorts[c.key], index, rate_of(c.key))
+            ScheduledCommand(controller, c, communications[c.key], index, rate_of(c.key))
             for index, c in enumerate(controller.COMMANDS)
         ]
         for index, row in enumerate(controller.COMMANDS):
@@ -120,6 +154,7 @@ class CommandScheduler:
             elif row.yields_to:
                 others = [self.commands[other] for other in row.yields_to]
                 self.commands[index].yield_to([o for o in others if o.row.read is None])
+        self._once = {command.index for command in self.commands if command.is_once}
         self._readers: Dict[str, List[ScheduledCommand]] = {}
         for command in self.commands:
             for name in command.reads:
@@ -140,13 +175,15 @@ class CommandScheduler:
         """Evaluate all commands; those that are allowed are due at once."""
         for command in self.commands:
             command.due = now
+            command.sent = NOTHING
         self.update(self.commands, None, now)
 
     def affected(self, writes: FrozenSet[str]) -> Tuple[ScheduledCommand, ...]:
         """Return the commands that an event with these writes may enable or disable."""
         found = self._affected.get(writes)
         if found is None:
-            readers = {c.index for name in writes for c in self._readers.get(name, ())}
+            # Anything may change what is sent once.
+            readers = {c.index for name in writes for c in self._readers.get(name, ())} | self._once
             found = tuple(self.commands[index] for index in sorted(readers))
             self._affected[writes] = found
         return found
@@ -161,15 +198,23 @@ class CommandScheduler:
                 command.due += command.period * (1 + (now - command.due) // command.period)
             if not command.allowed():
                 command.was = command.rising = False
+                command.sent = NOTHING
                 continue
+            command.look()
             possible = command.possible
             if not command.was:
                 command.was = True
                 if possible and not (key_ended and not command.is_cancel):
                     command.rising = True
                     self._rising.append(command)
-            if possible:
+            if command.waits:
                 self._place(command, now)
+
+    def failed(self, key: str) -> None:
+        """Record that a request has failed: what it was sent with counts as not sent."""
+        for command in self.commands:
+            if command.key == key:
+                command.sent = NOTHING
 
     def next(self, now: float) -> Optional[ScheduledCommand]:
         """Return the command to perform now; None: no more in this round."""
@@ -180,7 +225,7 @@ class CommandScheduler:
             # A rising edge that was not served in this round waits for the period.
             for late in self._rising:
                 late.rising = False
-                if late.was and late.possible:
+                if late.waits:
                     self._wait(late)
             self._rising.clear()
         return command
@@ -195,7 +240,7 @@ class CommandScheduler:
         command.round = self._round
         if self._order == "rotate":
             command.turn = next(self._turns)
-        if command.was and command.possible:
+        if command.waits:
             self._wait(command)
 
     def time_to_next(self, now: float) -> Optional[float]:
@@ -207,7 +252,7 @@ class CommandScheduler:
         while not self._ready and self._waiting:
             due, index = self._waiting[0]
             command = self.commands[index]
-            waits = command.was and command.possible
+            waits = command.waits
             if waits and command.waits_for == due == command.due:
                 return max(0.0, due - now)
             heappop(self._waiting)
@@ -237,7 +282,7 @@ class CommandScheduler:
             command = self.commands[index]
             if command.waits_for == due:
                 command.waits_for = None
-                if command.was and command.possible:
+                if command.waits:
                     self._place(command, now)
 
     def _follow(self, now: float) -> None:
@@ -245,7 +290,7 @@ class CommandScheduler:
         if now < self._now:
             for command in self.commands:
                 command.due = min(command.due, now + command.period)
-                if command.was and command.possible:
+                if command.waits:
                     self._wait(command)
         self._now = now
 
@@ -274,7 +319,7 @@ class CommandScheduler:
 
     def _is_due(self, command: ScheduledCommand) -> bool:
         """Whether a command may be performed in this round; if not, it waits for its time."""
-        if not (command.was and command.possible):
+        if not command.waits:
             return False
         if command.round != self._round and (command.rising or command.due <= self._now):
             return True

@@ -9,7 +9,6 @@ a parameter cannot be both a value and a group, so ``rate`` can be given as ``ra
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from typing import (
     Any,
@@ -26,18 +25,15 @@ from typing import (
     Union,
 )
 
-from .model import SERVED, Communication, Parameter
+from .model import ONCE, SERVED, Communication, Parameter
+from .parameter_values import carried, fault, fault_of
 from .shapes import ShapeFault, fitted, gathered
 from .shortening import excerpt
-from .values import widen
 
 GENERAL_RATE = "rate/default"
 """The name of ``rate`` where the rates of single commands are given, too."""
-LEAST_PARAMETER, MOST_PARAMETER = -(2**63), 2**63 - 1
-"""The range of integer parameters in ROS 2."""
 SHORTEST_DURATION = 1e-3
 """Seconds: no timeout, and no delay of a model, is shorter."""
-_DIGITS = re.compile(r"[+-]?\d{1,400}\Z")
 _TOPIC = re.compile(r"(/|~/?)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*\Z", re.ASCII)
 
 
@@ -175,7 +171,11 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
                 "how often %s is repeated, in Hz (at least 0; 0: the default rate)"
                 % communication.name
             )
-            result.append(Parameter("rate/" + name, "number", 0.0, meaning, minimum=0.0))
+            rate = communication.rate if isinstance(communication.rate, float) else 0.0
+            if communication.rate == ONCE:
+                meaning = "how often %s may be sent, in Hz (at least 0; 0: the default rate)"
+                meaning %= communication.name
+            result.append(Parameter("rate/" + name, "number", rate, meaning, minimum=0.0))
         timeout = _timeout(communication)
         if timeout is not None:
             meaning = _TIMEOUTS[communication.sort] % communication.name
@@ -267,18 +267,18 @@ def read(
             continue
         value = given.get(parameter.name, parameter.default)
         if parameter.type in ("integer", "number"):
-            value = _carried(value, parameter in more)
+            value = carried(value, parameter in more)
         if parameter.shape is not None:
             try:
-                values[parameter.name] = fitted(value, parameter.shape, _fault_of)
+                values[parameter.name] = fitted(value, parameter.shape, fault_of)
             except ShapeFault as misfit:
                 path, wanted, part = misfit.args
                 told = (shown, path, wanted, excerpt(part))
                 faults.append("parameter %s%s must be %s, not %s" % told)
             continue
-        fault = _fault(parameter, value)
-        if fault:
-            faults.append("parameter %s must be %s, not %s" % (shown, fault, excerpt(value)))
+        wrong = fault(parameter, value)
+        if wrong:
+            faults.append("parameter %s must be %s, not %s" % (shown, wrong, excerpt(value)))
         else:
             values[parameter.name] = float(value) if parameter.type == "number" else value
     names = {c.name: c.key for c in communications if c.sort not in _UNREPEATED}
@@ -330,56 +330,6 @@ def _wrong_names(
         yield "parameter %s must be the name of a topic, not %r" % (shown, topic)
 
 
-def _carried(value: Any, own: bool) -> Any:
-    """Return the integer that a text represents; any other value unchanged.
-
-    XML-RPC, and so ROS 1, can pass integers of more than 32 bits only as text; and the launch file
-    passes unbounded integers of the model's ``own`` parameters in this way.
-    """
-    if isinstance(value, str) and _DIGITS.match(value):
-        number = int(value)
-        if own or not -(2**31) <= number < 2**31:
-            return number
-    return value
-
-
-def _fault(parameter: Parameter, value: Any) -> Optional[str]:
-    """Return what the value must be; None if it is valid."""
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if parameter.type == "boolean":
-        return None if isinstance(value, bool) else "true or false"
-    if parameter.type == "string":
-        if not isinstance(value, str):
-            return "a string"
-        if parameter.choices and value not in parameter.choices:
-            return "one of " + ", ".join(parameter.choices)
-        return None
-    what = "an integer" if parameter.type == "integer" else "a number"
-    if not number or (isinstance(value, float) and not math.isfinite(value)):
-        return what
-    if parameter.type == "number" and not math.isfinite(widen(value)):
-        return what + " that a double can hold"
-    if parameter.type == "integer" and not isinstance(value, int):
-        return what
-    if parameter.type == "integer" and not LEAST_PARAMETER <= value <= MOST_PARAMETER:
-        return what + " of at most 64 bits"
-    if parameter.minimum is not None and value < parameter.minimum:
-        return "%s of at least %s" % (what, shortest(parameter.minimum))
-    if parameter.maximum is not None and value > parameter.maximum:
-        return "%s of at most %s" % (what, shortest(parameter.maximum))
-    return None
-
-
-def _fault_of(type_: str, value: Any) -> Optional[str]:
-    """Return what a part of an array or object must be; None if it is valid."""
-    return _fault(Parameter("", type_, None, ""), value)
-
-
-def shortest(bound: float) -> str:
-    """Return a number as text without unneeded digits."""
-    return "%d" % bound if isinstance(bound, int) else "%g" % bound
-
-
 def _settings(communications: Sequence[Communication], values: Dict[str, Any]) -> Settings:
     timeouts = {}
     goal_timeouts = {}
@@ -388,6 +338,8 @@ def _settings(communications: Sequence[Communication], values: Dict[str, Any]) -
         name = parameter_name(communication.name)
         if communication.sort not in _UNREPEATED:
             rates[communication.key] = values.pop("rate/" + name)
+        elif isinstance(communication.rate, float):
+            rates[communication.key] = communication.rate
         if isinstance(communication.timeout, str):
             timeouts[communication.key] = values["more"][communication.timeout]
         elif "timeout/" + name in values:

@@ -10,7 +10,8 @@ from __future__ import annotations
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional
 
 from .model import Controller
-from .settings import LEAST_PARAMETER, MOST_PARAMETER, parameter_name
+from .parameter_values import LEAST_PARAMETER, MOST_PARAMETER
+from .settings import parameter_name
 
 
 class ValueMessage(NamedTuple):

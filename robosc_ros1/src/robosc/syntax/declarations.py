@@ -218,6 +218,8 @@ def _attribute(attribute: Attribute) -> ParserElement:
         Value.STRING: t.string,
         Value.DURATION: t.duration,
         Value.CONDITION: Expression,
+        Value.RATE: t.rate,
+        Value.REPLACE: t.replace,
         Value.TYPE: t.type_,
     }
     value = values[attribute.value](f"{attribute.value.value} after '{attribute.name}:'")

@@ -264,6 +264,13 @@ class InterfaceNode(_Node):
     package: Name
 
 
+@dataclass(frozen=True, slots=True)
+class RateNode(_Node):
+    """``20 Hz``: how often a command is sent."""
+
+    hertz: int | float
+
+
 # --- communications ------------------------------------------------------------------------------
 
 
@@ -284,6 +291,7 @@ class MessageNode(_Node):
     type: TypeNode
     links: Name | None
     timeout: ExprNode | None = None
+    rate: RateNode | Name | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,6 +305,7 @@ class ServiceNode(_Node):
     links: Name | None
     timeout: ExprNode | None = None
     expect: ExprNode | None = None
+    rate: RateNode | Name | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,6 +326,8 @@ class ActionNode(_Node):
     timeout: ExprNode | None = None
     within: ExprNode | None = None
     expect: ExprNode | None = None
+    rate: RateNode | Name | None = None
+    goals: Name | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ from robosc.syntax.leaves import (
     make_integer,
     make_name,
     make_node,
+    make_number,
     make_string,
     make_tuple,
 )
@@ -43,6 +44,7 @@ from robosc.syntax.nodes import (
     Name,
     NamedTypeNode,
     RangeNode,
+    RateNode,
     RosTypeNode,
     StringNode,
 )
@@ -163,6 +165,21 @@ def duration(expected: str) -> ParserElement:
     """``0.5 s``, or the name of a constant or parameter."""
     units = " | ".join(UNITS)
     return terminal(f"NUMBER (?: {units} ) | QUALIFIED", expected, make_leaf)
+
+
+def rate(expected: str) -> ParserElement:
+    """``20 Hz``, which leaves a RateNode, or the word ``once``, which leaves a name."""
+    hertz = terminal("NUMBER Hz", expected, _build_rate)
+    return either([hertz, terminal("once", expected, make_name)], expected)
+
+
+def _build_rate(reading: Reading, start: int, end: int, parts: list[Any]) -> RateNode:
+    return RateNode(make_number(reading, start), span=reading.span(start, end))
+
+
+def replace(expected: str) -> ParserElement:
+    """The word ``replace``; leaves it as a name."""
+    return terminal("replace", expected, make_name)
 
 
 def string(expected: str) -> ParserElement:

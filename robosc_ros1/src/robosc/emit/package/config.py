@@ -30,8 +30,8 @@ from robosc.expr.types import (
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
 from robosc.runtime import qos, settings
+from robosc.runtime.model import ONCE, Parameter
 from robosc.runtime.model import Communication as Declared
-from robosc.runtime.model import Parameter
 from robosc.runtime.shapes import gathered
 from robosc.runtime.shortening import excerpt
 
@@ -105,13 +105,15 @@ ATTRIBUTES = Declared._fields[Declared._fields.index("timeout") :]
 def declared_communications(robot: Robot) -> list[Declared]:
     """The communications as the runtime knows them."""
     return [
-        Declared(c.key, robot.display_names[c.key], c.sort.name, **_attributes(c))
+        Declared(c.key, robot.display_names[c.key], c.sort.name, **_attributes(c, robot))
         for c in robot.communications.values()
     ]
 
 
-def _attributes(communication: Communication) -> dict[str, Any]:
+def _attributes(communication: Communication, robot: Robot) -> dict[str, Any]:
     values = {name: getattr(communication, name) for name in ATTRIBUTES}
+    if values["rate"] == ONCE and communication.key in robot.performed:
+        del values["rate"]  # it is due whenever a state that performs it begins
     return {
         n: duration(v) if isinstance(v, Literal | ParameterRef) else v for n, v in values.items()
     }

@@ -37,6 +37,8 @@ from robosc.syntax.nodes import (
     ExprNode,
     InterfaceNode,
     MessageNode,
+    Name,
+    RateNode,
     RosTypeNode,
     ServiceNode,
     StateNode,
@@ -234,6 +236,8 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
         within = _duration(info, info.node.within, "'within:'", symbols, report)
     if isinstance(info.node, ServiceNode | ActionNode):
         expect = _expectation(info, info.node.expect, report)
+    rate = None if info.node.rate is None else _rate(info.node.rate, report)
+    goals = getattr(info.node, "goals", None)
     interface, known = _interface(info, report)
     if info.request is None or info.response is None or info.feedback is None or not known:
         return
@@ -252,6 +256,8 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
         timeout,
         within,
         expect,
+        rate,
+        None if goals is None else goals.text,
         span=info.node.name.span,
     )
 
@@ -269,6 +275,15 @@ def _duration(
     typer = Typer(report, info.instance.types, symbols, no_value(f"{what} is a duration"))
     found = typer.check(node, DURATION, what)
     return found if found and is_long_enough(found, what, node.span, report) else None
+
+
+def _rate(node: RateNode | Name, report: Report) -> float | str:
+    """What ``rate:`` says: how often per second, or ``once``."""
+    if isinstance(node, Name):
+        return node.text
+    if node.hertz <= 0:
+        report.add("out-of-range", node.span, "a rate is more than 0 Hz", "write: once")
+    return float(node.hertz)
 
 
 def _expectation(info: CommunicationInfo, node: ExprNode | None, report: Report) -> Expr | None:

@@ -21,7 +21,7 @@ from robosc.model.typing.durations import is_long_enough
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.incoming import no_value
-from robosc.runtime.settings import LEAST_PARAMETER, MOST_PARAMETER
+from robosc.runtime.parameter_values import LEAST_PARAMETER, MOST_PARAMETER
 from robosc.runtime.values import NOW
 from robosc.source import Span
 from robosc.syntax.leaves import MAX_INTEGER
