@@ -6,7 +6,7 @@ import pytest
 from emit.golden_packages import PACKAGES, package_of
 
 ALL = {"__init__", "calls", "clocks", "deadlines", "effects", "engine", "eventlog", "inbox", "intake", "internal", "model", "original_state", "pauses", "port", "reasons", "recorder", "requests", "served",
-       "operating", "scheduler", "settings", "shapes", "shortening", "telemetry", "time_monitor", "traffic", "turns", "value_topics", "values"}  # fmt: skip
+       "operating", "parameter_values", "scheduler", "settings", "shapes", "shortening", "telemetry", "time_monitor", "traffic", "turns", "value_topics", "values"}  # fmt: skip
 MONITOR = {
     "matching",
     "offers",
