@@ -58,13 +58,12 @@ class Communication:
     """A message, service or action of a component.
 
     ``timeout`` is in seconds: the silence after which a message is silent, or the deadline of a
-    service or action; ``within`` is the deadline of an accepted goal. ``expect`` is what must hold
-    of a response, which is an error otherwise. ``rate`` is how often a command is sent while it is
-    allowed, in Hz, or ``once``; ``goals`` is ``replace`` if a goal may replace the one that is
-    busy. ``heard``: the model asks whether the message has ever arrived. ``request`` is the type
-    that the controller sends (``none`` for an outgoing message), ``response`` the type that it
-    receives (for an outgoing message: its data), ``feedback`` that of an action's feedback.
-    ``identifier`` is the name in ROS, prefix included; if the model gives none, the own name.
+    service or action; ``within`` is the deadline of an accepted goal, and ``expect`` what must hold
+    of a response, which is an error otherwise. ``rate`` is how often an allowed command is sent, in
+    Hz, or ``once``; ``goals`` is ``replace`` if a goal may replace a busy one. ``heard``: the model
+    asks whether the message has ever arrived. ``request`` is the type that the controller sends
+    (``none`` for an outgoing message), ``response`` what it receives (for an outgoing message: its
+    data), ``feedback`` that of an action. ``identifier`` is the name in ROS, prefix included.
     """
 
     name: str
@@ -169,8 +168,7 @@ def display_names(communications: Mapping[str, Communication]) -> dict[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """A component; ``library`` is the one that it is imported from, ``copy`` which one of several
-    of a kind it is, if any."""
+    """A component, of its ``library``; ``copy`` is which one of several of a kind it is."""
 
     name: str
     communications: tuple[Communication, ...]
@@ -197,10 +195,10 @@ class Component:
 class Requirement:
     """A requirement on commands (by key) or on all states.
 
-    ``text`` is its text on one line, for messages and comments. ``to_start``: it restricts the
-    request of an action, and is no reason to cancel it. ``to_cancel``: it is only such a reason.
-    ``on_data``: it is about the data of its command. ``implied``: nobody has written it, it follows
-    from what ROS is. ``repeated``: which copy it is of a statement in a ``for``.
+    ``text`` is its text on one line. ``to_start``: it restricts the request of an action, and is no
+    reason to cancel it. ``to_cancel``: it is only such a reason. ``on_data``: it is about the data
+    of its command. ``implied``: nobody has written it, it follows from what ROS is. ``repeated``:
+    which copy it is of a statement in a ``for``.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
