@@ -160,8 +160,7 @@ def display_names(communications: Mapping[str, Communication]) -> dict[str, str]
     is ambiguous."""
     count = Counter(communication.name for communication in communications.values())
     names = {key: c.name if count[c.name] == 1 else key for key, c in communications.items()}
-    commands = (command for c in communications.values() for command in c.commands)
-    for command in commands:
+    for command in (command for c in communications.values() for command in c.commands):
         names.setdefault(command.key, command_key(names[command.communication.key], command.kind))
     return names
 
@@ -198,7 +197,7 @@ class Requirement:
     ``text`` is its text on one line. ``to_start``: it restricts the request of an action, and is no
     reason to cancel it. ``to_cancel``: it is only such a reason. ``on_data``: it is about the data
     of its command. ``implied``: nobody has written it, it follows from what ROS is. ``repeated``:
-    which copy it is of a statement in a ``for``.
+    which copy it is in a ``for``.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
