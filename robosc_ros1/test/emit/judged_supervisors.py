@@ -14,12 +14,12 @@ from typing import Any
 from emit.judged_controllers import Robot, engine_of, guide_of, play
 
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.supervisor_engine import SupervisorEngine, SupervisorPort
+from robosc.runtime.supervisor_engine import SupervisorEngine
 
 __all__ = ["judged_supervisor"]
 
 
-class Both(Robot, SupervisorPort):
+class Both(Robot):
     """The robot and the controller that is guarded, at the two sides of a supervisor."""
 
     judge: Any

@@ -14,7 +14,7 @@ from robosc.runtime.inbox import LIMIT
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.model import Command, Requirement
 from robosc.runtime.settings import Settings
-from robosc.runtime.supervisor_engine import SupervisorEngine, SupervisorPort
+from robosc.runtime.supervisor_engine import SupervisorEngine
 from robosc.runtime.telemetry import event_document, state_document
 from robosc.runtime.values import Undefined
 
@@ -22,7 +22,7 @@ GO_ONLY = (CommandPattern(GO),)
 DRIVE = (CommandPattern(HALT, lambda message: message == 0), CommandPattern(GO))
 
 
-class GuardedPort(PlayedPort, SupervisorPort):
+class GuardedPort(PlayedPort):
     def __init__(self) -> None:
         super().__init__()
         self.blocks: list[tuple[str, str, list[str]]] = []

@@ -33,11 +33,6 @@ class JudgingPort(Port):
         """Return a copy of a message with the given fields set, as it will arrive."""
         raise NotImplementedError
 
-    def changes(self, sent: Any, made: Any, data: Dict[str, Any]) -> Dict[str, Dict[str, Any]]:
-        """Return in which of the given fields two messages differ, by path, as ``sent`` and
-        ``made``."""
-        return changed_fields(sent, made, data)
-
 
 class JudgingEngine(Engine):
     """Follows the robot, and gets the commands of another controller."""
@@ -117,9 +112,13 @@ class JudgingEngine(Engine):
         if found is None:
             return None
         fields, text, place = found
-        port = self._port_that_corrects
-        made = port.corrected(message, fields)
-        return Corrected(made, text, place, lambda: port.changes(message, made, fields))
+        made = self._port_that_corrects.corrected(message, fields)
+        return Corrected(made, text, place, lambda: self._changes(message, made, fields))
+
+    def _changes(self, sent: Any, made: Any, data: Dict[str, Any]) -> Dict[str, Dict[str, Any]]:
+        """Return in which of the given fields two messages differ, by path: what was sent, and what
+        was made of it."""
+        return changed_fields(sent, made, data)
 
     def _objections(
         self, command: ScheduledCommand, message: Any, data: Tuple[Any, ...]

@@ -45,21 +45,20 @@ class _Port(Clockwork, SupervisorPort):
     def corrected(self, message: Any, data: dict[str, Any]) -> Any:
         return {**message, **dict(_leaves(data))}
 
-    def changes(self, sent: Any, made: Any, data: dict[str, Any]) -> dict[str, dict[str, Any]]:
-        """Typed values have no fields but those that the model reads, by path."""
-        return {
-            path_text(path): {"sent": jsonable(sent.get(path, type(value)())),
-                              "made": jsonable(value)}
-            for path, value in made.items()
-            if value != sent.get(path, type(value)())
-        }  # fmt: skip
-
     def composed(self, key: str, data: dict[str, Any] | None) -> Any:
         return dict(_leaves(data or {}))
 
 
 class _Engine(SupervisorEngine):
     """Typed values have no fields but those that the model reads, by path."""
+
+    def _changes(self, sent: Any, made: Any, data: dict[str, Any]) -> dict[str, dict[str, Any]]:
+        return {
+            path_text(path): {"sent": jsonable(sent.get(path, type(value)())),
+                              "made": jsonable(value)}
+            for path, value in made.items()
+            if value != sent.get(path, type(value)())
+        }  # fmt: skip
 
     def _unfit(self, message: Any) -> Reasons:
         return super()._unfit({path_text(path): value for path, value in message.items()})
