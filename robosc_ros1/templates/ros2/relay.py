@@ -177,7 +177,8 @@ class ActionRelay(Action):
                 setattr(request, name, getattr(whole, name))
             return request  # which is known by its identity
 
-        self._engine.request(self._key, plain(request), request, answer, repacked)
+        asked = copy.copy(plain(request))  # which stays as it is when the request is corrected
+        self._engine.request(self._key, asked, request, answer, repacked)
         return GoalResponse.ACCEPT if await decided else GoalResponse.REJECT
 
     def _cancel_asked(self, _):
