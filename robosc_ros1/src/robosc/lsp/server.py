@@ -138,8 +138,8 @@ class _Session(OpenTexts):
         analysis = self._analysis(params)
         if analysis is None:
             return None
-        found = analysis.index.at(self._offset(analysis.source, params.position))
-        return (analysis, found) if found is not None else None
+        occurrence = analysis.index.at(self._offset(analysis.source, params.position))
+        return (analysis, occurrence) if occurrence is not None else None
 
     def _symbols(self, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
         analysis = self._analysis(params)
@@ -150,13 +150,13 @@ class _Session(OpenTexts):
         self, params: types.WorkspaceSymbolParams
     ) -> list[types.WorkspaceSymbol]:
         with collector_at_rest():
-            found = symbols(self._desk, params.query)
-        return [wire.workspace_symbol(one, self._encoding) for one in found]
+            matching = symbols(self._desk, params.query)
+        return [wire.workspace_symbol(one, self._encoding) for one in matching]
 
     def _folding(self, params: types.FoldingRangeParams) -> list[types.FoldingRange]:
         analysis = self._analysis(params)
-        found = folds(analysis.source) if analysis is not None else []
-        return [wire.folding_range(fold) for fold in found]
+        foldable = folds(analysis.source) if analysis is not None else []
+        return [wire.folding_range(fold) for fold in foldable]
 
     def _formatting(self, params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
         """None for a text with errors of syntax: it stays as it is."""
@@ -185,18 +185,19 @@ class _Session(OpenTexts):
         named = self._named(params)
         if named is None:
             return self._keyword_hover(params)
-        analysis, found = named
+        analysis, occurrence = named
         derived = self._derived.get(analysis.path)
         if derived is not None and derived.source.text != analysis.source.text:
             derived = None
-        return wire.hover(hover_text(analysis, found, derived), found.span, self._encoding)
+        text = hover_text(analysis, occurrence, derived)
+        return wire.hover(text, occurrence.span, self._encoding)
 
     def _signature(self, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
         analysis = self._analysis(params)
         if analysis is None:
             return None
-        found = signature_at(analysis, self._offset(analysis.source, params.position))
-        return wire.signature_help(found) if found is not None else None
+        signature = signature_at(analysis, self._offset(analysis.source, params.position))
+        return wire.signature_help(signature) if signature is not None else None
 
     def _inlay_hints(self, params: types.InlayHintParams) -> list[types.InlayHint]:
         analysis = self._analysis(params)
@@ -204,13 +205,13 @@ class _Session(OpenTexts):
             return []
         start = self._offset(analysis.source, params.range.start)
         end = self._offset(analysis.source, params.range.end)
-        found = inlay_hints(analysis, start, end)
-        return [wire.inlay_hint(span, text, self._encoding) for span, text in found]
+        hints = inlay_hints(analysis, start, end)
+        return [wire.inlay_hint(span, text, self._encoding) for span, text in hints]
 
     def _keyword_hover(self, params: types.HoverParams) -> types.Hover | None:
         source = self._desk.source(wire.path_of(params.text_document.uri))
-        found = keyword_hover(source, self._offset(source, params.position)) if source else None
-        return wire.hover(*found, self._encoding) if found is not None else None
+        hover = keyword_hover(source, self._offset(source, params.position)) if source else None
+        return wire.hover(*hover, self._encoding) if hover is not None else None
 
     def _definition(self, params: types.DefinitionParams) -> types.Location | None:
         named = self._named(params)
@@ -221,11 +222,11 @@ class _Session(OpenTexts):
         named = self._named(params)
         if named is None:
             return []
-        analysis, found = named
+        analysis, occurrence = named
         by_file = references(
             self._desk,
             analysis.path,
-            found.symbol,
+            occurrence.symbol,
             declaration=params.context.include_declaration,
         )
         return [wire.location(o.span, self._encoding) for here in by_file.values() for o in here]
@@ -234,14 +235,14 @@ class _Session(OpenTexts):
         named = self._named(params)
         if named is None:
             return []
-        analysis, found = named
+        analysis, occurrence = named
         kinds = types.DocumentHighlightKind
         return [
             types.DocumentHighlight(
                 wire.range_(o.span, self._encoding),
                 kinds.Write if o.write or o.declaration else kinds.Read,
             )
-            for o in analysis.index.of(found.symbol)
+            for o in analysis.index.of(occurrence.symbol)
         ]
 
     def _prepare_rename(self, params: types.PrepareRenameParams) -> types.Range | None:
@@ -256,9 +257,9 @@ class _Session(OpenTexts):
         named = self._named(params)
         if named is None:
             return None
-        analysis, found = named
+        analysis, occurrence = named
         try:
-            edits = rename(self._desk, analysis.path, found.symbol, params.new_name)
+            edits = rename(self._desk, analysis.path, occurrence.symbol, params.new_name)
         except RenameError as error:
             raise JsonRpcInvalidParams(str(error)) from error
         return self._workspace_edit(edits)
@@ -281,13 +282,14 @@ class _Session(OpenTexts):
         start = context.start if context is not None else offset
         typed = source.text[start:offset].lstrip("^").casefold()
         snippets = self._has_snippets()
-        found = [c for c in complete(self._desk, path, offset) if snippets or c.kind != "snippet"]
-        if len(found) > limits.COMPLETIONS:
-            found = [c for c in found if c.label.casefold().startswith(typed)]
+        candidates = complete(self._desk, path, offset)
+        candidates = [c for c in candidates if snippets or c.kind != "snippet"]
+        if len(candidates) > limits.COMPLETIONS:
+            candidates = [c for c in candidates if c.label.casefold().startswith(typed)]
         place = wire.range_(Span(source, start, offset), self._encoding)
         return types.CompletionList(
-            len(found) > limits.COMPLETIONS,
-            [wire.completion_item(c, place, snippets) for c in found[: limits.COMPLETIONS]],
+            len(candidates) > limits.COMPLETIONS,
+            [wire.completion_item(c, place, snippets) for c in candidates[: limits.COMPLETIONS]],
         )
 
     def _has_snippets(self) -> bool:
@@ -302,14 +304,14 @@ class _Session(OpenTexts):
             return []
         start = self._offset(analysis.source, params.range.start)
         end = self._offset(analysis.source, params.range.end)
-        found = []
+        actions = []
         for diagnostic in self._diagnostics(analysis):
             span = diagnostic.span
             if span.source is not analysis.source or span.start > end or span.end < start:
                 continue
             for action in actions_for(analysis, diagnostic):
                 shown = self._shown(analysis, [diagnostic])
-                found.append(
+                actions.append(
                     types.CodeAction(
                         title=action.title,
                         kind=types.CodeActionKind.QuickFix,
@@ -317,7 +319,7 @@ class _Session(OpenTexts):
                         edit=self._workspace_edit({analysis.path: action.edits}),
                     )
                 )
-        return found
+        return actions
 
     def _tokens(self, params: types.SemanticTokensParams) -> types.SemanticTokens:
         analysis = self._analysis(params)

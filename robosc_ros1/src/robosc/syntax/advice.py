@@ -61,19 +61,19 @@ _ON_NAME = "write 'response from NAME' for what the part sends, 'request to NAME
 def advice(tokens: Tokens, at: int, message: str) -> tuple[Hint | None, int, int]:
     """A hint for the token that was found instead of what was expected, or None, and the tokens
     that it is about."""
-    found = tokens.text(at)
-    if not found:
+    token = tokens.text(at)
+    if not token:
         return None, at, at + 1
     for about_several in (_hyphenated, _unquoted):
         if advised := about_several(tokens, at, message):
             return advised
     for about_one in (_expected_here, _of_other_languages, _attributes):
-        if hint := about_one(tokens, at, found, message):
+        if hint := about_one(tokens, at, token, message):
             return hint, at, at + 1
-    cutoff = 0.6 if len(found) > 3 else 0.7
-    words = _QUOTED.findall(message) if len(found) < 30 else []
-    near = get_close_matches(found, words, 1, cutoff)
-    return (meant(near[0]) if near and near[0] != found else None), at, at + 1
+    cutoff = 0.6 if len(token) > 3 else 0.7
+    words = _QUOTED.findall(message) if len(token) < 30 else []
+    near = get_close_matches(token, words, 1, cutoff)
+    return (meant(near[0]) if near and near[0] != token else None), at, at + 1
 
 
 def _touches(tokens: Tokens, at: int) -> bool:
@@ -105,18 +105,18 @@ def _unquoted(tokens: Tokens, at: int, message: str) -> tuple[Hint, int, int] | 
     return Remedy(f"write {text}, in quotes", Change.REPLACE, (text,)), at, end
 
 
-def _expected_here(tokens: Tokens, at: int, found: str, message: str) -> Hint | None:
+def _expected_here(tokens: Tokens, at: int, token: str, message: str) -> Hint | None:
     """What is meant where just this is expected."""
-    if found == "=" and message.startswith("expected ':='"):
+    if token == "=" and message.startswith("expected ':='"):
         return write(":=", " to assign")
     if message.startswith("expected 'needs'"):
-        if found == ",":
+        if token == ",":
             return "write several in braces: { …, … }"
-        if found in ("if", "when", "requires", "only"):
+        if token in ("if", "when", "requires", "only"):
             return write("needs")
-        if found == "unless":
+        if token == "unless":
             return "write 'requirement CONDITION disables COMMAND'"
-    if message.startswith("expected a duration") and found[0].isdigit():
+    if message.startswith("expected a duration") and token[0].isdigit():
         return f"a duration has a unit: {', '.join(UNITS)}"
     if message.startswith("expected '=' after the name of the condition"):
         return "write 'condition NAME = …': a condition has no type"
@@ -125,13 +125,13 @@ def _expected_here(tokens: Tokens, at: int, found: str, message: str) -> Hint | 
     if message.startswith("expected ':' after the name of the variable") and is_word(
         tokens.kinds[at]
     ):
-        return _declared(tokens.text(at - 1), found, tokens.text(at + 1))
-    if message.startswith(("expected a type", "expected a ROS type")) and found[0] in "\"'":
-        return write(found[1:-1], ", without quotes")
+        return _declared(tokens.text(at - 1), token, tokens.text(at + 1))
+    if message.startswith(("expected a type", "expected a ROS type")) and token[0] in "\"'":
+        return write(token[1:-1], ", without quotes")
     if message.endswith("after 'on'") and is_word(tokens.kinds[at]):
-        return _event(tokens, found)
+        return _event(tokens, token)
     if "'variable'" in message:
-        return _variable(tokens, at, found)
+        return _variable(tokens, at, token)
     return None
 
 
@@ -140,16 +140,16 @@ def _declared(name: str, type_: str, follows: str = "") -> Hint:
     return f"write 'variable {name}: {FOREIGN_TYPES.get(type_, type_)}{initial}'"
 
 
-def _variable(tokens: Tokens, at: int, found: str) -> Hint | None:
+def _variable(tokens: Tokens, at: int, token: str) -> Hint | None:
     """``double front := 1`` and ``front: double`` where a variable is meant."""
     follows = tokens.text(at + 1)
-    if found in words_of(Role.TYPE) or found in FOREIGN_TYPES:
+    if token in words_of(Role.TYPE) or token in FOREIGN_TYPES:
         if follows in (":=", "="):
-            return _declared("NAME", found, follows)
+            return _declared("NAME", token, follows)
         if is_word(tokens.kinds[at + 1 : at + 2]):
-            return _declared(follows, found, tokens.text(at + 2))
+            return _declared(follows, token, tokens.text(at + 2))
     if follows == ":" and is_word(tokens.kinds[at]):
-        return write(f"variable {found}")
+        return write(f"variable {token}")
     return None
 
 
@@ -162,39 +162,39 @@ def _event(tokens: Tokens, name: str) -> Hint | None:
     return None if get_close_matches(name, words_of(Role.EVENT), 1, 0.6) else _ON_NAME
 
 
-def _of_other_languages(tokens: Tokens, at: int, found: str, message: str) -> Hint | None:
+def _of_other_languages(tokens: Tokens, at: int, token: str, message: str) -> Hint | None:
     """What is written so in other languages, in ROS, or in physics."""
-    if "'component'" in message and found in _DECLARED_ELSEWHERE:
-        return _DECLARED_ELSEWHERE[found]
-    if "'incoming message'" in message and found in _DIRECTIONS:
-        direction, why = _DIRECTIONS[found]
+    if "'component'" in message and token in _DECLARED_ELSEWHERE:
+        return _DECLARED_ELSEWHERE[token]
+    if "'incoming message'" in message and token in _DIRECTIONS:
+        direction, why = _DIRECTIONS[token]
         noun = "" if tokens.text(at + 1) == "message" else " message"
         return write(f"{direction}{noun}", f": {why}")
-    if found == "->" and "'goto'" in message:
+    if token == "->" and "'goto'" in message:
         return write("goto")
-    if at and _NUMBER.match(tokens.kinds, at - 1) and found in _MEASURES:
+    if at and _NUMBER.match(tokens.kinds, at - 1) and token in _MEASURES:
         return Remedy("numbers have no unit: leave it out", Change.REMOVE)
-    if found == "not" and tokens.text(at + 1) == "in":
+    if token == "not" and tokens.text(at + 1) == "in":
         return "write !(x in { a, b })"
-    if found in _ADVICE:
-        return _ADVICE[found]
-    if at and (function := tokens.text(at - 1)) in FUNCTIONS and found != "(":
+    if token in _ADVICE:
+        return _ADVICE[token]
+    if at and (function := tokens.text(at - 1)) in FUNCTIONS and token != "(":
         return f"write {function}(…)"
     return None
 
 
-def _attributes(tokens: Tokens, at: int, found: str, message: str) -> Hint | None:
+def _attributes(tokens: Tokens, at: int, token: str, message: str) -> Hint | None:
     """Attributes of communications without a sign, by another name, or in another order."""
     unnamed = message.startswith("expected 'with' and '")
     colon = tokens.text(at + 1) == ":"
-    if f"'{found}:'" in message or (unnamed and found in _LABELS):
+    if f"'{token}:'" in message or (unnamed and token in _LABELS):
         if not colon:
-            return write(f"{found}:", " with its colon")
+            return write(f"{token}:", " with its colon")
         missing = "'with'" if unnamed else "a ','"
         return f"{missing} is missing before it"
-    if colon and found in _IDENTIFIERS and "'identifier:'" in message:
+    if colon and token in _IDENTIFIERS and "'identifier:'" in message:
         return write("identifier")
-    return _order_of_attributes(tokens, at + (found == ","))
+    return _order_of_attributes(tokens, at + (token == ","))
 
 
 def _order_of_attributes(tokens: Tokens, at: int) -> str | None:

@@ -77,19 +77,19 @@ def independent_parts(plant: Plant, size: int) -> list[Plant]:
 
 def _bundles(plant: Plant, groups: Iterable[_Group], size: int) -> list[_Group]:
     """Return the groups, small neighbouring ones joined."""
-    found: list[_Group] = []
+    bundles: list[_Group] = []
     open_, total = _Group(), size + 1
     for group in groups:
         own = prod(plant.sizes(group.variables))
         if own > _SMALL:
-            found.append(group)
+            bundles.append(group)
             continue
         total *= own
         if total > size:
-            found.append(open_ := _Group())
+            bundles.append(open_ := _Group())
             total = own
         open_.add(group)
-    return [_Group(*(sorted(numbers) for numbers in astuple(bundle))) for bundle in found]
+    return [_Group(*(sorted(numbers) for numbers in astuple(bundle))) for bundle in bundles]
 
 
 def _sets(plant: Plant) -> DisjointSets:
@@ -222,7 +222,7 @@ def _explanations(
         event = explanation.event
         return -1 if event is None else events[event.identity][0]
 
-    found = [
+    explanations = [
         replace(
             explanation,
             event=whole(explanation.event),
@@ -233,19 +233,19 @@ def _explanations(
         for part in parts
         for explanation in part.explanations
     ]
-    return sorted(found, key=place)
+    return sorted(explanations, key=place)
 
 
 def _properties(parts: Sequence[Supervisor]) -> tuple[tuple[str, bool], ...]:
     """Return what holds in all parts, and what fails in one; the rest is unknown and left out."""
     of_parts = [dict(part.properties) for part in parts]
     names = dict.fromkeys(name for properties in of_parts for name in properties)
-    found: list[tuple[str, bool]] = []
+    decided: list[tuple[str, bool]] = []
     for name in names:
         answers = [properties.get(name) for properties in of_parts]
         if False in answers or None not in answers:
-            found.append((name, False not in answers))
-    return tuple(found)
+            decided.append((name, False not in answers))
+    return tuple(decided)
 
 
 def _step_bound(parts: Iterable[Supervisor]) -> int | None:

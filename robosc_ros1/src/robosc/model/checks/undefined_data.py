@@ -52,12 +52,12 @@ def check_undefined_data(robot: Robot, lengths: Lengths, source: Source, report:
         nothing = _Nothing(message.value_type(transition.event), lengths)
         for assignment in transition.assignments:
             key = f"{component.name}.{assignment.variable}"
-            found = nothing.of(assignment.value) if key in needed else None
-            if found is _UNDEFINED:
+            value = nothing.of(assignment.value) if key in needed else None
+            if value is _UNDEFINED:
                 stays = f"'{assignment.variable}' keeps its last value"
                 _report(assignment, message.name, stays, _OF_VALUES, source, report)
-            elif found is not None and _lets_happen(robot, key, found):
-                shown = str(found).lower() if isinstance(found, bool) else found
+            elif value is not None and _lets_happen(robot, key, value):
+                shown = str(value).lower() if isinstance(value, bool) else value
                 becomes = f"'{assignment.variable}' becomes {shown}"
                 _report(assignment, message.name, becomes, _OF_CONDITIONS, source, report)
 
@@ -120,14 +120,14 @@ def _needed(robot: Robot) -> set[str]:
     for provide in robot.provides:
         read += [] if provide.condition is None else [provide.condition]
         read += data_expressions(provide.data)
-    found: set[str] = set()
+    needed: set[str] = set()
     work = _variables(read)
     while work:
         key = work.pop()
-        if key not in found:
-            found.add(key)
+        if key not in needed:
+            needed.add(key)
             work |= _variables(sources.get(key, ()))
-    return found
+    return needed
 
 
 def _variables(exprs: Iterable[Expr]) -> set[str]:
@@ -170,8 +170,8 @@ def _outcome(condition: Expr, key: str, value: object) -> bool | None:
         case Holds(operand=operand):
             return _outcome(operand, key, value)
         case Unary(operator="!", operand=operand):
-            found = _outcome(operand, key, value)
-            return None if found is None else not found
+            outcome = _outcome(operand, key, value)
+            return None if outcome is None else not outcome
         case Binary(
             operator="=" | "!=", left=VariableRef() as left, right=Literal(value=right)
         ) if left.key == key:

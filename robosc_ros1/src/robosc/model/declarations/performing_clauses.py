@@ -28,14 +28,14 @@ def find_performed(instance: Instance, symbols: SymbolTable, report: Report) -> 
         if state.performs is None:
             continue
         access = state.performs.communication
-        found = resolve_communication(access, symbols, instance.types.scope, report)
-        if found is not None and found.kind not in _PERFORMED:
-            message = f"'{found.name}' is an {found.kind.value}: no state can perform it"
-            outgoing = found.kind is Kind.OUTGOING
-            hint = SENT.format(found.name) if outgoing else "answer it with 'on request from'"
+        command = resolve_communication(access, symbols, instance.types.scope, report)
+        if command is not None and command.kind not in _PERFORMED:
+            message = f"'{command.name}' is an {command.kind.value}: no state can perform it"
+            outgoing = command.kind is Kind.OUTGOING
+            hint = SENT.format(command.name) if outgoing else "answer it with 'on request from'"
             report.add("performs-outgoing", access.span, message, hint)
-        elif found is not None:
-            instance.performed[path] = found
+        elif command is not None:
+            instance.performed[path] = command
         for inner in state.states[:1]:
             report.add(
                 "states-in-performing",
@@ -54,10 +54,10 @@ def performed_data(instance: Instance, resolver: StatementResolver) -> Iterator[
         if node.data is None:
             continue
         statement = ProvideNode(node.communication, node.data, None, span=node.data.span)
-        found = resolver.provide(statement)
-        if found is not None:
+        provide = resolver.provide(statement)
+        if provide is not None:
             due = StateRef(instance.name, f"{path}.{DUE}", node.span)
-            yield replace(found, communication=command.key, condition=due)
+            yield replace(provide, communication=command.key, condition=due)
 
 
 class PerformingResolver:
@@ -85,7 +85,7 @@ class PerformingResolver:
             return None
         ends = EventKind.REQUEST if command.phases is None else EventKind.RESPONSE
         done = self._outcome(ends, command, path, node)
-        found = Performing(path, node, command, done, own=list(own))
+        performing = Performing(path, node, command, done, own=list(own))
         spans = self._transitions.event_spans
         for kind in command.events:
             spans.setdefault((node.span.start, kind), node.communication.span)
@@ -93,8 +93,8 @@ class PerformingResolver:
             note = Note("the first one is here", retries[0].span)
             self._misplaced(other, f"state '{path}' has a 'retry' already", "join them", [note])
         if retries:
-            self._retry(found, retries[0])
-        return found
+            self._retry(performing, retries[0])
+        return performing
 
     def check_retries(self, retries: Iterable[RetryNode]) -> None:
         """Report each ``retry`` in a state that performs nothing."""
@@ -134,12 +134,14 @@ class PerformingResolver:
         """What ``then`` or ``else`` of a node says; without ``goto`` the state begins anew."""
         clauses = node.finally_ if isinstance(node, RetryNode) else node
         assert clauses is not None
-        found = self._transitions.effect(event, command, clauses)
-        found = replace(found, span=node.span)
-        return found if found.goto else replace(found, goto=f"{path}.{DUE}", named=path)
+        effect = self._transitions.effect(event, command, clauses)
+        transition = replace(effect, span=node.span)
+        if transition.goto:
+            return transition
+        return replace(transition, goto=f"{path}.{DUE}", named=path)
 
-    def _retry(self, found: Performing, node: RetryNode) -> None:
-        command = found.command
+    def _retry(self, performing: Performing, node: RetryNode) -> None:
+        command = performing.command
         if command.phases is None:
             self._misplaced(
                 node,
@@ -155,16 +157,16 @@ class PerformingResolver:
         again = self._transitions.goes(EventKind.ERROR, command.key, node)
         via = again.named or again.goto
         if again.goto is None:
-            again = replace(again, goto=f"{found.path}.{DUE}")
+            again = replace(again, goto=f"{performing.path}.{DUE}")
         kept = [count.variable.name for count in self.counts]
-        found.retries = count_of(found.path, node, self._instance, via, kept)
-        if found.retries is not None:
-            self.counts.append(found.retries)
-        found.again = again
+        performing.retries = count_of(performing.path, node, self._instance, via, kept)
+        if performing.retries is not None:
+            self.counts.append(performing.retries)
+        performing.again = again
         if node.every is not None:
-            found.wait = self._wait(node, again)
+            performing.wait = self._wait(node, again)
         if node.finally_ is not None:
-            found.given_up = self._outcome(EventKind.ERROR, command, found.path, node)
+            performing.given_up = self._outcome(EventKind.ERROR, command, performing.path, node)
 
     def _wait(self, node: RetryNode, again: ResultTransition) -> After | None:
         assert node.every is not None

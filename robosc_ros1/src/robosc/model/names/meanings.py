@@ -69,46 +69,46 @@ class Meanings:
 
     def of(self, access: Access) -> list[Expr] | None:
         """All meanings of a name; None if an error was reported already."""
-        found: list[Expr] | None = self._state_of_path(access)
+        meanings: list[Expr] | None = self._state_of_path(access)
         match access.path:
-            case _ if found:
+            case _ if meanings:
                 pass
             case ():
-                found = self._bare(access)
+                meanings = self._bare(access)
             case (Name() as member,):
-                found = self._qualified(access, member)
+                meanings = self._qualified(access, member)
             case (Name() as member, Name() as phase):
-                found = self._phase_of_member(access, member, phase)
-                found = found or self._value_of_library_enum(access, member, phase)
-                if not found:
+                meanings = self._phase_of_member(access, member, phase)
+                meanings = meanings or self._value_of_library_enum(access, member, phase)
+                if not meanings:
                     self._no_parts(access)
                     return None
             case _:
                 self._no_parts(access)
-                found = None
-        if found:
-            self.record(access, found[0])  # replaced if another meaning is selected
+                meanings = None
+        if meanings:
+            self.record(access, meanings[0])  # replaced if another meaning is selected
         elif access.path:
             self._types.scope.names.use(access.root, self._declaration(access.root.text))
-        return found
+        return meanings
 
     def function(self, access: Access) -> tuple[FunctionNode, ValueScope] | None:
         """The function of a name, and the scope that declares it; None if there is none."""
         root = access.root.text
         match access.path:
             case ():
-                found = self._types.values.function(root)
+                declared = self._types.values.function(root)
             case (Name(text=name),):
                 component = self._symbols.component(root) if self._symbols else None
                 library = self._types.libraries.get(root)
                 scope = component.types.values if component else library and library.values
                 node = scope.functions.get(name) if scope else None
-                found = (node, scope) if node is not None and scope else None
+                declared = (node, scope) if node is not None and scope else None
             case _:
                 return None
-        if found is not None:
-            self._types.scope.names.use(_last(access), found[0], found[1].owner)
-        return found
+        if declared is not None:
+            self._types.scope.names.use(_last(access), declared[0], declared[1].owner)
+        return declared
 
     def whole_of(self, access: Access) -> tuple[VariableRef | Literal | ParameterRef, int] | None:
         """The object or array of which an access is a part, and how many of its members name it."""
@@ -133,17 +133,17 @@ class Meanings:
     def _constant_whole(self, access: Access) -> tuple[Literal | ParameterRef, int] | None:
         """The constant or parameter of which an access is a part, and how many of its members name
         it."""
-        found = self._types.values.find(access.root.text)
+        named = self._types.values.find(access.root.text)
         members = 0
-        if found is None and len(access.path) > 1 and isinstance(access.path[0], Name):
+        if named is None and len(access.path) > 1 and isinstance(access.path[0], Name):
             member = self._value_of(access.root.text, access.path[0].text)
-            found = None if member is None else (*member, access.root.text)
+            named = None if member is None else (*member, access.root.text)
             members = 1
-        if found is None or not isinstance(found[1], Literal | ParameterRef):
+        if named is None or not isinstance(named[1], Literal | ParameterRef):
             return None
-        if not isinstance(found[1].type, _WHOLE):
+        if not isinstance(named[1].type, _WHOLE):
             return None
-        meaning = self._value(access, found[0], found[1], found[2])
+        meaning = self._value(access, named[0], named[1], named[2])
         assert isinstance(meaning, Literal | ParameterRef)
         self.record(replace(access, path=access.path[:members]), meaning)
         return meaning, members
@@ -152,9 +152,9 @@ class Meanings:
         name = last_name(access)
         type_ = component.variables[name]
         assert type_ is not None
-        found = VariableRef(component.name, name, type_, access.span)
-        self.record(access, found)
-        return found
+        variable = VariableRef(component.name, name, type_, access.span)
+        self.record(access, variable)
+        return variable
 
     def record(self, access: Access, meaning: Expr) -> None:
         """Record the meaning of a name for editors."""
@@ -196,8 +196,8 @@ class Meanings:
 
     def _declaration(self, name: str) -> Declaration | None:
         """The component or datatype of a name, which may stand before a dot."""
-        found = self._symbols.declaration(name) if self._symbols is not None else None
-        return found or self._types.scope.datatypes.get(name)
+        component = self._symbols.declaration(name) if self._symbols is not None else None
+        return component or self._types.scope.datatypes.get(name)
 
     def _no_parts(self, access: Access) -> None:
         component = self._symbols.component(access.root.text) if self._symbols else None
@@ -219,39 +219,39 @@ class Meanings:
     def _bare(self, access: Access) -> list[Expr] | None:
         name = access.root.text
         own = self._symbols.own if self._symbols else None
-        found = self._members(own, name, access.span) if own is not None else []
+        meanings = self._members(own, name, access.span) if own is not None else []
         value = self._types.values.find(name)
-        if found is None or (value is not None and value[1] is None):
+        if meanings is None or (value is not None and value[1] is None):
             return None
         if value is not None and value[1] is not None:
-            found.append(self._value(access, value[0], value[1], value[2]))
+            meanings.append(self._value(access, value[0], value[1], value[2]))
         if name == "reason" and self._reasons is not None:
-            found.append(ReasonRef(REASON, self._reasons, access.span))
-        return [*found, *(Literal(name, e, access.span) for e in self._types.enums_with(name))]
+            meanings.append(ReasonRef(REASON, self._reasons, access.span))
+        return [*meanings, *(Literal(name, e, access.span) for e in self._types.enums_with(name))]
 
     def _qualified(self, access: Access, member: Name) -> list[Expr] | None:
         root, name = access.root.text, member.text
         symbols = self._symbols
         component = symbols.component(root) if symbols else None
-        found = self._members(component, name, access.span) if component is not None else []
-        if found is None:
+        meanings = self._members(component, name, access.span) if component is not None else []
+        if meanings is None:
             return None
         enum = self._types.enum(root)
         if enum is not None and name in enum.values:
-            found.append(Literal(name, enum, access.span))
+            meanings.append(Literal(name, enum, access.span))
         value = self._value_of(root, name)
         if value is not None and value[1] is None:
             return None
         if value is not None and value[1] is not None:
-            found.append(self._value(access, value[0], value[1], root))
-        if not found and symbols is not None:
+            meanings.append(self._value(access, value[0], value[1], root))
+        if not meanings and symbols is not None:
             known = symbols.communications(root)
-            found = self._phase(access, known[0] if len(known) == 1 else None, member)
-        if not found and self._is_constant(root, name):
+            meanings = self._phase(access, known[0] if len(known) == 1 else None, member)
+        if not meanings and self._is_constant(root, name):
             constant = self._types.interface_constant(access, member)
             return None if constant is None else [constant]
-        if found:
-            return found
+        if meanings:
+            return meanings
         if (symbols and symbols.is_broken(root)) or self._types.scope.is_unresolved(name):
             return None
         if component is not None or enum is not None:
@@ -269,9 +269,9 @@ class Meanings:
 
     def _value(self, access: Access, node: ValueNode, meaning: Expr, owner: str) -> Expr:
         """A copy of a named value's meaning, with the span of the access."""
-        found = replace(meaning, span=access.span)
-        self._named.of(found, lambda _: (node, owner))
-        return found
+        copy = replace(meaning, span=access.span)
+        self._named.of(copy, lambda _: (node, owner))
+        return copy
 
     def _is_constant(self, root: str, name: str) -> bool:
         """Whether ``root.name`` is a constant of an interface, not a part of a communication."""
@@ -301,21 +301,21 @@ class Meanings:
 
     def _members(self, component: Instance, name: str, span: Span) -> list[Expr] | None:
         """The variable and the state of a name; None if the variable's type has an error."""
-        found: list[Expr] = []
+        meanings: list[Expr] = []
         if name in component.variables:
             type_ = component.variables[name]
             if type_ is None:
                 return None
-            found.append(VariableRef(component.name, name, type_, span))
+            meanings.append(VariableRef(component.name, name, type_, span))
         state = component.state(name)
-        return found if state is None else [*found, self._in_state(component, state, span)]
+        return meanings if state is None else [*meanings, self._in_state(component, state, span)]
 
     def _in_state(self, component: Instance, path: str, span: Span) -> Expr:
         """The condition that a component is in a state, or in one of those in it."""
         leaves = [StateRef(component.name, leaf, span) for leaf in component.leaves(path)]
-        found = chain("or", leaves, span)
-        self._named.of(found, lambda _: (component.states[path], component.name))
-        return found
+        condition = chain("or", leaves, span)
+        self._named.of(condition, lambda _: (component.states[path], component.name))
+        return condition
 
     def _state_of_path(self, access: Access) -> list[Expr]:
         """``docking.near`` or ``Base.docking.near``: a state in a state; empty if it is none."""
@@ -384,15 +384,15 @@ class Meanings:
         """The name as a value of enums among ``types`` that are not in scope."""
         name = last_name(access)
         seen = {m.type for m in known if isinstance(m, Literal)}
-        found: list[Expr] = []
+        values: list[Expr] = []
         for type_ in types:
             if not isinstance(type_, EnumType) or name not in type_.values or type_ in seen:
                 continue
             if access.path and access.root.text != type_.name:
                 continue
             seen.add(type_)
-            found.append(Literal(name, type_, access.span))
-        return found
+            values.append(Literal(name, type_, access.span))
+        return values
 
 
 def _last(access: Access) -> Name:

@@ -79,11 +79,11 @@ class Encoding:
 
     def value(self, source: LeafSource, index: int) -> Bdd:
         """Return where a state variable (or parameter) has the value with this index."""
-        found = self._codes.get((source, index))
-        if found is None:
-            found = self._indexes(self._blocks[source].now, (index,))
-            self._codes[source, index] = found
-        return found
+        code = self._codes.get((source, index))
+        if code is None:
+            code = self._indexes(self._blocks[source].now, (index,))
+            self._codes[source, index] = code
+        return code
 
     def values(self, source: LeafSource, indexes: Collection[int]) -> Bdd:
         """Return where a state variable (or parameter) has a value with one of these indexes."""
@@ -153,8 +153,8 @@ class Encoding:
     @cached_property
     def marked(self) -> Bdd:
         """The marked states."""
-        found = ((n, variable.marked) for n, variable in enumerate(self.plant.variables))
-        return self.box({n: marked for n, marked in found if marked is not None})
+        by_variable = ((n, variable.marked) for n, variable in enumerate(self.plant.variables))
+        return self.box({n: marked for n, marked in by_variable if marked is not None})
 
     def state(self, state: PlantState) -> Bdd:
         """Return the set of one state."""
@@ -191,11 +191,11 @@ class Encoding:
 
     def assignment(self, state: PlantState) -> list[tuple[int, bool]]:
         """Return a state as values of boolean variables."""
-        found = []
+        bits = []
         for number, index in enumerate(state):
             for shift, variable in enumerate(reversed(self._blocks[number].now)):
-                found.append((variable, bool(index >> shift & 1)))
-        return found
+                bits.append((variable, bool(index >> shift & 1)))
+        return bits
 
     def least(self, states: Bdd) -> PlantState:
         """Return the lexicographically first state of a set that is not empty."""
@@ -269,9 +269,9 @@ class Encoding:
     def _new_partition(self, expr: Expr, event: int | None) -> Partition:
         def known(node: Expr) -> Partition | None:
             """Return its partition, if that is cheaper than combining those of the operands."""
-            found = self._partitions[event].known(node)
-            if found is not None:
-                return found
+            partition = self._partitions[event].known(node)
+            if partition is not None:
+                return partition
             if _is_costly(node) and (node, event) in self._known:
                 return self._known[node, event]
             sources = self._sources(node, event, 2)
@@ -280,10 +280,10 @@ class Encoding:
             return self._comparison(node, event)
 
         def operation(node: Operation, operands: tuple[Partition, ...]) -> Partition:
-            found = combined(self.manager, node, operands)
+            partition = combined(self.manager, node, operands)
             if _is_costly(node):
-                self._known[node, event] = found
-            return found
+                self._known[node, event] = partition
+            return partition
 
         def leaf(node: Expr) -> Partition:
             raise AssertionError("a leaf reads one source")
@@ -292,13 +292,13 @@ class Encoding:
 
     def _sources(self, node: Expr, event: int | None, most: int | None = None) -> set[LeafSource]:
         """Return the sources that an expression reads, or the first ``most`` of them."""
-        found: set[LeafSource] = set()
+        sources: set[LeafSource] = set()
         for leaf in walk(node):
             if isinstance(leaf, Leaf):
-                found.add(self._source(leaf, event))
-            if len(found) == most:
+                sources.add(self._source(leaf, event))
+            if len(sources) == most:
                 break
-        return found
+        return sources
 
     def _comparison(self, node: Expr, event: int | None) -> Partition | None:
         """Return the partition of a comparison of linear integer expressions, by bits."""
@@ -311,8 +311,8 @@ class Encoding:
         for source in self._sources(node, event):
             valid = valid & self.all_values(source)
         holds = compared(self.manager, node.operator, left, right)
-        found: Partition = [(True, valid & holds), (False, valid & ~holds)]
-        return [(value, states) for value, states in found if states != self.manager.false]
+        partition: Partition = [(True, valid & holds), (False, valid & ~holds)]
+        return [(value, states) for value, states in partition if states != self.manager.false]
 
     def _number(self, expr: Expr, event: int | None) -> Number | None:
         def leaf(node: Leaf) -> Number | None:
@@ -343,11 +343,11 @@ class Encoding:
         if not sources:
             return [(_value(expr, lambda leaf: None), self.manager.true)]
         (source,) = sources
-        found: dict[object, tuple[Value | None, list[int]]] = {}
+        by_value: dict[object, tuple[Value | None, list[int]]] = {}
         for index in range(self._blocks[source].size):
             value = _value(expr, partial(self._read, source, index))
-            found.setdefault(key_of(value), (value, []))[1].append(index)
-        return [(value, self.values(source, indexes)) for value, indexes in found.values()]
+            by_value.setdefault(key_of(value), (value, []))[1].append(index)
+        return [(value, self.values(source, indexes)) for value, indexes in by_value.values()]
 
     def _read(self, source: LeafSource, index: int, leaf: Leaf) -> Value | None:
         """Return the value of a leaf, given the index of the value of its source."""

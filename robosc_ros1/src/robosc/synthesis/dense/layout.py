@@ -91,12 +91,12 @@ class Layout:
 
     def _strides(self) -> tuple[int, ...]:
         """Return, per dimension, the distance of its positions in bits."""
-        found = [0] * len(self.dims)
+        strides = [0] * len(self.dims)
         for numbers, stride in ((self._packed, 1), (self._outer, BITS)):
             for number in reversed(numbers):
-                found[number] = stride
+                strides[number] = stride
                 stride *= self.dims[number].size
-        return tuple(found)
+        return tuple(strides)
 
     # --- states
 
@@ -146,12 +146,12 @@ class Layout:
 
     def columns(self, places: Indexes) -> dict[int, Indexes]:
         """Return the values of each state variable in the states at some places."""
-        found: dict[int, Indexes] = {}
+        columns: dict[int, Indexes] = {}
         for number, dim in enumerate(self.dims):
             rows = dim.table[self.position(number, places)]
             for column, variable in enumerate(dim.variables):
-                found[variable] = rows[:, column]
-        return found
+                columns[variable] = rows[:, column]
+        return columns
 
     def position(self, number: int, places: Indexes) -> Indexes:
         """Return the positions in one dimension of states at some places."""
@@ -183,19 +183,19 @@ class Layout:
         return self._operations(where, {}, shift_masks, lead=False)
 
     def _where(self, condition: Condition) -> _Where | None:
-        found = _Where({}, np.ones(self.bits, np.bool_), [])
+        where = _Where({}, np.ones(self.bits, np.bool_), [])
         for variable, values in condition.allowed.items():
             dim, own = self._values(variable)
-            self._restrict(found, dim, values[own])
+            self._restrict(where, dim, values[own])
         for factor in condition.factors:
             grid = self._grid(factor)
             if grid.dims:
-                found.grids.append(grid)
+                where.grids.append(grid)
             else:
-                found.bits[...] &= unpack(grid.memory, self.bits)
-        if not found.bits.any() or not all(values.any() for values in found.allowed.values()):
+                where.bits[...] &= unpack(grid.memory, self.bits)
+        if not where.bits.any() or not all(values.any() for values in where.allowed.values()):
             return None
-        return found
+        return where
 
     def _restrict(self, where: _Where, dim: int, positions: Bools) -> None:
         if dim in self._positions:
@@ -284,7 +284,7 @@ class Layout:
         shift_masks: Sequence[ShiftMask],
         lead: bool,
     ) -> list[Operation]:
-        found: list[Operation] = []
+        operations: list[Operation] = []
         read = [
             [(dim, run) for run in _runs(np.flatnonzero(values))]
             for dim, values in where.allowed.items()
@@ -293,10 +293,10 @@ class Layout:
         written = [[(dim, one) for one in each] for dim, each in rectangles.items()]
         for runs in product(*read):
             for ones in product(*written):
-                found.extend(
+                operations.extend(
                     self._operation(dict(runs), dict(ones), where.grids, shift_masks, lead)
                 )
-        return found
+        return operations
 
     def _operation(
         self,
@@ -346,25 +346,25 @@ def _rectangles(
     images: Sequence[tuple[int, ...]], allowed: Bools | None
 ) -> list[tuple[list[int], list[int]]]:
     """Return positions with equal images as (positions, image)."""
-    found: dict[tuple[int, ...], list[int]] = {}
+    by_image: dict[tuple[int, ...], list[int]] = {}
     for position, image in enumerate(images):
         if image and (allowed is None or allowed[position]):
-            found.setdefault(image, []).append(position)
-    return [(old, list(new)) for new, old in found.items()]
+            by_image.setdefault(image, []).append(position)
+    return [(old, list(new)) for new, old in by_image.items()]
 
 
 def _runs(positions: Indexes) -> list[tuple[int, int, int]]:
     """Return ascending positions as arithmetic progressions: (start, length, step)."""
     steps = np.diff(positions)
     ends = [*(np.flatnonzero(steps[1:] != steps[:-1]) + 1).tolist(), len(steps)]
-    found: list[tuple[int, int, int]] = []
+    runs: list[tuple[int, int, int]] = []
     at = 0
     while at < len(positions):
         end = ends[bisect_right(ends, at, hi=len(ends) - 1)]
         step = int(steps[at]) if at < len(steps) else 1
-        found.append((int(positions[at]), end - at + 1, step))
+        runs.append((int(positions[at]), end - at + 1, step))
         at = end + 1
-    return found
+    return runs
 
 
 def _view(

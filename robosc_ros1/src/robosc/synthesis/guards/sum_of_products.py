@@ -65,14 +65,14 @@ class Diagrams:
         own = tuple(children)
         if not any(own):
             return NOTHING
-        found = self._numbers.get(own)
-        if found is None:
+        number = self._numbers.get(own)
+        if number is None:
             self._stored += len(own)
             if self._stored > _MOST_CHILDREN:
                 raise TooLarge("a guard reads too many values")
-            found = self._numbers[own] = len(self._children)
+            number = self._numbers[own] = len(self._children)
             self._children.append(own)
-        return found
+        return number
 
     def of_rows(self, rows: Indexes) -> int:
         """Return the set of combinations that are the rows of an array, distinct and sorted."""
@@ -109,23 +109,23 @@ class Diagrams:
         if not first:
             return second
         key = (first, second) if first < second else (second, first)
-        found = self._unions.get(key)
-        if found is None:
+        union = self._unions.get(key)
+        if union is None:
             pairs = zip(self._children[first], self._children[second], strict=True)
-            found = self._unions[key] = self.node([self.union(a, b) for a, b in pairs])
-        return found
+            union = self._unions[key] = self.node([self.union(a, b) for a, b in pairs])
+        return union
 
     def difference(self, first: int, second: int) -> int:
         if first == second or not first:
             return NOTHING
         if not second:
             return first
-        found = self._differences.get((first, second))
-        if found is None:
+        difference = self._differences.get((first, second))
+        if difference is None:
             pairs = zip(self._children[first], self._children[second], strict=True)
-            found = self.node([self.difference(a, b) for a, b in pairs])
-            self._differences[first, second] = found
-        return found
+            difference = self.node([self.difference(a, b) for a, b in pairs])
+            self._differences[first, second] = difference
+        return difference
 
     def complement(self, of: int) -> int:
         return self.difference(self._full[0], of)
@@ -150,10 +150,10 @@ class Diagrams:
         if upper == self._full[depth]:
             everything = tuple((full, full) for full in map(full_mask, self.sizes[depth:]))
             return ((everything, upper),), upper
-        found = self._sums.get((lower, upper))
-        if found is None:
-            found = self._sums[lower, upper] = self._new_sum(lower, upper, depth)
-        return found
+        sum_ = self._sums.get((lower, upper))
+        if sum_ is None:
+            sum_ = self._sums[lower, upper] = self._new_sum(lower, upper, depth)
+        return sum_
 
     def _new_sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[_Term, ...], int]:
         self._steps += self.sizes[depth]
@@ -163,8 +163,8 @@ class Diagrams:
         common = reduce(self._intersection, dict.fromkeys(high))
         needed: dict[_Term, int] = {}
         covered = [NOTHING] * len(low)
-        for (one, most), values in _groups(zip(low, high, strict=True)):
-            rest = self.difference(one, common)
+        for (inside, most), values in _groups(zip(low, high, strict=True)):
+            rest = self.difference(inside, common)
             if not rest:
                 continue
             terms, held = self._sum(rest, most, depth + 1)
@@ -173,16 +173,16 @@ class Diagrams:
             for value in values:
                 covered[value] = held
         left = NOTHING
-        for one, held in zip(low, covered, strict=True):
-            left = self.union(left, self.difference(one, held))
+        for inside, held in zip(low, covered, strict=True):
+            left = self.union(left, self.difference(inside, held))
         terms, held = self._sum(left, common, depth + 1)
         full = full_mask(self.sizes[depth])
-        found = [
+        products = [
             self._term((mask, self._free(high, term[1], mask)), term)
             for term, mask in needed.items()
         ]
-        found += [self._term((full, full), term) for term in terms]
-        return tuple(found), self.node([self.union(one, held) for one in covered])
+        products += [self._term((full, full), term) for term in terms]
+        return tuple(products), self.node([self.union(inside, held) for inside in covered])
 
     def _term(self, values: tuple[int, int], rest: _Term) -> _Term:
         """Return a product extended by the values of the variable before its first."""
@@ -203,12 +203,12 @@ class Diagrams:
             return True
         if not second:
             return False
-        found = self._within.get((first, second))
-        if found is None:
+        within = self._within.get((first, second))
+        if within is None:
             self._steps += 1
             pairs = {*zip(self._children[first], self._children[second], strict=True)}
-            found = self._within[first, second] = all(self._is_within(a, b) for a, b in pairs)
-        return found
+            within = self._within[first, second] = all(self._is_within(a, b) for a, b in pairs)
+        return within
 
 
 def full_mask(size: int) -> int:
@@ -220,7 +220,7 @@ def _groups(
     pairs: Iterable[tuple[int, int]],
 ) -> Iterator[tuple[tuple[int, int], list[int]]]:
     """Yield the distinct pairs of lower and upper sets, each with its values."""
-    found: dict[tuple[int, int], list[int]] = {}
+    groups: dict[tuple[int, int], list[int]] = {}
     for value, pair in enumerate(pairs):
-        found.setdefault(pair, []).append(value)
-    yield from found.items()
+        groups.setdefault(pair, []).append(value)
+    yield from groups.items()

@@ -111,20 +111,20 @@ class StateSets:
 
     @property
     def initial(self) -> Bdd:
-        found = self.manager.true
+        states = self.manager.true
         for index in reversed(self._order):
             starts = self.plant.variables[index].start_indexes
-            found = self._rows([index], [(start,) for start in starts]) & found
-        return found
+            states = self._rows([index], [(start,) for start in starts]) & states
+        return states
 
     @property
     def marked(self) -> Bdd:
-        found = self.manager.true
+        states = self.manager.true
         for index in reversed(self._order):
             marked = self.plant.variables[index].marked
             if marked is not None:
-                found = self._rows([index], [(value,) for value in marked]) & found
-        return found
+                states = self._rows([index], [(value,) for value in marked]) & states
+        return states
 
     def holds(self, expr: Expr) -> Bdd:
         """Return the states in which a condition holds."""
@@ -210,13 +210,13 @@ class StateSets:
         variables = self._sorted(read_by(self.plant, event))
         paths = values_read(e for automaton in event.automata for e in automaton.expressions)
         reads = [n for n, parameter in enumerate(event.parameters) if parameter.path in paths]
-        found = _Local(self._sorted(event.writes), reads, {})
+        local = _Local(self._sorted(event.writes), reads, {})
         for values in valuations(event):
-            if (read := found.read(values)) not in found.tables:
-                if self._size(variables) * (len(found.tables) + 1) > limits.VERIFIED_ROWS:
+            if (read := local.read(values)) not in local.tables:
+                if self._size(variables) * (len(local.tables) + 1) > limits.VERIFIED_ROWS:
                     raise self._too_many(variables)
-                found.tables[read] = self._table(event, variables, found.written, values)
-        return found
+                local.tables[read] = self._table(event, variables, local.written, values)
+        return local
 
     def _table(
         self, event: Event, variables: Sequence[int], written: Sequence[int], values: Values
@@ -292,18 +292,18 @@ class StateSets:
         )
 
     def _value(self, bits: Sequence[int], value: int) -> Bdd:
-        found = self.manager.true
+        equal = self.manager.true
         for place, bit in enumerate(reversed(bits)):
-            found = self.manager.literal(bit, bool(value >> place & 1)) & found
-        return found
+            equal = self.manager.literal(bit, bool(value >> place & 1)) & equal
+        return equal
 
     def _after(self, written: Sequence[int], effect: _Effect) -> Bdd:
-        found = self.manager.true
+        relation = self.manager.true
         for variable, value in zip(reversed(written), reversed(effect), strict=True):
             if value is not None:
-                found = self._value([bit + 1 for bit in self._bits[variable]], value) & found
+                relation = self._value([bit + 1 for bit in self._bits[variable]], value) & relation
                 continue
             for bit in reversed(self._bits[variable]):
                 now, after = (self.manager.literal(b, True) for b in (bit, bit + 1))
-                found = ~(now ^ after) & found
-        return found
+                relation = ~(now ^ after) & relation
+        return relation
