@@ -59,8 +59,9 @@ def _escaped(text: str, also: str = "") -> str:
     return text
 
 
-def _with_hint(found: Diagnostic) -> str:
-    return found.message if found.hint is None else f"{found.message}; {found.hint}"
+def _with_hint(diagnostic: Diagnostic) -> str:
+    message, hint = diagnostic.message, diagnostic.hint
+    return message if hint is None else f"{message}; {hint}"
 
 
 def sarif(found: Iterable[Diagnostic], version: str) -> Document:
@@ -193,20 +194,20 @@ def _python_for_catkin() -> str:
     return " -DPYTHON_EXECUTABLE=/usr/bin/python3" if installed else ""
 
 
-def verify_text(found: VerifyReport) -> str:
+def verify_text(verified: VerifyReport) -> str:
     """Each property with ``yes`` or ``no`` and, where it fails, how."""
-    size = f"{counted(found.states, 'state')}, {counted(found.transitions, 'transition')}"
-    lines = [f"{found.robot}: {size}"]
-    if found.method == "symbolic":
+    size = f"{counted(verified.states, 'state')}, {counted(verified.transitions, 'transition')}"
+    lines = [f"{verified.robot}: {size}"]
+    if verified.method == "symbolic":
         lines.append("too many states to visit one by one: verified with sets of states")
-    lines.append(f"shared with synthesis: {', '.join(found.shared)}")
-    for check in found.checks:
+    lines.append(f"shared with synthesis: {', '.join(verified.shared)}")
+    for check in verified.checks:
         lines.append(_property_text(check.name, check.holds))
         if check.detail:
             lines.append(f"    {check.detail}")
         if check.trace:
             lines.append(f"    trace: {trace_text(check.trace)}")
-    lines += [_property_text(name, holds) for name, holds in found.properties]
+    lines += [_property_text(name, holds) for name, holds in verified.properties]
     return "\n".join(lines) + "\n"
 
 

@@ -127,12 +127,12 @@ def _explain(args: Arguments) -> int:
     page = diagnostics_page()
     if page is None:
         raise UsageError("the page about diagnostics is missing: install robosc again")
-    found = section(page.read_text(encoding="utf-8"), args.code)
-    if found is None:
+    text = section(page.read_text(encoding="utf-8"), args.code)
+    if text is None:
         similar = get_close_matches(args.code, CODES, 1)
         hint = f"did you mean {similar[0]!r}?" if similar else "messages show it in brackets"
         raise UsageError(f"no diagnostic has the code {args.code!r}; {hint}")
-    print(found)
+    print(text)
     return 0
 
 
@@ -171,9 +171,9 @@ def _verify(args: Arguments) -> int:
     from robosc.synthesis.documents import step_document
     from robosc.synthesis.verify.findings import verify_document
 
-    found = pipeline.verify(_load(args), args.progress)
-    _show(args, lambda found: verify_document(found, step_document), report.verify_text, found)
-    return 0 if found.verified else 1
+    verified = pipeline.verify(_load(args), args.progress)
+    _show(args, lambda r: verify_document(r, step_document), report.verify_text, verified)
+    return 0 if verified.verified else 1
 
 
 def _generate(args: Arguments) -> int:
@@ -276,9 +276,9 @@ def _replay(args: Arguments) -> int:
         return _judge(args)
     if args.junit is not None or args.parameter or args.remap:
         raise UsageError("--junit, --parameter and --remap are for bags: .bag, .mcap, .db3")
-    found = replay(_supervise(args), args.log)
-    _show(args, replay_document, replay_text, found)
-    return found.exit_code
+    replayed = replay(_supervise(args), args.log)
+    _show(args, replay_document, replay_text, replayed)
+    return replayed.exit_code
 
 
 def _judge(args: Arguments) -> int:
@@ -287,12 +287,12 @@ def _judge(args: Arguments) -> int:
     from robosc.simulate.judgement_report import judgement_document, judgement_junit, judgement_text
 
     supervisor = _supervise(args, target_of(args.log))
-    found = judge(supervisor, Path(args.log), args.parameter, args.progress, args.remap)
+    judgement = judge(supervisor, Path(args.log), args.parameter, args.progress, args.remap)
     args.progress.clear()
     if args.junit is not None:
-        write_text(args.junit, judgement_junit(found))
-    _show(args, judgement_document, judgement_text, found)
-    return found.exit_code
+        write_text(args.junit, judgement_junit(judgement))
+    _show(args, judgement_document, judgement_text, judgement)
+    return judgement.exit_code
 
 
 def _lsp(args: Arguments) -> int:
@@ -356,13 +356,13 @@ def _options(args: Arguments, of_others: bool = False) -> pipeline.Options:
 
 
 def _show(
-    args: Arguments, document: Callable[[Any], Any], text: Callable[[Any], str], found: object
+    args: Arguments, document: Callable[[Any], Any], text: Callable[[Any], str], result: object
 ) -> None:
     """Print a result as JSON or as text."""
     if args.json:
-        _print_json(document(found))
+        _print_json(document(result))
     else:
-        print(text(found), end="")
+        print(text(result), end="")
 
 
 def _print_json(document: object) -> None:

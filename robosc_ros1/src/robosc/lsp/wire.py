@@ -50,21 +50,21 @@ def text_edit(edit: Edit, encoding: Encoding) -> types.TextEdit:
 
 
 def diagnostics_for(
-    source: Source, found: Iterable[Diagnostic], encoding: Encoding, page: str | None
+    source: Source, diagnostics: Iterable[Diagnostic], encoding: Encoding, page: str | None
 ) -> list[types.Diagnostic]:
     """Those that concern a text; a library's stand where it is imported.
 
     ``page`` is the address of the page that explains their codes.
     """
-    return [_diagnostic(source, diagnostic, encoding, page) for diagnostic in found]
+    return [_diagnostic(source, diagnostic, encoding, page) for diagnostic in diagnostics]
 
 
 def _diagnostic(
-    source: Source, found: Diagnostic, encoding: Encoding, page: str | None
+    source: Source, diagnostic: Diagnostic, encoding: Encoding, page: str | None
 ) -> types.Diagnostic:
-    message, span, notes = found.message, found.span, found.notes
-    if found.hint is not None:
-        message += f"\n{found.hint}"
+    message, span, notes = diagnostic.message, diagnostic.span, diagnostic.notes
+    if diagnostic.hint is not None:
+        message += f"\n{diagnostic.hint}"
     if span.source is not source:
         here = [n.span for n in notes if n.span is not None and n.span.source is source]
         notes = (Note("the fault is here", span), *notes)
@@ -77,13 +77,13 @@ def _diagnostic(
         if n.span is not None
     ]
     words = [message, *(n.message for n in notes if n.span is None)]
-    faded = found.code.startswith("unused") or found.code == "unreachable-state"
+    faded = diagnostic.code.startswith("unused") or diagnostic.code == "unreachable-state"
     return types.Diagnostic(
         range=range_(span, encoding),
         message="\n".join(words),
-        severity=_SEVERITY[found.severity],
-        code=found.code,
-        code_description=types.CodeDescription(f"{page}#{found.code}") if page else None,
+        severity=_SEVERITY[diagnostic.severity],
+        code=diagnostic.code,
+        code_description=types.CodeDescription(f"{page}#{diagnostic.code}") if page else None,
         source="robosc",
         tags=[types.DiagnosticTag.Unnecessary] if faded else None,
         related_information=related or None,
@@ -104,12 +104,12 @@ def document_symbol(entry: OutlineItem, encoding: Encoding) -> types.DocumentSym
     )
 
 
-def workspace_symbol(found: Found, encoding: Encoding) -> types.WorkspaceSymbol:
+def workspace_symbol(symbol: Found, encoding: Encoding) -> types.WorkspaceSymbol:
     return types.WorkspaceSymbol(
-        location=location(found.item.name, encoding),
-        name=found.item.label,
-        kind=types.SymbolKind[KINDS[found.item.kind].symbol],
-        container_name=found.inside or None,
+        location=location(symbol.item.name, encoding),
+        name=symbol.item.label,
+        kind=types.SymbolKind[KINDS[symbol.item.kind].symbol],
+        container_name=symbol.inside or None,
     )
 
 

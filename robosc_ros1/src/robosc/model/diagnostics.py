@@ -35,12 +35,12 @@ class Report:
         """Add and return a diagnostic with the severity that its code has in ``CODES``."""
         entry = CODES[code]
         severity = Severity.ERROR if self._strict and entry.strict else entry.severity
-        found = Diagnostic(severity, code, message, span, hint, tuple(notes))
-        self._keep(found)
-        return found
+        diagnostic = Diagnostic(severity, code, message, span, hint, tuple(notes))
+        self._keep(diagnostic)
+        return diagnostic
 
-    def _keep(self, found: Diagnostic) -> None:
-        self._items[found] = None
+    def _keep(self, diagnostic: Diagnostic) -> None:
+        self._items[diagnostic] = None
 
     def withdraw(self, found: Iterable[Diagnostic]) -> bool:
         """Remove diagnostics that only follow from another fault; whether there were any."""
@@ -63,27 +63,27 @@ class Report:
     def suggest(self, name: str, candidates: Iterable[str], what: str = "there are") -> Hint | None:
         """``did you mean 'x'?`` for the nearest candidate, else a list of up to eight, or None."""
         names = list(dict.fromkeys(candidates))
-        found = self.nearest(name, names)
-        if found is not None:
-            return meant(found)
+        nearest = self.nearest(name, names)
+        if nearest is not None:
+            return meant(nearest)
         if names and len(names) <= 8:
             return f"{what}: {first_of(names)}"
         return None
 
     def nearest(self, name: str, candidates: Sequence[str]) -> str | None:
         """The candidate that a name was probably meant to be; None if there is none."""
-        found = _same_but_for_case(name, candidates)
-        if found is None and self._searches < limits.SUGGESTIONS:
+        near = _same_but_for_case(name, candidates)
+        if near is None and self._searches < limits.SUGGESTIONS:
             self._searches += 1
-            found = next(iter(get_close_matches(name, candidates, 1, 0.6)), None)
-            found = found or _extension(name, candidates)
-        return found
+            near = next(iter(get_close_matches(name, candidates, 1, 0.6)), None)
+            near = near or _extension(name, candidates)
+        return near
 
 
 class Muted(Report):
     """A report that drops all diagnostics, for nodes whose faults were reported already."""
 
-    def _keep(self, found: Diagnostic) -> None:
+    def _keep(self, diagnostic: Diagnostic) -> None:
         return None
 
     def suggest(self, name: str, candidates: Iterable[str], what: str = "") -> Hint | None:
@@ -106,5 +106,5 @@ def _extension(name: str, names: Sequence[str]) -> str | None:
     """The only candidate that continues the name, or that the name continues."""
     if len(name) < 3:
         return None
-    found = [n for n in names if n.startswith(name) or (len(n) > 2 and name.startswith(n))]
-    return found[0] if len(found) == 1 else None
+    extended = [n for n in names if n.startswith(name) or (len(n) > 2 and name.startswith(n))]
+    return extended[0] if len(extended) == 1 else None

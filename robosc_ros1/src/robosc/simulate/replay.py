@@ -312,33 +312,35 @@ def _synchronises(controller: Controller, command: Command, *given: Any) -> bool
 # --- results -------------------------------------------------------------------------------------
 
 
-def replay_text(found: Replayed) -> str:
+def replay_text(replayed: Replayed) -> str:
     lines = [
         f"{d.file}:{d.line}: event {d.number}, {d.event}, leaves the model: {d.reason}"
-        for d in found.departures
+        for d in replayed.departures
     ]
-    lines += found.missing
-    verdict = "leaves the model" if found.departures else "follows the model"
-    if found.missing and not found.departures:
+    lines += replayed.missing
+    verdict = "leaves the model" if replayed.departures else "follows the model"
+    if replayed.missing and not replayed.departures:
         verdict += " as far as the log is complete"
-    mismatches = counted(found.mismatches, "mismatch", "es")
-    reported = f", {mismatches} reported" if found.mismatches else ""
-    size = f"{counted(found.runs, 'run')}, {counted(found.events, 'event')}"
-    if found.unchecked:
-        reported += f", {found.unchecked} with effects as logged (large values, see whole_values)"
-    lines.append(f"{found.robot}: {size}{reported}: {verdict}")
+    mismatches = counted(replayed.mismatches, "mismatch", "es")
+    reported = f", {mismatches} reported" if replayed.mismatches else ""
+    size = f"{counted(replayed.runs, 'run')}, {counted(replayed.events, 'event')}"
+    if replayed.unchecked:
+        reported += (
+            f", {replayed.unchecked} with effects as logged (large values, see whole_values)"
+        )
+    lines.append(f"{replayed.robot}: {size}{reported}: {verdict}")
     return "\n".join(lines) + "\n"
 
 
-def replay_document(found: Replayed) -> dict[str, Any]:
+def replay_document(replayed: Replayed) -> dict[str, Any]:
     """``replay --json``, version 1."""
     return {
         "version": 1,
-        "robot": found.robot,
-        "runs": found.runs,
-        "events": found.events,
-        "mismatches": found.mismatches,
-        "departures": [asdict(departure) for departure in found.departures],
-        "missing": list(found.missing),
-        "unchecked": found.unchecked,
+        "robot": replayed.robot,
+        "runs": replayed.runs,
+        "events": replayed.events,
+        "mismatches": replayed.mismatches,
+        "departures": [asdict(departure) for departure in replayed.departures],
+        "missing": list(replayed.missing),
+        "unchecked": replayed.unchecked,
     }

@@ -41,25 +41,25 @@ class _Member:
     text: str
 
 
-def with_conflicts(found: Supervisor, states: int, solve: Solve) -> Supervisor:
+def with_conflicts(supervisor: Supervisor, states: int, solve: Solve) -> Supervisor:
     """Return the supervisor with what conflicts in its explanations, and as notes.
 
     ``states`` are those of the plant's independent parts together. A plant for which looking for
     conflicts would take long is left as it is.
     """
-    explanations = found.explanations
-    asked = [n for n, e in enumerate(explanations) if _is_asked_for(found, e)]
-    members = list(_members(found.plant))
-    work = states + limits.CONFLICT_EVENT * len(found.plant.events)
+    explanations = supervisor.explanations
+    asked = [n for n, e in enumerate(explanations) if _is_asked_for(supervisor, e)]
+    members = list(_members(supervisor.plant))
+    work = states + limits.CONFLICT_EVENT * len(supervisor.plant.events)
     if not members or len(asked) * len(members) * work > limits.CONFLICT_WORK:
-        return found
-    finder = _Finder(found.plant, members, solve)
+        return supervisor
+    finder = _Finder(supervisor.plant, members, solve)
     new = {n: finder.explained(explanations[n]) for n in asked}
     told = [(explanations[n].diagnostic, e.diagnostic.notes) for n, e in new.items()]
     return replace(
-        found,
+        supervisor,
         explanations=tuple(new.get(n, e) for n, e in enumerate(explanations)),
-        diagnostics=tuple(_with_notes(diagnostic, told) for diagnostic in found.diagnostics),
+        diagnostics=tuple(_with_notes(diagnostic, told) for diagnostic in supervisor.diagnostics),
     )
 
 
@@ -77,9 +77,9 @@ def _with_notes(
     return diagnostic
 
 
-def _is_asked_for(found: Supervisor, explanation: Explanation) -> bool:
+def _is_asked_for(supervisor: Supervisor, explanation: Explanation) -> bool:
     if explanation.event is None:
-        return found.empty
+        return supervisor.empty
     is_request = explanation.event.kind is EventKind.REQUEST and not explanation.event.known
     return is_request and explanation.diagnostic.code == "never-allowed"
 
@@ -96,12 +96,12 @@ class _Finder:
             allowed = self.allowed(kept)
             return allowed is None or (event is not None and event.identity not in allowed)
 
-        found = [self.members[number] for number in self._conflict(fails)]
+        members = [self.members[number] for number in self._conflict(fails)]
         diagnostic = explanation.diagnostic
-        notes = (*diagnostic.notes, *_notes(explanation, found))
+        notes = (*diagnostic.notes, *_notes(explanation, members))
         return replace(
             explanation,
-            conflict=tuple((member.text, member.span) for member in found),
+            conflict=tuple((member.text, member.span) for member in members),
             diagnostic=replace(diagnostic, notes=notes),
         )
 
@@ -114,9 +114,9 @@ class _Finder:
         """
         errors = frozenset(n for n, member in enumerate(self.members) if member.kind == "error")
         others = [n for n in range(len(self.members)) if n not in errors]
-        found = frozenset(smallest_conflict(others, lambda kept: fails(kept | errors)))
-        needed = (error for error in errors if not fails(found | (errors - {error})))
-        return sorted(found.union(needed))
+        conflicting = frozenset(smallest_conflict(others, lambda kept: fails(kept | errors)))
+        needed = (error for error in errors if not fails(conflicting | (errors - {error})))
+        return sorted(conflicting.union(needed))
 
 
 def _members(plant: Plant) -> Iterator[_Member]:
@@ -139,9 +139,11 @@ def _only(plant: Plant, members: Sequence[_Member]) -> Plant:
         requirements=_kept("requirement", robot.requirements, kept),
         goals=_kept("goal", robot.goals, kept),
     )
-    found = lower(select_state_variables(fewer, Muted()))
-    events = (e for e in found.events if e.kind is not EventKind.ERROR or ("error", e.key) in kept)
-    return replace(found, events=tuple(events))
+    lowered = lower(select_state_variables(fewer, Muted()))
+    events = (
+        e for e in lowered.events if e.kind is not EventKind.ERROR or ("error", e.key) in kept
+    )
+    return replace(lowered, events=tuple(events))
 
 
 def _kept(kind: str, items: Sequence[_Item], kept: set[tuple[str, int | str]]) -> tuple[_Item, ...]:

@@ -48,10 +48,10 @@ class KnownTypes:
     @property
     def all_libraries(self) -> dict[str, KnownTypes]:
         """The libraries that are imported, directly or through others, by name."""
-        found = dict(self.libraries)
+        libraries = dict(self.libraries)
         for table in self.libraries.values():
-            found.update(table.all_libraries)
-        return found
+            libraries.update(table.all_libraries)
+        return libraries
 
     def enum(self, name: str) -> EnumType | None:
         """The shell of an enum, by name."""
@@ -72,8 +72,8 @@ class KnownTypes:
     def has_constant(self, interface: str, name: str) -> bool:
         """Whether the definition of an interface has a constant."""
         node = self.scope.interfaces[interface]
-        found = self.type_declarations.ros.constants(node.package.text, node.type.text)
-        return not isinstance(found, Missing) and name in found
+        constants = self.type_declarations.ros.constants(node.package.text, node.type.text)
+        return not isinstance(constants, Missing) and name in constants
 
     def interface_constant(self, access: Access, member: Name) -> Literal | None:
         """``interface.NAME``: a constant of its definition; None after an error."""
@@ -89,21 +89,21 @@ class KnownTypes:
         return self._ros_constant(package, type_, member, span)
 
     def _ros_constant(self, package: Name, type_: Name, member: Name, span: Span) -> Literal | None:
-        found = self.type_declarations.ros.constants(package.text, type_.text)
-        if isinstance(found, Missing):
+        constants = self.type_declarations.ros.constants(package.text, type_.text)
+        if isinstance(constants, Missing):
             node = RosTypeNode(package, type_, span=span)
-            self._missing.of_interface(found, node, "message, service or action")
+            self._missing.of_interface(constants, node, "message, service or action")
             return None
         name = f"{package.text}/{type_.text}"
-        if member.text not in found:
+        if member.text not in constants:
             self._report.add(
                 "unknown-member",
                 member.span,
                 f"{name} has no constant '{member.text}'",
-                self._report.suggest(member.text, found, "its constants"),
+                self._report.suggest(member.text, constants, "its constants"),
             )
             return None
-        value = found[member.text]
+        value = constants[member.text]
         detail = f"{value!r}, a constant of {name}"
         symbol = Symbol(SymbolKind.ROS_CONSTANT, member.text, name, detail=detail)
         self.scope.names.note(member, symbol)
@@ -138,15 +138,15 @@ class KnownTypes:
         """The enum, of this file or a library, that is called as a function; None otherwise."""
         match function.path:
             case ():
-                found = self._types.get(function.root.text)
-                if isinstance(found, EnumType):
-                    self.scope.used_datatypes.add(found.name)
-                    self.scope.names.use(function.root, self.scope.datatypes.get(found.name))
+                enum = self._types.get(function.root.text)
+                if isinstance(enum, EnumType):
+                    self.scope.used_datatypes.add(enum.name)
+                    self.scope.names.use(function.root, self.scope.datatypes.get(enum.name))
             case (Name(text=name),) if function.root.text in self.libraries:
-                found = self.libraries[function.root.text].known(name)
+                enum = self.libraries[function.root.text].known(name)
             case _:
                 return None
-        return found if isinstance(found, EnumType) else None
+        return enum if isinstance(enum, EnumType) else None
 
     def full(self, shell: EnumType) -> EnumType:
         """The enum with its rules; the shell itself if they are not resolved yet."""

@@ -110,41 +110,41 @@ class Typer:
     def _typed(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
         match node:
             case Access() if node.root.text in self._bound and not node.root.escaped:
-                found = self._element(node)
+                typed = self._element(node)
             case Access() if node.root.text in self._arguments and not node.root.escaped:
-                found = self._parts.of_argument(node, self._arguments[node.root.text])
+                typed = self._parts.of_argument(node, self._arguments[node.root.text])
             case Access() if not is_value(node):
                 whole = self._meanings.whole_of(node)
                 if whole is None:
                     return self._choose(node, expected, place)
-                found = self._parts.of_named(node, *whole)
+                typed = self._parts.of_named(node, *whole)
             case Access():
-                found = self._value(node)
+                typed = self._value(node)
             case LiteralNode():
-                found = Literal(node.value, type_of(node.value), node.span)
+                typed = Literal(node.value, type_of(node.value), node.span)
             case UnaryNode() | DurationNode() if isinstance(expected.type, DurationType) and (
                 duration := signed_duration(node)
             ):
-                found = typed_duration(duration, self._report)
+                typed = typed_duration(duration, self._report)
             case UnaryNode():
-                found = self._unary(node)
+                typed = self._unary(node)
             case BinaryNode():
-                found = self._binary(node, expected)
+                typed = self._binary(node, expected)
             case CallNode():
-                found = self._call(node)
+                typed = self._call(node)
             case InNode():
-                found = function_calls.typed_membership(node, self.check, self._report)
+                typed = function_calls.typed_membership(node, self.check, self._report)
             case ElementNode():
-                found = function_calls.typed_element(node, self.check)
+                typed = function_calls.typed_element(node, self.check)
             case MemberNode():
                 whole_node = self.check(node.object, ANY, "'.'")
-                found = None if whole_node is None else self._parts.of_computed(node, whole_node)
+                typed = None if whole_node is None else self._parts.of_computed(node, whole_node)
             case SliceNode():
-                found = function_calls.typed_section(node, self.check)
+                typed = function_calls.typed_section(node, self.check)
             case AggregateNode():
-                found = self._aggregates.typed(node)
+                typed = self._aggregates.typed(node)
             case ArrayNode() if expected == needs_of(Operand.ARRAY):
-                found = function_calls.typed_list(node, self.check, self._report)
+                typed = function_calls.typed_list(node, self.check, self._report)
             case ArrayNode() | DurationNode():
                 what = "an array" if isinstance(node, ArrayNode) else "a duration"
                 self._report.add(
@@ -156,10 +156,10 @@ class Typer:
                 return None
             case _:
                 raise AssertionError(f"{type(node).__name__} has no meaning yet")
-        if found is not None and not expected.accepts(found.type):
-            self._mismatch(node, found.type, expected, place)
+        if typed is not None and not expected.accepts(typed.type):
+            self._mismatch(node, typed.type, expected, place)
             return None
-        return found
+        return typed
 
     def made(self, node: AggregateNode, element: Callable[[], Expr | None]) -> Expr | None:
         """An array in data; ``element`` types what it is made of. None after a reported error."""

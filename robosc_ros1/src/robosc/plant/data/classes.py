@@ -42,10 +42,10 @@ class ClassCondition:
 
     def of(self, left: Expr, right: Expr | None = None) -> Expr:
         """Return the condition on ``left``, compared with ``right`` or with the constants."""
-        found = disjunction(
+        equal = disjunction(
             conjunction(_comparison(left, right, one) for one in part) for part in self.alternatives
         )
-        return negation(found) if self.negated else found
+        return negation(equal) if self.negated else equal
 
 
 def _comparison(left: Expr, right: Expr | None, one: Comparison) -> Expr:
@@ -131,18 +131,18 @@ class Classes(Sequence[Any]):
         if isinstance(self.type, StringType):
             return self._equalities(must, may)
         last = len(self._regions) - 1
-        found = []
+        conditions = []
         if isinstance(self.type, DoubleType):  # the last region is NaN
             count, is_needed, is_free = last, last in must, last in may
         else:
             count, is_needed, is_free = last + 1, False, True
         if not is_needed:
             runs = self._runs(intervals(must, may - {count}), is_free)
-            found.append(ClassCondition(runs, False))
+            conditions.append(ClassCondition(runs, False))
         if is_free:
             runs = self._runs(_between(must, may, count), not is_needed)
-            found.append(_turned(runs, self.type))
-        return min(found, key=lambda c: c.length)
+            conditions.append(_turned(runs, self.type))
+        return min(conditions, key=lambda c: c.length)
 
     def label(self, index: int, term: Expr, text: Callable[[Expr], str]) -> str:
         """Return the condition on the term that defines a class, as text."""
@@ -168,10 +168,10 @@ class Classes(Sequence[Any]):
         """The nonempty regions between and at the constants, ascending, NaN last."""
         if isinstance(self.type, StringType):
             return tuple(_strings(self._constants))
-        found = list(_numbers(self._constants, isinstance(self.type, DoubleType)))
+        regions = list(_numbers(self._constants, isinstance(self.type, DoubleType)))
         if isinstance(self.type, DoubleType):
-            found.append(_Region(_NAN, None, None))
-        return tuple(found)
+            regions.append(_Region(_NAN, None, None))
+        return tuple(regions)
 
     def _key(self, value: Any) -> _Key:
         """Equal for two values if all comparisons have the same results for them, and only then.
@@ -217,10 +217,10 @@ class Classes(Sequence[Any]):
     @cached_property
     def _by_key(self) -> dict[_Key, list[int]]:
         """For each class its regions: those with equal results of all comparisons."""
-        found: dict[_Key, list[int]] = {}
+        by_key: dict[_Key, list[int]] = {}
         for number, region in enumerate(self._regions):
-            found.setdefault(self._key(region.representative), []).append(number)
-        return found
+            by_key.setdefault(self._key(region.representative), []).append(number)
+        return by_key
 
     @cached_property
     def _members(self) -> tuple[list[int], ...]:
@@ -239,10 +239,10 @@ class Classes(Sequence[Any]):
         return {region for number in classes for region in self._members[number]}
 
     def _runs(
-        self, found: Iterable[tuple[int, int]], nan: bool
+        self, pairs: Iterable[tuple[int, int]], nan: bool
     ) -> tuple[tuple[Comparison, ...], ...]:
         """Return runs of regions as comparisons; a run of all has none."""
-        return tuple(run for low, high in found for run in self._run(low, high, nan))
+        return tuple(run for low, high in pairs for run in self._run(low, high, nan))
 
     def _run(self, low: int, high: int, nan: bool) -> Iterator[tuple[Comparison, ...]]:
         """Yield the condition of a run of regions; ``nan``: it may hold for NaN."""
@@ -332,8 +332,8 @@ def _above(constant: int | float | None) -> Comparison | None:
 def _exactly(constant: int | float, double: bool) -> int | float | None:
     """Return the constant as a value of the type; None if the type cannot represent it."""
     if double:
-        found = _as_double(constant)
-        return found if found == constant else None
+        number = _as_double(constant)
+        return number if number == constant else None
     if isinstance(constant, int):
         return constant
     return int(constant) if constant.is_integer() else None
@@ -359,9 +359,9 @@ def _double_between(low: int | float | None, high: int | float | None) -> float 
     least: tuple[float, ...] = (
         (-math.inf,) if low is None else (start, math.nextafter(start, math.inf))
     )
-    for found in (*candidates, *least, end):
-        if (low is None or low < found) and (high is None or found < high):
-            return found
+    for double in (*candidates, *least, end):
+        if (low is None or low < double) and (high is None or double < high):
+            return double
     return None
 
 

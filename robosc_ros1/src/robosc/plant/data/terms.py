@@ -97,7 +97,7 @@ def compared_in_rules(expr: Convert) -> list[tuple[str, Expr]] | None:
     """
     if not isinstance(expr.argument, VariableRef | ValueRef) or not expr.type.rules:
         return None
-    found: list[tuple[str, Expr]] = []
+    comparisons: list[tuple[str, Expr]] = []
     work: list[Expr] = [condition_of(rule) for rule in expr.type.rules]
     while work:
         match work.pop():
@@ -110,10 +110,10 @@ def compared_in_rules(expr: Convert) -> list[tuple[str, Expr]] | None:
                     case operator, ValueRef(path=()) as value, constant if (
                         domain(value.type) is None
                     ):
-                        found.append((operator, constant))
+                        comparisons.append((operator, constant))
                     case _:
                         return None
-    return found
+    return comparisons
 
 
 def compared_with_constant(expr: Expr) -> tuple[str, Expr, Expr] | None:
@@ -149,16 +149,16 @@ def value_of(test: TestRef, lookup: Callable[[Leaf], Value | None]) -> Value:
 
 def type_of_part(type_: Type, path: tuple[str | int, ...]) -> Type | None:
     """Return the type of a part of a received value."""
-    found: Type | None = type_
+    part: Type | None = type_
     for step in path:
-        match found:
+        match part:
             case ArrayType(element=element) if isinstance(step, int):
-                found = element
+                part = element
             case ObjectType() if isinstance(step, str):
-                found = found.property(step)
+                part = part.property(step)
             case _:
                 return None
-    return found
+    return part
 
 
 def sides_of(expr: Expr) -> tuple[Expr, ...]:

@@ -122,11 +122,11 @@ class Manager:
         self._literals: dict[tuple[int, bool], Bdd] = {}
 
     def literal(self, variable: int, positive: bool) -> Bdd:
-        found = self._literals.get((variable, positive))
-        if found is None:
+        literal = self._literals.get((variable, positive))
+        if literal is None:
             make = self._manager.var if positive else self._manager.not_var
-            found = self._literals[variable, positive] = make(variable)
-        return found
+            literal = self._literals[variable, positive] = make(variable)
+        return literal
 
     def cube(self, variables: Iterable[int]) -> Bdd:
         """Return the conjunction of variables, which represents the set to quantify over."""
@@ -145,17 +145,17 @@ class Manager:
 
     def exists(self, states: Any, cube: Bdd) -> Bdd:
         """Return a set with the variables of ``cube`` quantified existentially."""
-        found: Bdd = states.exists(cube)
-        return found
+        projected: Bdd = states.exists(cube)
+        return projected
 
     def and_exists(self, first: Any, second: Bdd, cube: Bdd) -> Bdd:
         """Return the relational product: the conjunction with ``cube`` quantified existentially."""
         try:
-            found: Bdd = first.apply_exists(self._and, second, cube)
+            projected: Bdd = first.apply_exists(self._and, second, cube)
         except TypeError:
             # The library looks up the operator in Python, and loses what a signal raises there.
             raise lost_error() from None
-        return found
+        return projected
 
     def renaming(self, pairs: Sequence[tuple[int, int]]) -> Renaming:
         """Return the substitution of each first variable by the second."""
@@ -164,8 +164,8 @@ class Manager:
         )
 
     def rename(self, states: Any, renaming: Renaming) -> Bdd:
-        found: Bdd = states.substitute(renaming)
-        return found
+        renamed: Bdd = states.substitute(renaming)
+        return renamed
 
     def count(self, states: Any, free: int) -> int:
         """Return the number of assignments, ignoring ``free`` variables that it does not read."""
@@ -174,24 +174,24 @@ class Manager:
 
     def contains(self, states: Any, assignment: Sequence[tuple[int, bool]]) -> bool:
         """Whether a set holds for an assignment of all variables that it reads."""
-        found: bool = states.eval(assignment)
-        return found
+        contained: bool = states.eval(assignment)
+        return contained
 
     def pick(self, states: Any) -> Sequence[bool | None]:
         """Return one assignment of a set that is not empty; None where a variable may be either."""
-        found: Sequence[bool | None] = states.pick_cube()
-        return found
+        assignment: Sequence[bool | None] = states.pick_cube()
+        return assignment
 
     def size(self, states: Any) -> int:
         """Return the number of nodes of a diagram."""
-        found: int = states.node_count()
-        return found
+        nodes: int = states.node_count()
+        return nodes
 
     @property
     def nodes(self) -> int:
         """Nodes in use, garbage included."""
-        found: int = self._manager.approx_num_inner_nodes()
-        return found
+        nodes: int = self._manager.approx_num_inner_nodes()
+        return nodes
 
     def make_room(self) -> None:
         """Collect garbage if more than half of the nodes are in use."""

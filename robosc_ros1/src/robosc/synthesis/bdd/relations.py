@@ -107,19 +107,19 @@ class Relations:
     def image(self, disjunct: Disjunct, states: Bdd) -> Bdd:
         """Return the image of ``states`` under a disjunct."""
         manager = self.manager
-        found = manager.and_exists(states, disjunct.relation, disjunct.written)
+        states_after = manager.and_exists(states, disjunct.relation, disjunct.written)
         if disjunct.forward is not None:
-            found = manager.rename(found, disjunct.forward)
-        return found & disjunct.target
+            states_after = manager.rename(states_after, disjunct.forward)
+        return states_after & disjunct.target
 
     def preimage(self, disjunct: Disjunct, states: Bdd) -> Bdd:
         """Return the preimage of ``states`` under a disjunct."""
         manager = self.manager
-        found = manager.and_exists(states, disjunct.target, disjunct.fixed)
+        states_before = manager.and_exists(states, disjunct.target, disjunct.fixed)
         if disjunct.backward is None:
-            return found & disjunct.relation
-        found = manager.rename(found, disjunct.backward)
-        return manager.and_exists(found, disjunct.relation, disjunct.after)
+            return states_before & disjunct.relation
+        states_before = manager.rename(states_before, disjunct.backward)
+        return manager.and_exists(states_before, disjunct.relation, disjunct.after)
 
     # --- compilation
 
@@ -221,14 +221,14 @@ class Relations:
         Of several assignments to one state variable the last defined one counts, but a value
         outside the range is an error in any of them, so it is kept.
         """
-        found: dict[int, Partition] = {}
+        assigned: dict[int, Partition] = {}
         for variable, expr in edge.updates:
             partition = self.encoding.partition(expr, event)
-            if variable in found:
+            if variable in assigned:
                 values = self.encoding.plant.variables[variable].values
-                partition = self._assigned_twice(found[variable], partition, values)
-            found[variable] = partition
-        return found
+                partition = self._assigned_twice(assigned[variable], partition, values)
+            assigned[variable] = partition
+        return assigned
 
     def _assigned_twice(
         self, first: Partition, second: Partition, values: Sequence[Value]
@@ -246,12 +246,12 @@ class Relations:
 
     def _merge(self, cases: Iterable[_Case]) -> list[_Case]:
         """Join cases with the same effect; drop those that never happen."""
-        found: dict[tuple[frozenset[tuple[int, int]], frozenset[int]], list[Bdd]] = {}
+        merged: dict[tuple[frozenset[tuple[int, int]], frozenset[int]], list[Bdd]] = {}
         for case in cases:
             # Of two assignments to one state variable the later one counts.
             constants = frozenset(dict(case.constants).items())
-            found.setdefault((constants, case.moved), []).append(case.relation)
-        united = [(effect, self.manager.union(sets)) for effect, sets in found.items()]
+            merged.setdefault((constants, case.moved), []).append(case.relation)
+        united = [(effect, self.manager.union(sets)) for effect, sets in merged.items()]
         return [
             _Case(states, tuple(sorted(constants)), moved)
             for (constants, moved), states in united

@@ -71,20 +71,20 @@ class _Saturation:
         stack: list[Generator[_Part, Bdd, Bdd]] = []
         part: _Part = (states, within, 0)
         while True:
-            found = self._at_hand(part)
-            if found is None:
+            closure = self._at_hand(part)
+            if closure is None:
                 stack.append(self._saturate(*part))
                 part = next(stack[-1])
                 continue
             while True:
                 if not stack:
-                    return found
+                    return closure
                 try:
-                    part = stack[-1].send(found)
+                    part = stack[-1].send(closure)
                     break
                 except StopIteration as end:
                     stack.pop()
-                    found = end.value
+                    closure = end.value
 
     def _at_hand(self, part: _Part) -> Bdd | None:
         states, within, first = part
@@ -97,31 +97,31 @@ class _Saturation:
         """Return the fixpoint of a part; yield the parts of it whose fixpoints are needed."""
         of, bound = _level(states), _level(within)
         level = min(of, bound)
-        found: Bdd
+        closure: Bdd
         if level < self._tops[first]:
             highs, lows = states.cofactors() if of == level else (states, states)
             high, low = within.cofactors() if bound == level else (within, within)
             high = yield highs, high, first
             low = yield lows, low, first
             variable: Any = self._manager.literal(level, True)
-            found = self._attempt(lambda: variable.ite(high, low))
+            closure = self._attempt(lambda: variable.ite(high, low))
         else:
-            found, below = states, self._below[first]
+            closure, below = states, self._below[first]
             while True:
-                before = found
-                found = yield found, within, below
+                before = closure
+                closure = yield closure, within, below
                 for relation in self._relations[first:below]:
-                    found = self._attempt(
-                        lambda f=found, r=relation: f | (self._step(r, f) & within)  # type: ignore[misc]
+                    closure = self._attempt(
+                        lambda f=closure, r=relation: f | (self._step(r, f) & within)  # type: ignore[misc]
                     )
-                if found == before:
+                if closure == before:
                     break
             if len(self._known) > _MOST_KNOWN:
                 self._known.clear()
-            self._known[found, within, first] = found
-            self._report(found, self._tops[first])
-        self._known[states, within, first] = found
-        return found
+            self._known[closure, within, first] = closure
+            self._report(closure, self._tops[first])
+        self._known[states, within, first] = closure
+        return closure
 
     def _attempt(self, operation: Callable[[], Bdd]) -> Bdd:
         """Return an operation's result. What is known of parts is given up for the memory."""

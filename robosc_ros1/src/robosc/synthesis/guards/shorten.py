@@ -109,29 +109,29 @@ def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
 def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
     rank = _variable_order(plant, event)
     candidates = chain(_counts(plant, event), _comparisons(plant, event))
-    found = [one for one in candidates if care_set.separates(one)][:1]
-    if found and care_set.size > _SMALL:
-        return found[0]
+    conditions = [one for one in candidates if care_set.separates(one)][:1]
+    if conditions and care_set.size > _SMALL:
+        return conditions[0]
     left = _pruned(care_set, rank)
     if left.size <= _SMALL or (len(left.parts) < 3 and left.size <= _LARGE):
-        found += _attempt(left, rank)
-        if (short := _short(found)) is not None:
+        conditions += _attempt(left, rank)
+        if (short := _short(conditions)) is not None:
             return short
     counts = _counts(plant, event, lasting=True)
     beside = [_beside(plant, event, care_set, count, rank) for count in counts]
-    found += [one for one in beside if one is not None]
-    if (short := _short(found)) is not None:
+    conditions += [one for one in beside if one is not None]
+    if (short := _short(conditions)) is not None:
         return short
     demanded = _demanded(plant, event, care_set)
     if demanded is not None:
-        found.append(demanded)
+        conditions.append(demanded)
         if _length(demanded) <= _LONG:
-            return min(found, key=_length)
-    if not found:
-        found = _attempt(left, rank)
-    if not found:
+            return min(conditions, key=_length)
+    if not conditions:
+        conditions = _attempt(left, rank)
+    if not conditions:
         raise TooLarge(f"the guard of {event.name} would be too long")
-    return min(found, key=_length)
+    return min(conditions, key=_length)
 
 
 def _counts(plant: Plant, event: Event, lasting: bool = False) -> Iterator[Expr]:
@@ -229,11 +229,11 @@ def _variable_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, b
     return rank
 
 
-def _short(found: Sequence[Expr]) -> Expr | None:
+def _short(conditions: Sequence[Expr]) -> Expr | None:
     """Return the shortest if it is not long; each length is computed once, since it takes time."""
-    lengths = [*map(_length, found)]
+    lengths = [*map(_length, conditions)]
     shortest = min(lengths, default=_LONG + 1)
-    return None if shortest > _LONG else found[lengths.index(shortest)]
+    return None if shortest > _LONG else conditions[lengths.index(shortest)]
 
 
 def _length(expr: Expr) -> int:

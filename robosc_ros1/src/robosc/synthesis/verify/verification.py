@@ -61,19 +61,19 @@ def verify(
             of processor time.
     """
     with processor_time(seconds, progress, "verification stops after {:g} s") as limited:
-        found = _findings(supervisor, limit, limited)
+        findings = _findings(supervisor, limit, limited)
     name, controllable = supervisor.plant.robot.name, _check_controllable(supervisor)
     if supervisor.empty:
-        counts = _check_counts(supervisor, 0, 0, found.plant_states)
-        checks = (controllable, _check_empty(found.keeps_initial), *counts)
-        return VerifyReport(name, checks, 0, 0, method=found.method)
-    figures = found.states, found.transitions
-    if not found.safe.holds:
-        return VerifyReport(name, (found.safe, controllable), *figures, method=found.method)
-    counts = _check_counts(supervisor, *figures, found.plant_states)
-    reaching = found.nonblocking, *found.possible
-    checks = (found.safe, controllable, *reaching, found.permissive, *counts)
-    return VerifyReport(name, checks, *figures, supervisor.properties, found.method)
+        counts = _check_counts(supervisor, 0, 0, findings.plant_states)
+        checks = (controllable, _check_empty(findings.keeps_initial), *counts)
+        return VerifyReport(name, checks, 0, 0, method=findings.method)
+    figures = findings.states, findings.transitions
+    if not findings.safe.holds:
+        return VerifyReport(name, (findings.safe, controllable), *figures, method=findings.method)
+    counts = _check_counts(supervisor, *figures, findings.plant_states)
+    reaching = findings.nonblocking, *findings.possible
+    checks = (findings.safe, controllable, *reaching, findings.permissive, *counts)
+    return VerifyReport(name, checks, *figures, supervisor.properties, findings.method)
 
 
 def _findings(supervisor: Supervisor, limit: int, progress: Progress) -> Findings:
@@ -113,6 +113,7 @@ def _check_counts(
     ]
     if plant_states is not None:
         figures.append(("plant states", supervisor.plant_states, plant_states))
-    for name, claimed, found in figures:
-        detail = None if claimed == found else f"the supervisor has {claimed}, the search {found}"
-        yield Check(name, claimed == found, detail)
+    for name, claimed, counted in figures:
+        agree = claimed == counted
+        detail = None if agree else f"the supervisor has {claimed}, the search {counted}"
+        yield Check(name, agree, detail)
