@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 import pytest
-from emit.generated_code import controller_source, supervisor_of
+from emit.generated_code import controller_class, controller_source, supervisor_of
 
 from robosc.emit.controller import folding
 from robosc.runtime.model import Controller
@@ -85,6 +85,19 @@ robot Docks {
 """
 """The fifth dock has a requirement of its own, the sixth concerns the yard, the first cart has none
 before it."""
+
+
+CODE_AS_TEXT = """
+robot Line {
+    component Station[1..3] {
+        incoming message serve with type: none
+        incoming message say with identifier: "/say_{index}", type: string
+        behaviour { initial marked state idle {} }
+    }
+    for i in 1..3 { requirement Station[i].serve needs Station[i].idle }
+    provide Station[2].say with "self.requirement_1()"
+}
+"""
 
 
 STATION = """
@@ -205,6 +218,13 @@ def test_copies_that_differ_stay_as_they_are(sources: tuple[str, str]) -> None:
     assert "state[CART_I_MINUS_1_NEAR]" in sources[0]
 
 
+def test_what_a_string_says_is_no_call() -> None:
+    controller, context = controller_class(supervisor_of(CODE_AS_TEXT))
+    assert not context.requirements  # the first one has no method
+    (command,) = (c for c in controller.COMMANDS if c.key == "Station[2].say")
+    assert command.data(controller()) == {"data": "self.requirement_1()"}
+
+
 def test_more_copies_are_no_more_code() -> None:
     lines = [
         len(controller_source(supervisor_of(STATION.format(count=count))).splitlines())
@@ -247,7 +267,7 @@ def test_patterns_as_python() -> None:
         "    def can_⟦1:0⟧(self):\n"
         '        """Return whether S[⟦1:0⟧] may (m.rscd:3)."""\n'
         "        # requirement S[i].go needs S[i-1].on (i = ⟦1:0⟧)  (m.rscd:4)\n"
-        "        x_⟦1:0⟧ = self.s_⟦1:-1⟧ and self.requirement_⟦2:1⟧() and self.other\n"
+        "        x_⟦1:0⟧ = self.s_⟦1:-1⟧ and self.other\n"
         '        return {"{a}": "S[⟦1:0⟧]", "b": ⟦1:0⟧, "c": 2 * ⟦1:1⟧, "d": "{"}\n'
     )
     body, names = folding.in_function(text)
@@ -257,6 +277,6 @@ def test_patterns_as_python() -> None:
         '        """Return whether S[i] may (m.rscd:3)."""\n'
         "        state = self.__dict__\n"
         "        # requirement S[i].go needs S[i-1].on  (m.rscd:4)\n"
-        "        x_i = state[S_I_MINUS_1] and self.REQUIREMENTS[2 * i].holds(self) and self.other\n"
+        "        x_i = state[S_I_MINUS_1] and self.other\n"
         '        return {"{a}": f"S[{i}]", "b": i, "c": 2 * (i + 1), "d": "{"}\n'
     )

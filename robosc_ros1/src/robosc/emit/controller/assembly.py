@@ -98,8 +98,7 @@ class _Builder:
         self.attributes = attributes_of(self.robot, self.enums, self.part_names, self.names)
         self.reactions = Reactions(self.plant, self.attributes)
         self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
-        methods = {number: r.method for number, r in enumerate(self.requirements)}
-        self.guards = GuardTexts(supervisor, self.attributes, methods)
+        self.guards = GuardTexts(supervisor, self.attributes)
         self.shown: list[Expr] = []
         """The conditions in guards, with the names of their parts."""
 
@@ -285,7 +284,9 @@ class _Builder:
             corrector_body=corrections,
             guard=self.names.take(f"can_{kind}_{word}"),
             guard_notes=text.notes,
-            guard_text=text.code.text,
+            guard_calls=text.calls,
+            guard_operator=text.operator,
+            guard_rest=text.rest.text,
             synchronisation=(
                 self.names.take(f"synchronises_{kind}_of_{word}") if synchronisation else None
             ),
@@ -296,7 +297,7 @@ class _Builder:
             data_body=data,
             applier=self.names.take(f"{kind}_{word}") if changes else None,
             reaction=reaction,
-            reads=_read_by([text.code, synchronisation]),
+            reads=_read_by([text.rest, synchronisation], text.read),
             requirements=event.requirements,
             reason=text.reason,
             partners=self.reactions.partners(event, f"{kind}_of_{word}", self.names),
@@ -394,5 +395,5 @@ class _Builder:
         )
 
 
-def _read_by(codes: Iterable[PythonCode]) -> tuple[str, ...]:
-    return tuple(sorted(joined("and", codes).reads))
+def _read_by(codes: Iterable[PythonCode], more: Iterable[str] = ()) -> tuple[str, ...]:
+    return tuple(sorted(joined("and", codes).reads.union(more)))

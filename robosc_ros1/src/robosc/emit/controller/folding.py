@@ -8,7 +8,7 @@ copies come from it again. A pattern becomes the text of a function of ``i``.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
@@ -120,27 +120,16 @@ def _common_text(one: str, other: str, index: int) -> str:
 
 def _at(pattern: Any, index: int) -> Any:
     """The value of an index."""
-    return mapped(
-        pattern,
-        lambda text: _MARK.sub(lambda mark: str(_index(mark[0]).of(index)), text),
-        lambda number: number.of(index),
-    )
-
-
-def mapped(
-    value: Any, text: Callable[[str], Any], number: Callable[[Index], Any] = lambda n: n
-) -> Any:
-    """A value with all texts in it changed."""
-    if isinstance(value, str):
-        return text(value)
-    if isinstance(value, Index):
-        return number(value)
-    if isinstance(value, tuple):
-        return tuple(mapped(part, text, number) for part in value)
-    if is_dataclass(value) and not isinstance(value, type):
-        parts = {f.name: mapped(getattr(value, f.name), text, number) for f in fields(value)}
-        return replace(value, **parts)
-    return value
+    if isinstance(pattern, str):
+        return _MARK.sub(lambda mark: str(_index(mark[0]).of(index)), pattern)
+    if isinstance(pattern, Index):
+        return pattern.of(index)
+    if isinstance(pattern, tuple):
+        return tuple(_at(part, index) for part in pattern)
+    if is_dataclass(pattern) and not isinstance(pattern, type):
+        parts = {f.name: _at(getattr(pattern, f.name), index) for f in fields(pattern)}
+        return replace(pattern, **parts)
+    return pattern
 
 
 # --- patterns as Python --------------------------------------------------------------------------
@@ -149,7 +138,6 @@ _WORD = r"(?:\w|⟦\d+:-?\d+⟧)*"
 _TOKEN = re.compile(
     r'(?P<plain>"""(?:.|\n)*?"""|\#[^\n]*)'
     r"""|(?P<string>"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*')"""
-    rf"|self\.(?P<called>{_REQUIREMENT}{_WORD})\((?P<given>value)?\)"
     rf"|self\.(?P<attribute>{_WORD})"
     rf"|(?P<name>[A-Za-z_]{_WORD})"
     r"|(?P<number>⟦\d+:-?\d+⟧)"
@@ -175,11 +163,6 @@ def in_function(text: str) -> tuple[str, tuple[tuple[str, str], ...]]:
             return _MARK.sub(lambda mark: repr(_index(mark[0])), found)
         if token["string"]:
             return _formatted(found)
-        if token["called"]:
-            number = _index(found)
-            given = ", value" if token["given"] else ""
-            row = f"self.REQUIREMENTS[{replace(number, offset=number.offset - 1)}]"
-            return f"{row}.holds(self{given})"
         if token["attribute"]:
             constant = _identifier(token["attribute"]).upper()
             names[constant] = _formatted(f'"{token["attribute"]}"')

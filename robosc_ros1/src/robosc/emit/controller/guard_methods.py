@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from robosc.emit.controller.naming import place
-from robosc.emit.controller.python import Attributes, PythonCode, joined
+from robosc.emit.controller.python import Attributes, PythonCode
+from robosc.emit.controller.views import CallView, CommandView
 from robosc.emit.write.line_breaks import unparenthesised
 from robosc.expr.traversal import operands
 from robosc.expr.tree import Expr
@@ -21,13 +22,18 @@ from robosc.supervisor import Guard, Supervisor
 class GuardText:
     """What a guard method returns, comments above it, and why synthesis restricts it, if so.
 
-    ``shown`` are the conditions in it, with the names of their parts.
+    It returns ``calls`` and ``rest``, if that has a text, with ``operator`` between them. ``read``
+    are the attributes that all of it reads. ``shown`` are the conditions in ``rest``, with the
+    names of their parts.
     """
 
     notes: tuple[str, ...]
-    code: PythonCode
+    operator: str
+    calls: tuple[CallView, ...]
+    rest: PythonCode
+    read: frozenset[str]
     reason: str | None
-    shown: tuple[Expr, ...] = ()
+    shown: tuple[Expr, ...]
 
 
 def holds_where(requirement: Requirement) -> Expr:
@@ -37,25 +43,22 @@ def holds_where(requirement: Requirement) -> Expr:
 
 
 class GuardTexts:
-    """Makes the guards of one supervisor. ``methods`` are the requirements' methods by number."""
+    """Makes the guards of one supervisor."""
 
-    def __init__(
-        self, supervisor: Supervisor, attributes: Attributes, methods: Mapping[int, str]
-    ) -> None:
+    def __init__(self, supervisor: Supervisor, attributes: Attributes) -> None:
         self.supervisor = supervisor
         self.names = supervisor.part_names
         self.attributes = attributes
-        self.methods = methods
 
     def guard(self, guard: Guard) -> GuardText:
         event = guard.event
         reason = None if guard.status == "as required" else self._reason(event)
         notes = []
+        called: Sequence[int] = event.requirements
+        rest = PythonCode("")
         shown: tuple[Expr, ...] = ()
-        if guard.status == "as required" and event.requirements:
-            code = joined(_operator(event), [self._call(event, n) for n in event.requirements])
-        else:
-            code, called, shown = self._with_calls(event, guard.expr)
+        if guard.status != "as required" or not event.requirements:
+            called, rest, shown = self._with_calls(event, guard.expr)
             if guard.status == "restricted":
                 notes += [self._cited(i) for i in event.requirements if i not in called]
                 notes.append("Restricted further by synthesis: " + (reason or ""))
@@ -63,7 +66,17 @@ class GuardTexts:
             notes.append("No requirement is a reason to cancel this action.")
         elif guard.status == "never" and event.kind.sent:
             notes.append("Never allowed: " + (reason or "found by synthesis"))
-        return GuardText(tuple(" ".join(note.split()) for note in notes), code, reason, shown)
+        requirements = self.supervisor.plant.robot.requirements
+        read = (self.attributes.code(requirements[n].condition).reads for n in called)
+        return GuardText(
+            tuple(" ".join(note.split()) for note in notes),
+            _operator(event),
+            tuple(self._call(event, number) for number in called),
+            rest,
+            rest.reads.union(*read),
+            reason,
+            shown,
+        )
 
     def _reason(self, event: Event) -> str | None:
         for explanation in self.supervisor.explanations:
@@ -76,20 +89,16 @@ class GuardTexts:
         requirement = self.supervisor.plant.robot.requirements[number]
         return f"{requirement.text} ({place(requirement.span)})"
 
-    def _call(self, event: Event, number: int) -> PythonCode:
+    def _call(self, event: Event, number: int) -> CallView:
         """The requirement's part in a request's or, violated, in a cancel's guard."""
         robot = self.supervisor.plant.robot
-        requirement = robot.requirements[number]
-        given = "value" if robot.supervises and requirement.on_data else ""
-        call = f"self.{self.methods[number]}({given})"
-        read = self.attributes.code(requirement.condition)
-        return replace(read, text=f"not {call}" if event.kind is EventKind.CANCEL else call)
+        on_data = robot.supervises and robot.requirements[number].on_data
+        return CallView(number, "value" if on_data else "", event.kind is EventKind.CANCEL)
 
     def _with_calls(
         self, event: Event, expr: Expr
-    ) -> tuple[PythonCode, list[int], tuple[Expr, ...]]:
-        """The guard with calls of the requirements that stand in it word for word, these, and the
-        conditions beside them."""
+    ) -> tuple[list[int], PythonCode, tuple[Expr, ...]]:
+        """The requirements that stand in a guard word for word, and the conditions beside them."""
         operator = _operator(event)
         parts = whole = operands(expr, operator)
         called = []
@@ -104,10 +113,21 @@ class GuardTexts:
             rest = conjunction(parts) if operator == "and" else disjunction(parts)
             parts = operands(self.names.short(rest), operator)
         spelled = self.attributes.operand if operator == "and" else self.attributes.text
-        texts = [PythonCode(spelled(part)) for part in parts]
-        code = joined(operator, [*(self._call(event, n) for n in called), *texts])
-        reads = code.reads.union(*(code.reads for code in read))
-        return PythonCode(unparenthesised(code.text), reads), called, tuple(parts)
+        text = f" {operator} ".join(map(spelled, parts))
+        reads = frozenset[str]().union(*(code.reads for code in read))
+        return called, PythonCode(text if called else unparenthesised(text), reads), tuple(parts)
+
+
+def with_guard_texts(
+    commands: Iterable[CommandView], call: Callable[[CallView], str]
+) -> tuple[CommandView, ...]:
+    """Commands with the texts of their guards; ``call`` spells what asks a requirement."""
+    return tuple(replace(command, guard_text=_text(command, call)) for command in commands)
+
+
+def _text(command: CommandView, call: Callable[[CallView], str]) -> str:
+    calls = [("not " if c.negated else "") + call(c) for c in command.guard_calls]
+    return f" {command.guard_operator} ".join(filter(None, [*calls, command.guard_rest]))
 
 
 def _operator(event: Event) -> str:

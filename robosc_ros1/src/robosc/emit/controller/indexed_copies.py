@@ -7,15 +7,16 @@ again. What differs otherwise (a guard that synthesis restricts for one of them)
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from robosc.emit.controller.folding import Run, in_function, mapped, runs
+from robosc.emit.controller.folding import Index, Run, in_function, runs
+from robosc.emit.controller.guard_methods import with_guard_texts
 from robosc.emit.controller.naming import PythonNames
 from robosc.emit.controller.python import Attributes
 from robosc.emit.controller.views import (
+    CallView,
     ControllerContext,
     CopiedRows,
     CopiesView,
@@ -28,7 +29,6 @@ from robosc.source import Span
 
 _TABLES = tuple(f.name for f in fields(CopyView))
 _METHODS = ("requirements", "inputs", "commands", "taus", "afters")
-_CALL = re.compile(r"self\.requirement_(\d+)\((value)?\)")
 
 _Owner = tuple[str, int]
 """What an entry of a table belongs to: an indexed component, or the number of a ``for``, and the
@@ -76,10 +76,6 @@ def with_copies(
     return _with_functions(context, tables, folded, left, names)
 
 
-def _by_table(number: int, value: str | None) -> str:
-    return f"self.REQUIREMENTS[{number}].holds(self{', value' if value else ''})"
-
-
 def _with_functions(
     context: ControllerContext,
     tables: Mapping[str, _Entries],
@@ -89,24 +85,23 @@ def _with_functions(
 ) -> ControllerContext:
     """The context of these tables; ``methods`` are those of requirements that are left."""
 
-    def called(text: str) -> str:
+    def spelled(call: CallView) -> str:
         """A requirement that has no method of its own is found in the table."""
-        return _CALL.sub(
-            lambda call: (
-                call[0]
-                if f"requirement_{call[1]}" in methods
-                else _by_table(int(call[1]) - 1, call[2])
-            ),
-            text,
-        )
+        number: int | Index = call.requirement
+        if isinstance(number, int) and context.requirements[number].method in methods:
+            return f"self.{context.requirements[number].method}({call.given})"
+        given = ", ".join(filter(None, ["self", call.given]))
+        return f"self.REQUIREMENTS[{number}].holds({given})"
 
-    views = {t: mapped(tuple(e.view for e in entries), called) for t, entries in tables.items()}
+    views = {table: tuple(e.view for e in entries) for table, entries in tables.items()}
     alone: dict[str, Any] = {
         t: tuple(v for v in views[t] if not isinstance(v, CopiedRows)) for t in _METHODS
     }
+    alone["commands"] = with_guard_texts(alone["commands"], spelled)
     functions = []
     for one in folded:
-        pattern = mapped(one.run.pattern, called)
+        pattern = one.run.pattern
+        pattern = replace(pattern, commands=with_guard_texts(pattern.commands, spelled))
         body, constants = in_function(instantiated("common/node/copies.jinja", pattern))
         functions.append(
             CopiesView(

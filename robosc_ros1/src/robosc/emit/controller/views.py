@@ -69,6 +69,15 @@ class PartnerView:
 
 
 @dataclass(frozen=True)
+class CallView:
+    """A requirement that a guard asks, by its place among all; ``given`` are its arguments."""
+
+    requirement: int
+    given: str
+    negated: bool
+
+
+@dataclass(frozen=True)
 class CommandView:
     """A controllable event of a communication; conditions are Python source."""
 
@@ -87,7 +96,11 @@ class CommandView:
     corrector_body: tuple[str, ...]
     guard: str
     guard_notes: tuple[str, ...]
-    guard_text: str
+    guard_calls: tuple[CallView, ...]
+    """The requirements that the guard asks: it is these and, if that has a text, ``guard_rest``,
+    with ``guard_operator`` between them."""
+    guard_operator: str
+    guard_rest: str
     synchronisation: str | None
     synchronisation_text: str
     during: tuple[str, ...]
@@ -106,6 +119,8 @@ class CommandView:
     """The components that synchronise on it."""
     yields_to: tuple[int, ...] = ()
     """Indexes of the commands that are preferred to it."""
+    guard_text: str = ""
+    """The whole guard, once it is known which requirements have methods."""
 
 
 @dataclass(frozen=True)
