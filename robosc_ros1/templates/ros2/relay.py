@@ -30,8 +30,12 @@ from .ros_parameters import advertise, keep_clock, qos_profile
 
 def packed(message):
     """Return a message, as it was read, as bytes."""
-    whole = has_oddities(type(message))
-    return serialize_message(sendable(copy.deepcopy(message)) if whole else message)
+    return serialize_message(unread(message))
+
+
+def unread(message):
+    """Return a message, as it was read, as rclpy sends it; a copy if that differs."""
+    return sendable(copy.deepcopy(message)) if has_oddities(type(message)) else message
 
 
 class RelayPort(RosPort):
@@ -128,7 +132,7 @@ def _serving(engine, executor_thread, key):
             elif kind != "passed":
                 executor_thread.do(lambda: ended.set_result(response))
 
-        engine.request(key, plain(request), request, answer, sendable)
+        engine.request(key, plain(request), request, answer, unread)
         return await ended
 
     return serve
@@ -172,7 +176,7 @@ class ActionRelay(Action):
                 self._executor_thread.do(lambda: self._give_up(request))
 
         def repacked(corrected):
-            whole = sendable(corrected)
+            whole = unread(corrected)
             for name in type(whole).get_fields_and_field_types():
                 setattr(request, name, getattr(whole, name))
             return request  # which is known by its identity
