@@ -148,6 +148,9 @@ class Robot(SimulatedRobot):
     def sendable(self, message):
         return copy.deepcopy(message)  # its header gets a sequence number when published
 
+    def time(self):
+        return rospy.Time.now()
+
     def is_cancelled(self, goal):
         return self.status_of(goal) == GoalStatus.PREEMPTING
 

@@ -197,6 +197,9 @@ class Robot(SimulatedRobot):
     def plain(self, message):
         return None if message is None else ros_messages.plain(message)
 
+    def time(self):
+        return self._node.get_clock().now().to_msg()
+
     def is_cancelled(self, goal):
         return goal.is_cancel_requested
 

@@ -270,6 +270,10 @@ class Robot(PlayedPort):
         return "publish", keys, self.message(keys[0], "response")
 
     def _publish(self, engine: Engine, keys: list[str], message: Any) -> None:
+        stamps = importlib.import_module("stamps")
+        if any(key in stamps.DATED for key in keys):
+            message.header = SimpleNamespace()
+            stamps.stamp(message, _stamp_of(self.time), self.chance)
         for key in keys:
             self.told.setdefault((key, "response"), deque()).append(message)
         self.last[keys[0]] = keys, message
@@ -301,6 +305,12 @@ class Robot(PlayedPort):
         token = self.running[key] if kind == "feedback" else self.running.pop(key)
         failed = kind in ("error", "cancelled")
         engine.report(key, token, kind, Failure("", message) if failed else message)
+
+
+def _stamp_of(time: float) -> Any:
+    """A time as ROS 1 has it."""
+    seconds, parts = divmod(round(time * 10**9), 10**9)
+    return SimpleNamespace(secs=seconds, nsecs=parts)
 
 
 def _numbers_in(type_: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:

@@ -286,3 +286,20 @@ def test_a_misspelt_package_has_a_nearest_one(tmp_path: Path) -> None:
     _, diagnostics = load(source, definitions=around(tmp_path / "m.rscd"))
     (found,) = (d for d in diagnostics if d.code == "package-not-found")
     assert found.hint is not None and found.hint.startswith("did you mean 'gripper_msgs'?")
+
+
+@pytest.mark.parametrize(
+    ("linked", "ok"), [("Number from p", True), ("Speed from p", False), ("Far from away", True)]
+)
+def test_an_age_needs_a_header(p: MessageDefinitions, linked: str, ok: bool) -> None:
+    found = faults(
+        f"""
+        component P {{
+            outgoing message m with max_age: 2 s, type: O links l
+        }}
+        datatype object O {{}}
+        interface l use {linked}
+        """,
+        p,
+    )
+    assert (("unknown-field", "2 s") not in found) is ok

@@ -35,6 +35,7 @@ def _build_generated(folder: Path) -> None:
         "watch",
         "shared",
         "hoist",
+        "sonar",
         *CALLED,
     ):
         write(package_of(model), folder / "src")

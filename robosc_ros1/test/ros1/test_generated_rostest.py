@@ -44,6 +44,13 @@ ROWS = {
         "event +hold request",
         "event +height timeout",
     ),
+    # Of this one the age of messages matters.
+    "sonar_controller": (
+        "event +depth response",
+        "event +depth timeout",
+        "event +drive request",
+        "event +show request",
+    ),
     # Three services have one name, and two actions.
     "shared_controller": (
         "event +light request",

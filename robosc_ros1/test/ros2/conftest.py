@@ -32,6 +32,7 @@ MODELS = {
     GOLDEN / "models" / "dispatch.rscd": "dispatch_controller",
     GOLDEN / "models" / "missions.rscd": "missions_controller",
     GOLDEN / "models" / "hoist.rscd": "hoist_controller",
+    GOLDEN / "models" / "sonar.rscd": "sonar_controller",
 }
 
 

@@ -157,6 +157,7 @@ def test_commands_that_are_to_be_compared_wait_for_a_slow_test(
     "package",
     [
         "hoist_controller",
+        "sonar_controller",
         "mirror_controller",
         "mirror_supervisor",
         "mirror_monitor",

@@ -50,7 +50,7 @@ robot R {
 }
 """,
         """\
-model.rscd:3:33: error[syntax]: expected 'identifier:', 'timeout:' or 'type:' after 'with'
+model.rscd:3:33: error[syntax]: expected 'identifier:', 'timeout:', 'max_age:' or 'type:' after 'with'
     3 |         outgoing message a with typ: double
       |                                 ^^^ did you mean 'type'?
 model.rscd:4:33: error[syntax]: expected 'identifier:', 'rate:' or 'type:' after 'with'

@@ -44,6 +44,8 @@ ATTRIBUTES = (
               "the name of the topic, service or action in ROS"),
     Attribute("timeout", Value.DURATION, ("outgoing", *_CALLS), False,
               "the time after which a message is silent, or the deadline of a service or action"),
+    Attribute("max_age", Value.DURATION, ("outgoing",), False,
+              "the age, by the stamp of its header, from which a message counts as not arrived"),
     Attribute("within", Value.DURATION, ("action",), False,
               "the time after which an accepted goal is cancelled"),
     Attribute("expect", Value.CONDITION, _CALLS, False,

@@ -58,11 +58,11 @@ class Communication:
     """A message, service or action of a component.
 
     ``timeout`` is in seconds: the silence after which a message is silent, or the deadline of a
-    service or action; ``within`` is the deadline of an accepted goal, and ``expect`` what must hold
-    of a response, which is an error otherwise. ``rate`` is how often an allowed command is sent, in
-    Hz, or ``once``; ``goals`` is ``replace`` if a goal may replace a busy one. ``heard``: the model
-    asks whether the message has ever arrived. ``request`` is the type that the controller sends
-    (``none`` for an outgoing message), ``response`` what it receives (for an outgoing message: its
+    service or action; ``within`` is the deadline of an accepted goal, ``max_age`` the age on arrival
+    from which a message does not count, ``expect`` what must hold of a response. ``rate`` is how
+    often an allowed command is sent, in Hz, or ``once``; ``goals`` is ``replace`` if a goal may
+    replace a busy one. ``heard``: it is asked whether the message has ever arrived. ``request`` is
+    the type that the controller sends, ``response`` what it receives (for an outgoing message: its
     data), ``feedback`` that of an action. ``identifier`` is the name in ROS, prefix included.
     """
 
@@ -76,6 +76,7 @@ class Communication:
     binding: Binding
     timeout: Expr | None = None
     within: Expr | None = None
+    max_age: Expr | None = None
     expect: Expr | None = None
     rate: float | str | None = None
     goals: str | None = None

@@ -14,6 +14,7 @@ arrives while that thread is idle and the queue is empty is handled in the threa
 from __future__ import annotations
 
 import traceback
+from functools import partial
 from typing import Any, Callable, FrozenSet, List, Optional, Tuple
 
 from .calls import REFUSED, Failure
@@ -168,10 +169,20 @@ class Engine(Operating):
 
     def _arrived(self, entries: Inputs, message: Any, inbox: Inbox) -> None:
         arrival = inbox.take()
-        applied = self._input(entries, message)
+        applied = self._input(self._dated(entries, message, arrival), message)
         if inbox.is_watched:
             known = None if self._pauses.holds else arrival
             self._clocks.heard((entry.key for entry in applied), known)
+
+    def _dated(self, entries: Inputs, message: Any, arrival: float) -> Inputs:
+        """Return the inputs of a message, those whose age matters with a check of it."""
+        known = arrival if self._clocks.has_begun else None
+        return tuple(
+            entry.checked(partial(self._ages.check, entry.key, message, known))
+            if self._ages.concern(entry.key)
+            else entry
+            for entry in entries
+        )
 
     def _take_delayed(self, timer: Timer) -> None:
         """Take a transition whose delay is over, if its guard holds."""

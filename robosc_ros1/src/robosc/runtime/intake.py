@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import threading
+from copy import copy
 from types import MethodType
 from typing import Any, Callable, Deque, Dict, Optional, Sequence, Tuple, Union
 
+from .ages import Ages
 from .calls import Calls, Failure
 from .clocks import Clocks
 from .deadlines import Deadlines
@@ -45,6 +47,18 @@ class BoundInput:
             None if entry.expects is None else MethodType(entry.expects, controller)
         )
         self.writes = frozenset(entry.writes)
+
+    def checked(self, check: Callable[[], None]) -> BoundInput:
+        """Return this input as it is for one message: what is checked before it is applied may
+        raise :class:`~.values.Mismatch`."""
+        result = copy(self)
+
+        def apply(value: Any) -> None:
+            check()
+            self.apply(value)
+
+        result.apply = apply
+        return result
 
 
 Inputs = Tuple[BoundInput, ...]
@@ -97,6 +111,7 @@ class Intake:
         self._clocks = Clocks(
             controller, self.settings.timeout_of, self.settings.seconds, port.now, steady
         )
+        self._ages = Ages(controller.COMMUNICATIONS, self.settings.seconds)
         self._deadlines = Deadlines(self._clocks, self._calls, steady, self._awaits)
         self._time_monitor = TimeMonitor(self._clocks, steady)
         self._throttle = Throttle()
@@ -129,7 +144,7 @@ class Intake:
         found = self._inboxes.get(tuple(keys))
         if found is None:
             entries = tuple(self._inputs[key, "response"] for key in keys)
-            watched = any(self._clocks.is_watched(key) for key in keys)
+            watched = any(self._clocks.is_watched(k) or self._ages.concern(k) for k in keys)
             now = self._clocks.moment if watched else None
             inbox = Inbox(self._submit, self._turns.put, entries, now)
             found = self._inboxes.setdefault(tuple(keys), inbox)

@@ -50,7 +50,8 @@ class Communication(NamedTuple):
     ending. ``flags`` are the attributes that are
     true in the phases after the first; at most one of them is. ``timeout`` is in seconds, or the
     name of a parameter: the time after which a message is silent, or the deadline of a service or
-    action (None: the model states none); so is ``within``, the deadline of an accepted goal.
+    action (None: the model states none); so are ``within``, the deadline of an accepted goal, and
+    ``max_age``: a message that is older on arrival counts as not arrived.
     ``rate`` is how often its command is repeated, in Hz, or ``once`` (None: the model does not
     say). ``goals`` is "replace" if a goal may replace the one that is busy.
     """
@@ -64,6 +65,7 @@ class Communication(NamedTuple):
     within: Union[float, str, None] = None
     rate: Union[float, str, None] = None
     goals: Optional[str] = None
+    max_age: Union[float, str, None] = None
 
 
 class Input(NamedTuple):

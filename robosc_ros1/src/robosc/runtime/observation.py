@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any, Callable, Deque, Dict, Tuple
 
+from .ages import seconds_of
 from .calls import Failure
 from .monitor_engine import MonitorEngine
 
@@ -54,7 +55,7 @@ class SeenAction:
         self._before = self._id if self._going_on else ""
         self._id = message.goal_id.id
         self._going_on = True
-        self._stamp = _seconds(message.goal_id.stamp) or _seconds(message.header.stamp)
+        self._stamp = seconds_of(message.goal_id.stamp) or seconds_of(message.header.stamp)
         self._engine.see(self._key, "request", message.goal)
         early, self._early = self._early, deque(maxlen=_EARLY)
         for handle, answer in early:
@@ -63,7 +64,7 @@ class SeenAction:
 
     def _cancel(self, message: Any) -> None:
         """Take a cancel if it is meant for the goal, by the rules of actionlib's ActionServer."""
-        stamp = _seconds(message.stamp)
+        stamp = seconds_of(message.stamp)
         meant = self._stamp <= stamp if stamp else not message.id
         if self._before and message.id == self._before:
             self._before = ""
@@ -169,8 +170,3 @@ class SeenServiceOfRos2:
 
 def _goal_of(status: Any) -> bytes:
     return bytes(status.goal_info.goal_id.uuid)
-
-
-def _seconds(stamp: Any) -> float:
-    """Return a time of ROS 1 in seconds."""
-    return float(stamp.secs + stamp.nsecs * 1e-9)

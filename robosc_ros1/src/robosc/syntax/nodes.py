@@ -292,6 +292,7 @@ class MessageNode(_Node):
     links: Name | None
     timeout: ExprNode | None = None
     rate: RateNode | Name | None = None
+    max_age: ExprNode | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from phases import AGREED, COMMANDS, SENT, kind_of
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
 from shadow import Shadow, Wrong
+from stamps import has_not_come, must_be_dropped
 from told_calls import ToldCalls
 from told_reasons import wrong_cancel, wrong_sent
 
@@ -242,7 +243,7 @@ class Judge:
             return
         if event["outcome"] == "refused" and kind == "call":
             return self._refused(key, value)
-        if event["outcome"] == "mismatch" and self._is_assumed_away(kind, key, value):
+        if event["outcome"] == "mismatch" and has_not_come(self, kind, key, value):
             return
         if event["outcome"] != "applied":
             raise Wrong("%s of %s: %s (%s)" % (kind, name, event["outcome"], event["detail"]))
@@ -260,23 +261,10 @@ class Judge:
         else:
             self._input(kind, key, value)
 
-    def _is_assumed_away(self, kind, key, value):
-        """Whether the robot has sent what it is assumed not to send: it chose in an older state."""
-        if not self.shadow.assumptions:
-            return False
-        self.inputs += 1
-        message = self._come(kind, key, value)
-        content = None if message is None else self.shadow.content(key, kind, message)
-        is_broken = bool(self.shadow.assumed_away(kind, key, content))
-        if is_broken and key in self.asked:
-            with self.robot.lock:  # it is reported once more, as an error
-                self.robot.sent.setdefault((key, "error"), deque()).append(message)
-        return is_broken
-
     def _refused(self, key, value):
         """Check that a call of the robot had to be refused."""
         self.inputs += 1
-        content = self.shadow.content(key, "call", self._come("call", key, value))
+        content = self.shadow.content(key, "call", self.come("call", key, value))
         self.guide.see_refused(self.shadow, key, content)
         if self.shadow.is_possible("call", key) and self.shadow.takes(key, content):
             raise Wrong("a call of %s is refused, which a component takes" % key)
@@ -330,7 +318,7 @@ class Judge:
             self.served[key].recall()
         if kind == "call":
             self.served[key].answers.append(None)
-        message = self._come(kind, key, value)
+        message = self.come(kind, key, value)
         if kind in ("cancelled", "recall") or (kind == "error" and not has_come(value)):
             self._happen(kind, key)
             return
@@ -338,9 +326,11 @@ class Judge:
             raise Wrong("%s of %s, which the robot did not send" % (kind, key))
         if not fits(self.shadow, kind, key, value, message):
             raise Wrong("%s of %s is read as %r from %s" % (kind, key, value, message))
+        if must_be_dropped(self.shadow, key, message):
+            raise Wrong("%s of %s is taken, which is too old" % (kind, key))
         self._happen(kind, key, self.shadow.content(key, kind, message))
 
-    def _come(self, kind, key, value):
+    def come(self, kind, key, value):
         """Return the message that an event with this value reports, which the robot sent."""
         with self.robot.lock:
             queue = self.robot.sent.get((key, kind))

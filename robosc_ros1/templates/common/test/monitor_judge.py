@@ -101,7 +101,7 @@ class MonitorJudge(Judge):
 
     def _judge(self, event):
         kind, outcome = event["event"]["kind"], event["outcome"]
-        if outcome in ("forbidden", "violated"):
+        if outcome in ("forbidden", "violated", "mismatch"):
             self._to_find.add(self.number)
         if kind == "state":
             self._judge_violation(event)

@@ -14,6 +14,7 @@ from plant_data import PLANT
 from robot_calls import RobotCalls
 from rounds import Advice, RequestMatcher
 from shadow import Shadow
+from stamps import DATED, stamp
 
 DRAWS = 100
 """So many random messages are tried for one that breaks no assumption."""
@@ -73,6 +74,10 @@ class SimulatedRobot(RobotCalls):
         """Return a copy of a message from :meth:`samples`, or one kept in ``last``, to be sent."""
         raise NotImplementedError
 
+    def time(self):
+        """Return the time as messages have it."""
+        raise NotImplementedError
+
     def plain(self, message):
         """Return a message as it is kept: its fields have plain values."""
         return message
@@ -109,9 +114,12 @@ class SimulatedRobot(RobotCalls):
             message = self._unbroken("response", keys)
             if message is None:
                 return 0
+            chance = self.random
         else:
             publisher = next(p for p, others in self.publishers if others == keys)
-            message = self.sendable(message)
+            message, chance = self.sendable(message), None
+        if any(key in DATED for key in keys):
+            stamp(message, self.time(), chance)
         for key in keys:
             self.note(key, "response", message)
         self.last[keys[0]] = keys, self.plain(message)

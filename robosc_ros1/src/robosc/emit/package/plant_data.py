@@ -161,7 +161,7 @@ def _statement(provide: Provide, robot: Robot, enums: dict[str, EnumType]) -> di
 def _plant_communication(
     communication: Communication, robot: Robot, enums: dict[str, EnumType], usage: Usage
 ) -> Json:
-    binding = communication.binding
+    binding, age = communication.binding, communication.max_age
 
     def part(direction: Direction, type_: Type) -> Json:
         return _type(usage.part(communication.key, direction, type_), enums)
@@ -171,6 +171,7 @@ def _plant_communication(
         "name": robot.display_names[communication.key],
         "kind": communication.kind.value,
         "timeout": communication.timeout is not None,
+        **({} if age is None else {"max_age": _tree(age, enums)}),
         "expect": None if communication.expect is None else _tree(communication.expect, enums),
         **({"heard": True} if communication.heard else {}),
         "identifier": communication.identifier,

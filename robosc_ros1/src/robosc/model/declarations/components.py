@@ -228,10 +228,12 @@ def check_local_names(component_table: ComponentTable, report: Report) -> None:
 
 
 def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: Report) -> None:
-    """Resolve identifier, timeout and interface of a communication, and set its entity."""
+    """Resolve identifier, durations and interface of a communication, and set its entity."""
     identifier = _identifier(info, report)
     timeout = _duration(info, info.node.timeout, "a timeout", symbols, report)
-    within = expect = None
+    within = max_age = expect = None
+    if isinstance(info.node, MessageNode):
+        max_age = _duration(info, info.node.max_age, "'max_age:'", symbols, report)
     if isinstance(info.node, ActionNode):
         within = _duration(info, info.node.within, "'within:'", symbols, report)
     if isinstance(info.node, ServiceNode | ActionNode):
@@ -244,6 +246,8 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
     binding = binder.bind(info.key, info.node, tuple(_payloads(info)), interface)
     if binding is None or identifier is None:
         return
+    if isinstance(info.node, MessageNode) and info.node.max_age is not None:
+        binder.check_header(binding, info.node.max_age.span)
     info.entity = Communication(
         info.name,
         info.instance.name,
@@ -255,6 +259,7 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
         binding,
         timeout,
         within,
+        max_age,
         expect,
         rate,
         None if goals is None else goals.text,

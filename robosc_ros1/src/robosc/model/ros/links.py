@@ -34,6 +34,8 @@ from robosc.syntax.nodes import (
     TypeNode,
 )
 
+_HEADER = FieldType("std_msgs/Header")
+
 
 @dataclass(frozen=True)
 class Payload:
@@ -160,6 +162,22 @@ class Binder:
                     self._report.suggest(type_, names, "it has"),
                 )
 
+    def check_header(self, message: Binding, max_age: Span) -> None:
+        """Report a message whose age is asked for, but whose definition has no header."""
+        found = self._definitions.interface(message.package, message.type, "msg")
+        if isinstance(found, Missing):
+            has_header = not message.found  # else it is a built-in one of std_msgs
+        else:
+            header = found.parts[0].field("header")
+            has_header = header is not None and header.type == _HEADER
+        if not has_header:
+            self._report.add(
+                "unknown-field",
+                max_age,
+                f"{message.package}/{message.type} has no header, by whose stamp its age is known",
+                "leave 'max_age:' out, or use a message with a header: std_msgs/Header header",
+            )
+
     # --- types against definitions ---------------------------------------------------------------
 
     def _check_part(self, key: str, part: Payload, definition: Definition) -> str | None:
@@ -171,7 +189,7 @@ class Binder:
             for unknown in self._check_object(carried, definition, part.sending, part.node.span):
                 self._unknown.append((key, part.direction, unknown))
             return None
-        fields = [f for f in definition.fields if f.type.base != "std_msgs/Header"]
+        fields = [f for f in definition.fields if f.type != _HEADER]
         if len(fields) != 1:
             names = first_of(f"{f.name}: {f.type}" for f in definition.fields)
             self._report.add(
