@@ -89,6 +89,9 @@ class RosPort(CallingPort):
     def now(self):
         return (rospy.get_time() or BEFORE_TIME) if self._simulated else steady_time()
 
+    def stamp_time(self):
+        return rospy.get_time()
+
     def services(self):
         return list(self._services.values())
 

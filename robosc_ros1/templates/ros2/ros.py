@@ -152,6 +152,9 @@ class RosPort(CallingPort):
             return self._node.get_clock().now().nanoseconds * 1e-9 or BEFORE_TIME
         return steady_time()
 
+    def stamp_time(self):
+        return self._node.get_clock().now().nanoseconds * 1e-9
+
     def await_inputs(self, done):
         def look():
             if not others_rest():  # the middleware may still be receiving

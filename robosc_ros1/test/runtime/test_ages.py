@@ -158,3 +158,13 @@ def test_a_supervisor_passes_it_on_and_does_not_count_it() -> None:
         engine.cycle()
         assert passed[-1] is one
         assert engine.controller.scan_fresh is (stamp > 99.0)  # type: ignore[attr-defined]
+
+
+def test_stamps_have_another_clock_than_the_node_where_time_is_not_simulated() -> None:
+    bench = Bench()
+    bench.port.stamp_time = lambda: bench.port.time + 5000.0  # type: ignore[method-assign]
+    bench.post(message(5100.0))
+    bench.port.time = 100.4  # the engine was busy
+    bench.engine.cycle()
+    assert bench.controller.scan_fresh
+    assert bench.hear(message(5100.0))[-1][1:] == ("mismatch", "it was 0.400 s old when it arrived")

@@ -30,8 +30,7 @@ class Ages:
         return key in self._most
 
     def check(self, key: str, message: Any, arrival: Optional[float]) -> None:
-        """Check the age of a message that arrived at this time of the port's clock (None: that has
-        not started).
+        """Check the age of a message that arrived at this ROS time (None: that has not started).
 
         Raises:
             Mismatch: it counts as not arrived.

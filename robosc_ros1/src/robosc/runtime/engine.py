@@ -176,7 +176,10 @@ class Engine(Operating):
 
     def _dated(self, entries: Inputs, message: Any, arrival: float) -> Inputs:
         """Return the inputs of a message, those whose age matters with a check of it."""
-        known = arrival if self._clocks.has_begun else None
+        if not any(self._ages.concern(entry.key) for entry in entries):
+            return entries
+        passed = self._clocks.moment() - arrival
+        known = self._port.stamp_time() - passed if self._clocks.has_begun else None
         return tuple(
             entry.checked(partial(self._ages.check, entry.key, message, known))
             if self._ages.concern(entry.key)

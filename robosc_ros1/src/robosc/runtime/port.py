@@ -35,6 +35,10 @@ class Port:
         (:data:`BEFORE_TIME` before it has started)."""
         raise NotImplementedError
 
+    def stamp_time(self) -> float:
+        """Return the time in seconds as the stamps of messages have it: ROS time."""
+        return self.now()
+
     def send(self, key: str, data: Data) -> None:
         """Publish an incoming message. Raises any exception if it was not sent."""
         raise NotImplementedError
