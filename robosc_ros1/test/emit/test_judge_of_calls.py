@@ -48,5 +48,5 @@ def test_ends_of_two_cancelled_goals_are_told_one_by_one(tmp_path: Path) -> None
         key = action["key"]
         judge.events["cancel", action["name"], 0] = 2
         judge.robot.sent[key, "cancelled"] = deque(["first", "second"])
-        assert judge._come("cancelled", key, None) == "first"
-        assert judge._come("cancelled", key, None) == "second"
+        assert judge.come("cancelled", key, None) == "first"
+        assert judge.come("cancelled", key, None) == "second"

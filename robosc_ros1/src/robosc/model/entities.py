@@ -57,13 +57,12 @@ class Binding:
 class Communication:
     """A message, service or action of a component.
 
-    ``timeout`` is in seconds: the silence after which a message is silent, or the deadline of a
-    service or action; ``within`` is the deadline of an accepted goal, ``max_age`` the age on arrival
-    from which a message does not count, ``expect`` what must hold of a response. ``rate`` is how
-    often an allowed command is sent, in Hz, or ``once``; ``goals`` is ``replace`` if a goal may
-    replace a busy one. ``heard``: it is asked whether the message has ever arrived. ``request`` is
-    the type that the controller sends, ``response`` what it receives (for an outgoing message: its
-    data), ``feedback`` that of an action. ``identifier`` is the name in ROS, prefix included.
+    ``timeout`` is the silence after which a message is silent, or the deadline of a service or
+    action; ``within`` that of an accepted goal; ``max_age`` the greatest age of a message on
+    arrival; ``expect`` what must hold of a response. ``rate`` is how often a command is sent, in
+    Hz, or ``once``; ``goals`` is ``replace`` if a goal may replace a busy one. ``heard``: it is
+    asked whether the message has ever arrived. ``request`` is what the controller sends,
+    ``response`` what it receives. ``identifier`` is the name in ROS, prefix included.
     """
 
     name: str
