@@ -42,7 +42,7 @@ class RandomBehaviours(RandomExpressions):
             return f"{kind} message {name} with {identifier}type: {type_.text}{links}"
         text = f"{kind} {name} with {identifier}request: {communication.request.text}"
         text += f", response: {communication.response.text}"
-        if kind == "action":
+        if kind.endswith("action"):
             text += f", feedback: {communication.feedback.text}"
         return text + " links link"
 
@@ -52,6 +52,7 @@ class RandomBehaviours(RandomExpressions):
             state: self.state_transitions(component, Place(state, edges[state])) for state in edges
         }
         general = self.automaton_transitions(component)
+        self.answer(component, [*bodies.values(), general])
         component.marked = _enough_marked(self.rng, component.states, edges)
         lines = []
         for variable in component.variables:
@@ -65,6 +66,17 @@ class RandomBehaviours(RandomExpressions):
         position = self.number(0, len(lines)) if self.chance(30) else len(lines)
         lines[position:position] = general
         return "behaviour {\n" + "".join(map(indented, lines)) + "}"
+
+    def answer(self, component: RandomComponent, bodies: list[list[str]]) -> None:
+        """Let the component answer the goals of its own actions, somewhere at least."""
+        for communication in component.communications:
+            answers = [f"on {e} {d} {communication.name}" for e in ("response", "error")
+                       for d in ("from", "to")]  # fmt: skip
+            texts = (text for body in bodies for text in body)
+            if communication.kind == "outgoing action" and not any(
+                answer in text for text in texts for answer in answers
+            ):
+                bodies[0].append(f"on response to {communication.name}")
 
     def state_transitions(self, component: RandomComponent, place: Place) -> list[str]:
         body = []

@@ -66,11 +66,12 @@ class RandomCommunication:
             "service": ["request", "response", "error"],
             "action": ["request", "response", "feedback", "error", "cancel"],
             "outgoing service": ["request", "response", "error"],
+            "outgoing action": ["request", "response", "feedback", "error", "cancel"],
         }[self.kind]
 
     @property
     def served(self) -> bool:
-        return self.kind == "outgoing service"
+        return self.kind in ("outgoing service", "outgoing action")
 
     @property
     def sent(self) -> RandomType:

@@ -118,7 +118,9 @@ class _Builder(RandomBehaviours):
         self.components.append(component)
         for position in range(self.number(0, 3)):
             self.communication(component, f"c{index}_{position}")
-        if self.chance(6):
+        if self.chance(6) and not any(
+            c.kind == "outgoing action" for c in component.communications
+        ):
             return
         states = 1 if self.chance(12) else self.number(2, 4)
         while not self.spend(states):
@@ -180,15 +182,15 @@ class _Builder(RandomBehaviours):
 
         communication = RandomCommunication(name, kind)
         sent, received = one(outgoing), one(incoming)
-        if self.serves and kind == "service" and self.chance(70):
-            communication.kind = "outgoing service"
+        if self.serves and kind in ("service", "action") and self.chance(70):
+            communication.kind = f"outgoing {kind}"
             sent, received = received, sent
         if kind != "outgoing":
             communication.request = sent
         if kind != "incoming":
             communication.response = received
         if kind == "action":
-            communication.feedback = one(incoming)
+            communication.feedback = one(outgoing if communication.served else incoming)
         component.communications.append(communication)
 
     def plain_objects(self) -> list[RandomType]:
@@ -218,6 +220,7 @@ class _Builder(RandomBehaviours):
 
     def requirements(self) -> list[str]:
         names = [communication.name for communication in self.requestable()]
+        names += [f"{c.name}.feedback" for c in self.requestable() if c.kind == "outgoing action"]
         texts = self.work_requirements()
         for _ in range(self.number(0, 3)):
             condition = self.boolean(Scope())
@@ -284,4 +287,10 @@ class _Builder(RandomBehaviours):
             for _ in range(self.number(1, 2)):
                 condition = f" if {self.boolean(Scope(), 1)}" if self.chance(40) else ""
                 texts.append(f"provide {communication.name} with {self.data(type_)}{condition}")
+        for communication in self.requestable():
+            type_ = communication.feedback
+            if communication.served and type_.kind != "none" and self.chance(60):
+                condition = f" if {self.boolean(Scope(), 1)}" if self.chance(40) else ""
+                name = f"{communication.name}.feedback"
+                texts.append(f"provide {name} with {self.data(type_)}{condition}")
         return texts

@@ -192,6 +192,12 @@ def test_walks_of_random_models(seed: int) -> None:
     walk_through(Twin(random_model(rng, 1 + seed % 3)), rng)
 
 
+@pytest.mark.parametrize("seed", quick_first(range(60), 12))
+def test_walks_of_random_models_that_the_robot_calls(seed: int) -> None:
+    rng = random.Random(seed)
+    walk_through(Twin(random_model(rng, 1 + seed % 3, served=True)), rng)
+
+
 @pytest.mark.parametrize(
     ("family", "size"), [("crew", 4), ("not_all_busy", 9), ("allocation", 4), ("road", 3)]
 )

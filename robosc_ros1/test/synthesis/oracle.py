@@ -17,7 +17,7 @@ from synthesis.oracle_values import Path
 
 from robosc.model.entities import Communication, EventKind, Goal
 
-SENT = (EventKind.REQUEST, EventKind.ANSWER)
+SENT = (EventKind.REQUEST, EventKind.ANSWER, EventKind.PROGRESS)
 """What carries data of the controller; an error is restricted by no requirement."""
 
 
@@ -31,10 +31,11 @@ class Oracle(OraclePlant):
         if event.kind not in (*SENT, EventKind.CANCEL):
             return True
         kept = []
+        feedback = ".feedback" if event.kind is EventKind.PROGRESS else ""
         for requirement in self.robot.requirements:
             if requirement.to_start if event.kind is EventKind.CANCEL else requirement.to_cancel:
                 continue
-            if event.key in requirement.communications:
+            if event.key + feedback in requirement.communications:
                 condition = self.holds(requirement.condition, state)
                 kept.append(condition if requirement.kind == "needs" else not condition)
         return all(kept) if event.kind in SENT else not all(kept)

@@ -196,8 +196,7 @@ class OracleEvents:
         for component in self.robot.components:
             for communication in component.communications:
                 own = [Event(kind, communication.key) for kind in KINDS[communication.kind]]
-                # Nobody answers with an error of itself.
-                events += [e for e in own if e.kind is not EventKind.REFUSAL or self.concerned(e)]
+                events += [e for e in own if self._occurs_at_all(e, communication)]
                 if communication.kind is Kind.OUTGOING and communication.timeout is not None:
                     events.append(Event(EventKind.TIMEOUT, communication.key))
             if component.behaviour is not None:
@@ -211,6 +210,18 @@ class OracleEvents:
                 for after in sorted(waiting, key=lambda after: after.index):
                     events.append(Event(EventKind.AFTER, component.name, after.index))
         return events
+
+    def _occurs_at_all(self, event: Event, communication: Communication) -> bool:
+        """Nobody answers with an error, or ends a goal, of itself; and feedback needs data."""
+        if event.kind is EventKind.PROGRESS:
+            name = f"{event.key}.feedback"
+            return bool(self.concerned(event)) or any(
+                p.communication == name for p in self.robot.provides
+            )
+        ends = event.kind is EventKind.REFUSAL or (
+            event.kind is EventKind.ANSWER and communication.kind is Kind.SERVED_ACTION
+        )
+        return not ends or bool(self.concerned(event))
 
     def occurrences(self, event: Event) -> list[Occurrence]:
         """The event once per value that some synthesis variable or guard takes."""

@@ -11,6 +11,8 @@ from synthesis.test_oracle_differential import check, engines
 
 from robosc.language.events import EventKind
 
+SERVED = (EventKind.ANSWER, EventKind.REFUSAL, EventKind.PROGRESS)
+
 pytestmark = pytest.mark.slow
 
 
@@ -26,7 +28,7 @@ def test_random_robots_that_call_the_controller(engine: str, pytestconfig: pytes
     tried = 0
     for seed in range(first, first + (150 if count is None else count)):
         text = _model(seed)
-        if "outgoing service" in text:
+        if "outgoing service" in text or "outgoing action" in text:
             check(text, engine, seed)
             tried += 1
     assert tried
@@ -37,7 +39,7 @@ def test_random_robots_are_of_all_sorts() -> None:
     seen: set[str] = set()
     for seed in range(120):
         text = _model(seed)
-        if "outgoing service" not in text:
+        if "outgoing service" not in text and "outgoing action" not in text:
             continue
         oracle = oracle_of(text)
         seen.add("empty" if oracle.empty else "not empty")
@@ -45,7 +47,8 @@ def test_random_robots_are_of_all_sorts() -> None:
             seen |= {
                 f"{event.kind.word} {oracle.status(event)}"
                 for event in oracle.events
-                if event.kind in (EventKind.ANSWER, EventKind.REFUSAL)
+                if event.kind in SERVED
             }
     assert {"empty", "not empty", "response as required", "error as required"} <= seen
     assert {"response restricted", "response never"} & seen
+    assert {"feedback restricted", "feedback never"} & seen and "feedback as required" in seen
