@@ -74,7 +74,7 @@ _PLANT_WARNINGS = (
     "impossible-under-control", "possible-free", "self-cancelling", "assumption-excludes-all",
     "assumption-broken",
 )  # fmt: skip
-_SUPERVISOR_ERRORS = ("commands-alike", "topic-both-ways", "data-of-others", "calls-to-supervisor")
+_SUPERVISOR_ERRORS = ("commands-alike", "topic-both-ways", "data-of-others")
 
 CODES: Mapping[str, Code] = {
     entry.code: entry

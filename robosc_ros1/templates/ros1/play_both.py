@@ -75,6 +75,42 @@ class Controller(RandomController):
             client = actionlib.ActionClient(resolved(name), type_)
             self.clients.append(client)
             self.requests.append((key, functools.partial(self._send, client, type_, key)))
+        for name, type_, key in tables.guarded_services:
+            rospy.Service(resolved(name), type_, functools.partial(self._serve, type_, key))
+        self._servers = [self._server(*action) for action in tables.guarded_actions]
+
+    def _serve(self, type_, key, request):
+        if self.arrived(key, request):
+            raise rospy.ServiceException("it does not want to")
+        return self.made(key, "response", type_._response_class)
+
+    def _server(self, name, type_, key):
+        parts = type_()
+        feedback = type(parts.action_feedback.feedback)
+
+        def act(handle):
+            fails = self.arrived(key, handle.get_goal())
+            for _ in range(self.count()):
+                handle.publish_feedback(self.made(key, "feedback", feedback))
+                self.pause()
+            result = self.made(key, "response", type(parts.action_result.result))
+            if handle.get_goal_status().status == GoalStatus.PREEMPTING:
+                handle.set_canceled(result)
+            elif fails:
+                handle.set_aborted(result)
+            else:
+                handle.set_succeeded(result)
+
+        def begin(handle):
+            handle.set_accepted()
+            threading.Thread(target=act, args=(handle,), daemon=True).start()
+
+        def cancel(_):
+            """Leave it to the thread that carries out the goal."""
+
+        server = actionlib.ActionServer(resolved(name), type_, begin, cancel, auto_start=False)
+        server.start()
+        return server
 
     def _call(self, name, type_, key):
         request = self.values.message(type_._request_class, key, "request")

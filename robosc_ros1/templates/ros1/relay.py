@@ -3,7 +3,8 @@
 
 Messages are relayed as bytes, and deserialised only to match them with commands and events. An
 action is relayed as its five topics: goal ids, status, feedback, results and cancels are unchanged.
-A blocked goal is rejected on behalf of the robot.
+A blocked goal is rejected on behalf of the robot. What the robot calls has a server for the robot
+and a client for the controller.
 """
 
 import threading
@@ -18,8 +19,9 @@ from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
 from ._runtime.values import copied_for
 from .ros import QUEUE, RosPort
-from .ros_actions import FAILURES, RESULT_TIMEOUT, Ends, GoalCaller, end_of, new_goal_id
+from .ros_actions import FAILURES, RESULT_TIMEOUT, Action, Ends, GoalCaller, end_of, new_goal_id
 from .ros_arriving import arrived, maker, serialised
+from .ros_calls import Service
 from .ros_messages import fill
 
 INPUT_QUEUE = 100
@@ -69,8 +71,14 @@ class RelayPort(RosPort):
         self._requests = {key: t._request_class for _, _, t, key in tables.relayed_services}
         self._blocked = rospy.Publisher("~blocked", String, queue_size=1000)
 
+    def _services_of(self, tables):
+        guarded = {key: Service(name, type_) for name, type_, key in tables.guarded_services}
+        return {**super()._services_of(tables), **guarded}
+
     def _actions_of(self, tables):
-        return {key: ActionRelay(*rest, key) for *rest, key in tables.relayed_actions}
+        self._relays = {key: ActionRelay(*rest, key) for *rest, key in tables.relayed_actions}
+        guarded = {key: Action(name, type_) for name, type_, key in tables.guarded_actions}
+        return {**self._relays, **guarded}
 
     def _connect_inputs(self, engine):
         for robot, controller, type_, keys in self._tables.inputs:
@@ -79,7 +87,7 @@ class RelayPort(RosPort):
             self._relay_command(engine, controller, type_, command_patterns(rows, maker(type_)))
         for controller, _, type_, key in self._tables.relayed_services:
             rospy.Service(controller, type_, _serving(engine, type_, key))
-        for action in self._actions.values():
+        for action in self._relays.values():
             action.connect(engine)
 
     def send(self, key, data):

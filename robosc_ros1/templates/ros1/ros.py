@@ -37,10 +37,9 @@ class RosPort(CallingPort):
     """Topics, services and actions of one controller, as in the tables of ``node.py``."""
 
     def __init__(self, tables, lifecycle):
-        services = {key: Service(name, type_) for name, type_, key in tables.services}
         served = [(key, ServedService(name, type_)) for name, type_, key in tables.served]
         served += [(key, ServedAction(name, type_)) for name, type_, key in tables.served_actions]
-        super().__init__(services, self._actions_of(tables), served)
+        super().__init__(self._services_of(tables), self._actions_of(tables), served)
         self._simulated = bool(rospy.get_param("/use_sim_time", False))
         self._subscriptions = tables.subscriptions
         self._publishers = {}
@@ -52,6 +51,9 @@ class RosPort(CallingPort):
         self._lifecycle = lifecycle
         self._logged = SimpleQueue()
         threading.Thread(target=self._write_log, name="log", daemon=True).start()
+
+    def _services_of(self, tables):
+        return {key: Service(name, type_) for name, type_, key in tables.services}
 
     def _actions_of(self, tables):
         return {key: Action(name, type_) for name, type_, key in tables.actions}

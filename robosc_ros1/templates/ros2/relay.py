@@ -4,7 +4,8 @@
 Messages are relayed as bytes, and deserialised only to match them with commands and events.
 Services and actions have a server for the controller and a client for the robot. A goal keeps its
 id; its feedback, result and status are passed back to the controller. A blocked call is answered
-with a default response (ROS 2 has no failing calls), a blocked goal is rejected.
+with a default response (ROS 2 has no failing calls), a blocked goal is rejected. What the robot
+calls has a server for the robot and a client for the controller.
 """
 
 import copy
@@ -23,7 +24,7 @@ from ._runtime.supervisor_engine import SupervisorEngine
 from ._runtime.values import copied_for
 from .ros import RosPort
 from .ros_arriving import maker, read
-from .ros_calls import Action
+from .ros_calls import Action, Service
 from .ros_messages import fill, has_oddities, plain, sendable, timed
 from .ros_parameters import advertise, keep_clock, qos_profile
 
@@ -50,11 +51,16 @@ class RelayPort(RosPort):
         self._requests = {key: type_.Request for _, _, type_, key in tables.relayed_services}
         self._blocked = advertise(node, String, "~/blocked", qos_profile("reliable", 1000))
 
+    def _services_of(self, tables):
+        guarded = self._clients_of(Service, tables.guarded_services)
+        return {**super()._services_of(tables), **guarded}
+
     def _actions_of(self, tables):
-        return {
+        self._relays = {
             key: ActionRelay(self._node, self.executor_thread, *rest, key)
             for *rest, key in tables.relayed_actions
         }
+        return {**self._relays, **self._clients_of(Action, tables.guarded_actions)}
 
     def _connect_inputs(self, engine):
         for robot, controller, type_, keys in self._tables.inputs:
@@ -65,7 +71,7 @@ class RelayPort(RosPort):
         for controller, _, type_, key in self._tables.relayed_services:
             serve = _serving(engine, self.executor_thread, key)
             self._node.create_service(type_, controller, serve, callback_group=group)
-        for action in self._actions.values():
+        for action in self._relays.values():
             action.connect(engine)
 
     def send(self, key, data):

@@ -45,9 +45,6 @@ class RosPort(CallingPort):
     def __init__(self, node, executor_thread, tables, profiles):
         self._node = node
         self.executor_thread = executor_thread
-        services = {
-            key: Service(node, executor_thread, name, type_) for name, type_, key in tables.services
-        }
         served = [
             (key, ServedService(node, executor_thread, name, type_))
             for name, type_, key in tables.served
@@ -56,7 +53,7 @@ class RosPort(CallingPort):
             (key, ServedAction(node, executor_thread, name, type_))
             for name, type_, key in tables.served_actions
         ]
-        super().__init__(services, self._actions_of(tables), served)
+        super().__init__(self._services_of(tables), self._actions_of(tables), served)
         self._subscriptions = tables.subscriptions
         self._simulated = self._started_simulated = is_simulated(node)
         self._logger = node.get_logger()
@@ -70,11 +67,16 @@ class RosPort(CallingPort):
         self.exit_code = 0
         self.on_exit = None
 
-    def _actions_of(self, tables):
+    def _services_of(self, tables):
+        return self._clients_of(Service, tables.services)
+
+    def _clients_of(self, make, servers):
         return {
-            key: Action(self._node, self.executor_thread, name, type_)
-            for name, type_, key in tables.actions
+            key: make(self._node, self.executor_thread, name, type_) for name, type_, key in servers
         }
+
+    def _actions_of(self, tables):
+        return self._clients_of(Action, tables.actions)
 
     def connect(self, engine):
         super().connect(engine)

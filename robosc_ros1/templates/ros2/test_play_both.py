@@ -12,6 +12,8 @@ from pathlib import Path
 
 import rclpy
 from action_msgs.msg import GoalStatus
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
 from std_msgs.msg import String
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -81,6 +83,38 @@ class Controller(RandomController):
             client = Client(node, type_, resolved(name))
             self._actions.append(client)
             self.requests.append((key, functools.partial(self._send, client, type_, key)))
+        group = ReentrantCallbackGroup()
+        for name, type_, key in tables.guarded_services:
+            serve = functools.partial(self._serve, type_, key)
+            node.create_service(type_, resolved(name), serve, callback_group=group)
+        self._servers = [
+            ActionServer(
+                node,
+                type_,
+                resolved(name),
+                functools.partial(self._act, type_, key),
+                cancel_callback=lambda _: CancelResponse.ACCEPT,
+                callback_group=group,
+            )
+            for name, type_, key in tables.guarded_actions
+        ]
+
+    def _serve(self, type_, key, request, _):
+        self.arrived(key, request)
+        return self.made(key, "response", type_.Response)
+
+    def _act(self, type_, key, handle):
+        fails = self.arrived(key, handle.request)
+        for _ in range(self.count()):
+            handle.publish_feedback(self.made(key, "feedback", type_.Feedback))
+            self.pause()
+        if handle.is_cancel_requested:
+            handle.canceled()
+        elif fails:
+            handle.abort()
+        else:
+            handle.succeed()
+        return self.made(key, "response", type_.Result)
 
     def is_connected(self):
         """Whether the supervisor's names were discovered."""

@@ -18,7 +18,7 @@ MONITOR = {
     "verdicts",
 }
 SHADOW = MONITOR | {"decisions", "shadow_engine"}
-GUARD = MONITOR | {"supervisor_engine"}
+GUARD = MONITOR | {"relayed_calls", "supervisor_engine"}
 ONLY = {
     ("ros1", "controller"): SHADOW,
     ("ros1", "supervisor"): GUARD,

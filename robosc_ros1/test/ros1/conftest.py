@@ -40,6 +40,8 @@ def _build_generated(folder: Path) -> None:
     ):
         write(package_of(model), folder / "src")
     write(package_of("gauntlet", mode="monitor"), folder / "src")
+    for model in ("orders", "missions"):
+        write(package_of(model, mode="supervisor"), folder / "src")
     workspace.build()
 
 

@@ -105,6 +105,9 @@ def _build(bed: Bed, folder: Path) -> None:
     for mode in ("controller", "supervisor"):
         name = ("--package", f"guarded_arm_managed_{mode}")
         generate(folder, arm, "--mode", mode, *name, "--config", str(folder / "managed.yaml"))
+    for model in ("orders", "missions"):
+        name = ("--mode", "supervisor", "--package", f"{model}_supervisor")
+        generate(folder, GOLDEN / "models" / f"{model}.rscd", *name)
     orders, name = GOLDEN / "models" / "orders.rscd", ("--package", "orders_managed_controller")
     generate(folder, orders, *name, "--config", str(folder / "managed.yaml"))
     bed.run("colcon", "build", folder=folder, timeout=600)

@@ -90,6 +90,11 @@ class Calls:
         self._plan()
         return self._last_token
 
+    def prolong(self, key: str, now: float) -> None:
+        """Grant the request its timeout once more."""
+        self._calls[key].deadline = now + self._timeout(key)
+        self._plan()
+
     def end(self, key: str) -> Optional[int]:
         """Remove the request and return its token; None if there was none."""
         call = self._calls.pop(key, None)

@@ -166,5 +166,5 @@ class JudgingEngine(Engine):
         if command.possible and command.authorised(*data):
             # Guards are simplified for the states that the supervisor allows; a command against
             # them may lead to other states, so requirements are checked, too.
-            return violated(self.controller, command.row, *data) if kind == "request" else []
+            return violated(self.controller, command.row, *data) if kind != "cancel" else []
         return blocked_by(self.controller, command.row, *data)

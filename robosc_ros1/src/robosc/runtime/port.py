@@ -69,6 +69,10 @@ class Port:
         there is one, or that is unknown."""
         return None
 
+    def works(self, key: str) -> bool:
+        """Whether the server of a service may still answer the latest call."""
+        return False
+
     def lost(self, key: str) -> bool:
         """Whether the server of a cancelled goal has been gone for so long that it must have ended
         (silence does not count)."""

@@ -113,7 +113,7 @@ class Serving(Requests):
         if command.kind == "response":
             call.answer(data)
         else:
-            call.refuse(self._failure(command))
+            call.refuse(self._failure(command) if data is None else data)
         del self._waiting[command.key]
 
     def _failure(self, command: ScheduledCommand) -> str:

@@ -21,7 +21,7 @@ from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tup
 
 from .calls import REFUSED
 from .inbox import Inbox
-from .judging_engine import NOTHING_TO_CORRECT_BY, UNFIT, JudgingEngine, JudgingPort
+from .judging_engine import NOTHING_TO_CORRECT_BY, UNFIT, JudgingPort
 from .matching import CommandPattern, matching_command
 from .model import Command, Controller
 from .offers import (
@@ -38,6 +38,7 @@ from .offers import (
 from .operating import HELD
 from .port import steady_time
 from .reasons import reason_text, violated
+from .relayed_calls import RelayedCalls
 from .scheduler import ScheduledCommand
 from .settings import Settings
 from .telemetry import dump
@@ -57,7 +58,7 @@ class SupervisorPort(JudgingPort):
         raise NotImplementedError
 
 
-class SupervisorEngine(JudgingEngine):
+class SupervisorEngine(RelayedCalls):
     """Executes a supervisor. Its own public methods may be called from any thread."""
 
     def __init__(
@@ -110,7 +111,7 @@ class SupervisorEngine(JudgingEngine):
         if key is None:
             self._block("", topic, "request", self._unmatched(patterns))
             return
-        checked, reasons = self._check(key, message, payload, repack)
+        checked, reasons = self._check(key, "request", message, payload, repack)
         if reasons:
             self._block(self._names[key], topic, "request", reasons, checked)
         else:
@@ -119,7 +120,7 @@ class SupervisorEngine(JudgingEngine):
     def _request(
         self, key: str, message: Any, payload: Any, answer: Answer, repack: Repack
     ) -> None:
-        checked, reasons = self._check(key, message, payload, repack)
+        checked, reasons = self._check(key, "request", message, payload, repack)
         reasons = reasons or self._reasons(key, "request", checked.data)
         if reasons:
             self._block(self._names[key], key, "request", reasons, checked)
@@ -141,10 +142,9 @@ class SupervisorEngine(JudgingEngine):
                 self._port.cancel(key, token)
 
     def _check(
-        self, key: str, message: Any, payload: Any, repack: Repack
+        self, key: str, kind: str, message: Any, payload: Any, repack: Repack
     ) -> Tuple[CheckedCommand, Reasons]:
-        """Return a message as it is to be passed on, and why no state allows that."""
-        row = self._scheduled[key, "request"].row
+        row = self._scheduled[key, kind].row
         checked = CheckedCommand(payload)
         if row.read is None:
             return checked, self._unfit(message)
@@ -172,7 +172,6 @@ class SupervisorEngine(JudgingEngine):
         return super()._reasons(key, kind, data)
 
     def _passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
-        """Apply a command and pass it on if it is allowed; False if not."""
         self._notice_pause()  # the process may have been stopped since the cycle began
         data = checked.data
         reasons = self._reasons(key, kind, data)
@@ -204,6 +203,8 @@ class SupervisorEngine(JudgingEngine):
             return True
         if kind == "cancel":
             self._effect.pop(key, None)
+        elif kind != "request":
+            pass  # an answer to a call of the robot moves nothing
         elif command.sort != "service" and key != self.settings.stop_command:
             now = vars(self.controller)
             pairs = ((name, before[name], now[name]) for name in writes)

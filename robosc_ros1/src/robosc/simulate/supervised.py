@@ -1,7 +1,8 @@
 """A supervisor as it executes: the generated code, between a robot and a controller that are typed.
 
 A request that is typed is what the controller sends: it passes as it is, corrected, or not at all,
-and what becomes of it is the outcome. Nothing is sent by itself but the command of ``stop``.
+and what becomes of it is the outcome. So it is with answers to what the robot calls. Nothing is
+sent by itself but the command of ``stop``.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from robosc.expr.traversal import path_text
 from robosc.language.events import EventKind, Kind
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_parts
+from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.offers import Reasons
@@ -72,7 +74,7 @@ class SupervisedExecution(Execution):
         asked = {
             (e.key, e.kind): e
             for e in self.plant.events
-            if e.controllable and e.kind in (EventKind.REQUEST, EventKind.CANCEL)
+            if e.controllable and not e.kind.of_component
         }
         self._inputs = (*self._inputs, *asked.values())
 
@@ -89,7 +91,7 @@ class SupervisedExecution(Execution):
     def can(self, event: Event, given: Given | None) -> bool:
         if event.kind is EventKind.REQUEST and event.controllable:
             return True
-        if event.kind is EventKind.CANCEL and event.controllable:
+        if event.controllable and (event.kind is EventKind.CANCEL or event.kind.served):
             return event.key in self._port.open
         return super().can(event, given)
 
@@ -103,7 +105,9 @@ class SupervisedExecution(Execution):
             return super().fire(event, given)
         engine, key = self._engine, event.key
         assert isinstance(engine, SupervisorEngine)
-        if event.kind is EventKind.CANCEL:
+        if event.kind.served:
+            self._answer(event, given)
+        elif event.kind is EventKind.CANCEL:
             engine.withdraw(key)
         elif self.plant.robot.communications[key].kind is Kind.INCOMING:
             engine.offer(key, [CommandPattern(key)], given, given)
@@ -112,6 +116,16 @@ class SupervisedExecution(Execution):
         engine.cycle()
         self._past.append((event, given))
         return self._happened()
+
+    def _answer(self, event: Event, given: Given) -> None:
+        """Let the controller answer a call of the robot."""
+        token = self._port.open[event.key]
+        payload: Any = given
+        if event.kind is EventKind.REFUSAL:
+            payload = Failure("simulated")
+        if event.kind is not EventKind.PROGRESS:
+            del self._port.open[event.key]
+        self._engine.report(event.key, token, event.kind.word, payload)
 
     def _happened(self) -> list[Happening]:
         blocked = [self._blocked(document) for document in self._port.documents]

@@ -82,6 +82,9 @@ class CallingPort(Port):
         caller.missed = not caller.is_served()
         return UNSERVED % caller.label if caller.missed else None
 
+    def works(self, key):
+        return self._services[key].is_busy()
+
     def lost(self, key):
         return self._actions[key].is_gone()
 

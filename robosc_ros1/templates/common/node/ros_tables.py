@@ -55,22 +55,28 @@ class SupervisorTables(Tables):
 
     ``inputs`` are (topic of the robot, topic of the controller, message type, keys); ``commands``
     are (topic of the controller, topic of the robot, message type, rows), see
-    :func:`.matching.command_patterns`; services and actions are (name for the controller, name of
-    the robot, type, key).
+    :func:`.matching.command_patterns`; services and actions, also those that the robot calls, are
+    (name for the controller, name of the robot, type, key).
     """
 
-    def __init__(self, inputs, commands, services, actions):
+    def __init__(self, inputs, commands, services, actions, served=(), served_actions=()):
         super().__init__(
             [(robot, type_, keys) for robot, _, type_, keys in inputs],
             [(robot, type_, [row[0] for row in rows]) for _, robot, type_, rows in commands],
             [(robot, type_, key) for _, robot, type_, key in services],
             [(robot, type_, key) for _, robot, type_, key in actions],
+            [(robot, type_, key) for _, robot, type_, key in served],
+            [(robot, type_, key) for _, robot, type_, key in served_actions],
         )
         self.guarded = [controller for controller, _, _, _ in commands]
         self.inputs = inputs
         self.commands = commands
         self.relayed_services = services
         self.relayed_actions = actions
+        self.guarded_services = [(controller, type_, key) for controller, _, type_, key in served]
+        self.guarded_actions = [
+            (controller, type_, key) for controller, _, type_, key in served_actions
+        ]
 
 
 class MonitorTables(Tables):

@@ -51,6 +51,10 @@ class GuardJudge(Judge):
             self._judge_correction(key, content)
             self.corrected[key] = self._changes
             self.passed[key] += 1
+        elif kind == "progress":
+            self.served[key].report(None)  # what it carries is the controller's affair
+        elif kind in ("answer", "refusal"):
+            self.served[key].end(kind == "answer", None)
         self._happen(kind, key, content)
 
     def _judge_correction(self, key, content):
@@ -83,7 +87,7 @@ class GuardJudge(Judge):
         event = report["event"]
         what = "%(kind)s of %(name)s was blocked" % event
         key = state.keys.get(event["name"])
-        if key is None or event["kind"] != "request":
+        if key is None or (event["kind"] != "request" and key not in self.served):
             self.faults.append(what + ": " + json.dumps(report["blocked_by"]))
             return
         self.blocked[key] += 1

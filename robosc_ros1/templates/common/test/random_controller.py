@@ -8,6 +8,7 @@ import functools
 import random
 
 from guard_judge import in_order
+from guarded_calls import GuardedCalls
 from random_commands import RandomCommands, content
 from ros_robot import Robot, RosValues
 
@@ -29,8 +30,8 @@ class RecordingRobot(Robot):
         return super().act(key, goal)
 
 
-class RandomController:
-    """The controller: its random commands, and their results.
+class RandomController(GuardedCalls):
+    """The controller: its random commands, and their results; and what it answers.
 
     Subclasses for a ROS version define ``publishers``, as (publisher, topic of the robot, type,
     commands), and ``requests``, as (command, function that sends it). A goal that passed has the
@@ -50,6 +51,7 @@ class RandomController:
         self.faults = []
         self.values = RosValues(random.Random(seed + 3))
         self.random_commands = RandomCommands(self.random, self.values, judge)
+        super().__init__(robot.tables, self.values, seed)
         tables = robot.tables
         self.heard = {topic: [] for _, topic, _, _ in tables.inputs}
         self.passed = {topic: [] for _, topic, _, _ in tables.commands}
@@ -101,6 +103,7 @@ class RandomController:
         for topic, passed in self.passed.items():
             self._compare(topic, self.robot.received[topic], passed)
         self.compare_answers()
+        self.faults += self.wrong_calls(self.robot)
         if self.judge.wait(
             lambda: all(goal.has_ended() for goal in self.goals), "the end of all goals"
         ):

@@ -73,7 +73,6 @@ def command_matches(
     _check_directions(robot, report)
     if servers:
         _check_servers(robot, report)
-    _check_served(robot, report)
     for (_, type_), messages in topics.items():
         place = messages[0].identifier, type_
         if len(messages) == 1:
@@ -114,19 +113,6 @@ def _check_servers(robot: Robot, report: Report) -> None:
                 f" both are requests of the {one.kind.value} '{one.identifier}'",
                 f"declare the {one.kind.value} once, or give one of them a name of its own",
                 [Note(f"the other {one.kind.value} is here", other.span)],
-            )
-
-
-def _check_served(robot: Robot, report: Report) -> None:
-    """What the robot calls would have to reach the controller that is guarded."""
-    for one in robot.communications.values():
-        if one.sort.served:
-            report.add(
-                "calls-to-supervisor",
-                one.span,
-                f"neither a supervisor nor a monitor takes part in calls yet:"
-                f" '{robot.display_names[one.key]}' is an {one.kind.value}",
-                "generate a controller, or leave the calls to the controller that is guarded",
             )
 
 

@@ -163,15 +163,15 @@ def decides_on_reasons(robot: Robot) -> set[str]:
 
 
 def _unseen(robot: Robot, context: ControllerContext, shows_results: bool) -> tuple[str, ...]:
-    """The services, the actions that share a name or decide on the reasons of errors, and those
-    whose results the model reads though nobody can hear them."""
+    """The services, what the controller serves, the actions that share a name or decide on the
+    reasons of errors, and those whose results the model reads though nobody can hear them."""
     reads = {i.key for i in context.inputs if i.kind == EventKind.RESPONSE.value and i.read}
     shared = {c.key for together in shared_servers(robot) for c in together}
     hidden = shared | decides_on_reasons(robot) | (set() if shows_results else reads)
     return tuple(
         c.key
         for c in robot.communications.values()
-        if c.kind is Kind.SERVICE or (c.kind is Kind.ACTION and c.key in hidden)
+        if c.kind is Kind.SERVICE or c.sort.served or (c.kind is Kind.ACTION and c.key in hidden)
     )
 
 

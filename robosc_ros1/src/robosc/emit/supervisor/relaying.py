@@ -54,6 +54,8 @@ class RelayContext(PackageContext):
     commands: tuple[RelayView, ...]
     relayed_services: tuple[RelayView, ...]
     relayed_actions: tuple[RelayView, ...]
+    guarded_services: tuple[RelayView, ...]
+    guarded_actions: tuple[RelayView, ...]
     remaps: tuple[tuple[str, str], ...]
 
 
@@ -86,8 +88,14 @@ def relay_context(
     )
     services = tuple(_view(service) for service in base.services)
     actions = tuple(_view(action) for action in base.actions)
-    pairs = [(v.robot, v.controller) for v in (*inputs, *commands, *services)]
-    pairs += [(v.robot + part, v.controller + part) for v in actions for part in action_parts]
+    served = tuple(_view(service) for service in base.served_services)
+    served_actions = tuple(_view(action) for action in base.served_actions)
+    pairs = [(v.robot, v.controller) for v in (*inputs, *commands, *services, *served)]
+    pairs += [
+        (v.robot + part, v.controller + part)
+        for v in (*actions, *served_actions)
+        for part in action_parts
+    ]
     return RelayContext(
         **known,
         prefix=PREFIX,
@@ -96,6 +104,8 @@ def relay_context(
         commands=commands,
         relayed_services=services,
         relayed_actions=actions,
+        guarded_services=served,
+        guarded_actions=served_actions,
         # A private name is the supervisor's own; the controller's node has no such.
         remaps=tuple(dict.fromkeys(pair for pair in pairs if not pair[0].startswith("~"))),
     )

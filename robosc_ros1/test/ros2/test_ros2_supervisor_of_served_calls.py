@@ -1,0 +1,75 @@
+"""A supervisor between a robot that calls and the generated controller that answers, on rclpy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import pytest
+from ros2.ros2_support import Graph, Peer, Process
+from ros2.test_ros2_calls_of_the_robot import DONE, ORDER, call, open_door
+from ros2.test_ros2_goals_of_the_robot import ABORTED, CANCELED, SUCCEEDED, accepted, send, step
+
+Start = Callable[..., Process]
+CARRIER = ("order", "switch", "door", "lamp")
+ACTION = ("send_goal", "cancel_goal", "get_result", "feedback", "status")
+RUNNER = ("step", "fault", "lamp", "mission", *(f"mission/_action/{part}" for part in ACTION))
+
+
+@pytest.fixture
+def guarded(graph: Graph, controller: Start) -> Callable[..., tuple[Peer, Process]]:
+    def start(model: str, names: Sequence[str], *inputs: str) -> tuple[Peer, Process]:
+        """The robot, and the controller that is guarded."""
+        quality = {f"qos__{name}__reliability": "reliable" for name in inputs}
+        rules = [f"/{name}:=/supervised/{name}" for name in names]
+        own = controller(f"{model}_controller", rules, **quality)
+        controller(f"{model}_supervisor", **quality)
+        peer = graph.peer()
+        peer.watch(f"{model}_controller")
+        peer.watch(f"{model}_supervisor")
+        return peer, own
+
+    return start
+
+
+def test_a_call_is_answered_by_the_controller(
+    graph: Graph, guarded: Callable[..., tuple[Peer, Process]]
+) -> None:
+    robot, _ = guarded("orders", CARRIER, "door")
+    peer = graph.peer()
+    peer.order("start_call", name=ORDER, type="std_srvs/srv/SetBool", data={"data": True})
+    for node in ("orders_controller", "orders_supervisor"):
+        robot.expect_state(node, lambda s: s["communications"]["order"] == "busy")
+    assert "order is busy" in call(graph.peer(), ORDER, True)["message"]
+    open_door(robot)
+    assert peer.expect("response", name=ORDER)["data"] == DONE
+    refused = call(peer, ORDER, False)
+    assert not refused["success"] and "Orders in unwanted" in refused["message"]
+    assert call(peer, ORDER, True) == DONE
+
+
+def test_a_goal_of_the_robot(guarded: Callable[..., tuple[Peer, Process]]) -> None:
+    robot, _ = guarded("missions", RUNNER, "step", "fault")
+    goal = accepted(robot)
+    robot.expect_state("missions_controller", lambda s: s["communications"]["mission"] == "busy")
+    step(robot, 2)
+    robot.expect("feedback", id=goal, where=lambda data: data["reached"] == 2)
+    step(robot, 3)
+    ended = robot.expect("result", id=goal)
+    assert (ended["status"], ended["data"]["reached"]) == (SUCCEEDED, 3)
+    step(robot, 0)
+    robot.expect_state("missions_controller", lambda s: s["variables"]["Legs.steps"] == 0)
+    goal = accepted(robot)
+    robot.expect_state("missions_controller", lambda s: s["communications"]["mission"] == "busy")
+    robot.order("cancel_goal", id=goal)
+    assert robot.expect("result", id=goal)["status"] == CANCELED
+    robot.expect_state("missions_supervisor", lambda s: s["communications"]["mission"] == "idle")
+    assert not robot.expect("answer", id=send(robot, -1.0))["accepted"]
+
+
+def test_the_controller_is_killed(guarded: Callable[..., tuple[Peer, Process]]) -> None:
+    robot, controller = guarded("missions", RUNNER, "step", "fault")
+    goal = accepted(robot)
+    robot.expect_state("missions_controller", lambda s: s["communications"]["mission"] == "busy")
+    controller.popen.kill()
+    ended = robot.expect("result", id=goal)
+    assert ended["status"] == ABORTED and "lost" in ended["data"]["message"]
