@@ -90,34 +90,36 @@ def simulation_environment() -> dict[str, str]:
 class Ros1:
     """Generated controllers in a catkin workspace, and a master to run them on."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, models: Path = HERE) -> None:
         self.folder = folder
         self.workspace = Workspace(folder)
-        self._master: Master | None = None
+        self.master: Master | None = None
+        self._models = models
 
     def build(self, robots: list[str]) -> None:
         for interfaces in INTERFACES:
             self.workspace.add(interfaces)
         for robot in robots:
-            generate(robot, self.folder, "ros1", {})
+            prefixes = {"ROS_PACKAGE_PATH": str(HERE)}
+            generate(robot, self._models, self.folder, "ros1", prefixes)
         self.workspace.build()
 
     @contextlib.contextmanager
     def running(self) -> Iterator[None]:
         (self.folder / "master").mkdir(exist_ok=True)
-        with master(self.folder / "master") as self._master:
+        with master(self.folder / "master") as self.master:
             yield
 
     def drive(
         self, robot: str, seed: int, faults: bool, record: Path, metres: float | None = None
     ) -> None:
         """Run one world, or only until its robot has moved so far."""
-        assert self._master is not None
-        self.workspace.run("rosparam", "set", "/use_sim_time", "true", master=self._master)
+        assert self.master is not None
+        self.workspace.run("rosparam", "set", "/use_sim_time", "true", master=self.master)
         with contextlib.ExitStack() as nodes:
             for command in self._nodes(robot):
-                nodes.enter_context(self.workspace.start(*command, master=self._master))
-            env = self.workspace.environment("devel", self._master) | simulation_environment()
+                nodes.enter_context(self.workspace.start(*command, master=self.master))
+            env = self.workspace.environment("devel", self.master) | simulation_environment()
             env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES), env["PYTHONPATH"]))
             bridge(sys.executable, 1, (robot, seed, faults, record, metres), env)
 
@@ -136,23 +138,24 @@ class Ros1:
 class Ros2:
     """Generated controllers built by colcon, for ROS 2 as the tests have it."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, models: Path = HERE) -> None:
         self.folder = folder
-        self._bed = GalleryBed(test_bed().folder)
+        self.bed = GalleryBed(test_bed().folder)
         (folder / "src").mkdir(parents=True, exist_ok=True)
-        self._domain = 0
+        self.domain = 0
+        self._models = models
 
     def build(self, robots: list[str]) -> None:
-        self._bed.complete(with_own=not COMMON.issuperset(robots))
+        self.bed.complete(with_own=not COMMON.issuperset(robots))
         for robot in robots:
             # With the definitions of ROS 2: those of ROS 1 have other names in a duration.
-            prefixes = {"AMENT_PREFIX_PATH": self._bed.environment["AMENT_PREFIX_PATH"]}
-            generate(robot, self.folder, "ros2", prefixes)
-        self._bed.run("colcon", "build", folder=self.folder)
+            prefixes = {"AMENT_PREFIX_PATH": self.bed.environment["AMENT_PREFIX_PATH"]}
+            generate(robot, self._models, self.folder, "ros2", prefixes)
+        self.bed.run("colcon", "build", folder=self.folder)
 
     @contextlib.contextmanager
     def running(self) -> Iterator[None]:
-        with free_domain() as self._domain:
+        with free_domain() as self.domain:
             yield
 
     def drive(
@@ -162,10 +165,10 @@ class Ros2:
         package = package_of(robot)
         prefix = self.folder / "install" / package
         (site,) = prefix.glob("lib/python3*/site-packages")
-        own = self._bed.environment["PYTHONPATH"]
+        own = self.bed.environment["PYTHONPATH"]
         path = {"PYTHONPATH": os.pathsep.join((str(site), own))}
-        path["AMENT_PREFIX_PATH"] = f"{prefix}:{self._bed.environment['AMENT_PREFIX_PATH']}"
-        graph = Graph(self._bed, self._domain, self.folder)
+        path["AMENT_PREFIX_PATH"] = f"{prefix}:{self.bed.environment['AMENT_PREFIX_PATH']}"
+        graph = Graph(self.bed, self.domain, self.folder)
         try:
             values = {"publish_events": "true", "state_rate": 1000, "use_sim_time": "true"}
             values |= {"stop_command": "halt"} if robot in GUARDED else {"rate": RATE}
@@ -176,10 +179,10 @@ class Ros2:
             if robot in GUARDED:
                 remapped = [word for t in SUPERVISED for word in ("-r", f"{t}:=/supervised{t}")]
                 script = HERE / "physics" / f"{robot}_ros2.py"
-                graph.start(self._bed.python, script, "--ros-args", *remapped)
+                graph.start(self.bed.python, script, "--ros-args", *remapped)
             env = graph.environment | simulation_environment()
             env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES), own))
-            bridge(self._bed.python, 2, (robot, seed, faults, record, metres), env)
+            bridge(self.bed.python, 2, (robot, seed, faults, record, metres), env)
         finally:
             graph.close()
 
@@ -188,13 +191,15 @@ def package_of(robot: str) -> str:
     return f"{GUARDED[robot]}_supervisor" if robot in GUARDED else f"{robot}_controller"
 
 
-def generate(robot: str, folder: Path, target: str, environment: dict[str, str]) -> None:
+def generate(
+    robot: str, models: Path, folder: Path, target: str, environment: dict[str, str]
+) -> None:
     """Generate the package of a robot into the workspace's ``src``."""
     model = GUARDED.get(robot, robot)
     arguments = ["--target", target, "--mode", "supervisor" if robot in GUARDED else "controller"]
     arguments += ["--output", str(folder / "src"), "--package", package_of(robot)]
     done = run_robosc(
-        ["generate", str(HERE / model / f"{model}.rscd"), *arguments], folder, environment
+        ["generate", str(models / model / f"{model}.rscd"), *arguments], folder, environment
     )
     if done.returncode != 0:
         raise SystemExit(done.stderr)

@@ -351,7 +351,7 @@ def summary_of(world: World, faults: Faults, seconds: float) -> dict[str, Any]:
         "real": round(seconds, 2),
         "judgements": world.observer.judgements,
         "violations": dict(world.observer.violations),
-        "first": world.observer.first,
+        "times": world.observer.times,
         "faults": faults.texts,
     }
 

@@ -40,7 +40,7 @@ class Observer:
     def __init__(self) -> None:
         self.judgements = 0
         self.violations: Counter[str] = Counter()
-        self.first: dict[str, float] = {}
+        self.times: dict[str, list[float]] = {}
         self._now = 0.0
         self._heard: dict[str, float] = {}
         self._facts: dict[str, Any] = {}
@@ -75,4 +75,4 @@ class Observer:
 
     def violate(self, rule: str) -> None:
         self.violations[rule] += 1
-        self.first.setdefault(rule, self._now)
+        self.times.setdefault(rule, []).append(self._now)

@@ -280,7 +280,7 @@ def _package(path: str | Path, options: Options, output: Output) -> _Made:
     from robosc.emit.package.original_config import load_config
     from robosc.emit.package.package import namesake
 
-    supervises = options.supervises or output.mode == "supervisor"
+    supervises = options.supervises or output.mode != "controller"
     loaded = load(path, replace(options, supervises=supervises), output.target)
     if output.mode == "controller":
         _refuse_corrections(loaded.robot)

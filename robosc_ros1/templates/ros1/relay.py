@@ -17,12 +17,10 @@ from std_msgs.msg import String
 
 from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
-from ._runtime.values import copied_for
 from .ros import QUEUE, RosPort
 from .ros_actions import FAILURES, RESULT_TIMEOUT, Action, Ends, GoalCaller, end_of, new_goal_id
-from .ros_arriving import arrived, maker, serialised
+from .ros_arriving import corrected, maker, serialised
 from .ros_calls import Service
-from .ros_messages import fill
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
@@ -100,7 +98,7 @@ class RelayPort(RosPort):
         self._blocked.publish(text)
 
     def corrected(self, message, data):
-        return arrived(fill(copied_for(message, data), data))
+        return corrected(message, data)
 
     def composed(self, key, data):
         known = self._publishers.get(key)
@@ -191,8 +189,8 @@ class ActionRelay(GoalCaller):
                 if kind in ("blocked", "error"):
                     self._refuse(message, kind, payload)
 
-            def repacked(corrected):
-                message.goal = corrected
+            def repacked(made):
+                message.goal = made
                 return message.goal_id, message
 
             goal_and_id = (message.goal_id, onward)

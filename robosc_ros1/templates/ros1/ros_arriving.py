@@ -3,6 +3,7 @@
 
 import io
 
+from ._runtime.values import copied_for
 from .ros_messages import fill
 
 
@@ -20,3 +21,8 @@ def arrived(message):
 def maker(message_type):
     """Return a function that makes messages from data as they would arrive."""
     return lambda data: arrived(fill(message_type(), data))
+
+
+def corrected(message, data):
+    """Return a copy of a message with the given fields set, as it arrives."""
+    return arrived(fill(copied_for(message, data), data))

@@ -12,7 +12,7 @@ from ._runtime.matching import command_patterns
 from ._runtime.monitor_engine import MonitorEngine
 from ._runtime.observation import SeenActionOfRos2
 from .ros import RosPort
-from .ros_arriving import maker
+from .ros_arriving import corrected, maker
 from .ros_messages import has_oddities, plain
 from .ros_parameters import advertise, qos_profile
 
@@ -27,11 +27,14 @@ class MonitorPort(RosPort):
         self._tables = tables
         self._findings = advertise(node, String, "~/findings", qos_profile("reliable", 1000))
 
+    def corrected(self, message, data):
+        return corrected(message, data, self._node.get_clock())
+
     def found(self, text):
         self._findings.publish(String(data=text))
 
     def _connect_inputs(self, engine):
-        engine.leave_out(self._tables.unseen)
+        engine.leave_out(self._tables.unseen, self._tables.by_data)
         super()._connect_inputs(engine)
         for topic, type_, rows in self._tables.commands:
             self._hear_commands(engine, topic, type_, rows)

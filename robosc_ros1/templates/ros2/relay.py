@@ -21,11 +21,10 @@ from std_msgs.msg import String
 
 from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
-from ._runtime.values import copied_for
 from .ros import RosPort
-from .ros_arriving import maker, read
+from .ros_arriving import corrected, maker, read
 from .ros_calls import Action, Service
-from .ros_messages import fill, has_oddities, plain, sendable, timed
+from .ros_messages import has_oddities, plain, sendable
 from .ros_parameters import advertise, keep_clock, qos_profile
 
 
@@ -84,12 +83,7 @@ class RelayPort(RosPort):
         self._blocked.publish(String(data=text))
 
     def corrected(self, message, data):
-        if has_oddities(type(message)):
-            made = sendable(copy.deepcopy(message))
-        else:
-            made = copied_for(message, data)
-        fill(made, timed(data, self._node.get_clock()))
-        return read(serialize_message(made), type(message))
+        return corrected(message, data, self._node.get_clock())
 
     def composed(self, key, data):
         known = self._publishers.get(key)
@@ -181,8 +175,8 @@ class ActionRelay(Action):
             elif kind == "error":
                 self._executor_thread.do(lambda: self._give_up(request))
 
-        def repacked(corrected):
-            whole = unread(corrected)
+        def repacked(made):
+            whole = unread(made)
             for name in type(whole).get_fields_and_field_types():
                 setattr(request, name, getattr(whole, name))
             return request  # which is known by its identity

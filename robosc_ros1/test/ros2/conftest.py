@@ -96,7 +96,8 @@ def _build(bed: Bed, folder: Path) -> None:
     for mode in ("supervisor", "monitor"):
         generate(folder, arm, "--mode", mode)
     generate(folder, REPOSITORY / "examples/line_follower/line_follower.rscd", "--mode", "monitor")
-    generate(folder, HERE / "models" / "crane.rscd", "--mode", "supervisor")
+    for mode in ("supervisor", "monitor"):
+        generate(folder, HERE / "models" / "crane.rscd", "--mode", mode)
     mirror, prefix = HERE / "models" / "mirror.rscd", bed.environment["AMENT_PREFIX_PATH"]
     for mode in ("controller", "supervisor", "monitor"):
         name = ("--package", f"mirror_{mode}")

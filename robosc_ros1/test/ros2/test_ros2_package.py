@@ -57,7 +57,7 @@ def test_the_parameter_file_says_what_is_so_anyway(
     assert "unknown parameter" not in node.output
 
 
-@pytest.mark.parametrize("package", ["guarded_arm", "shared_controller"])
+@pytest.mark.parametrize("package", ["guarded_arm", "shared_controller", "crane_monitor"])
 def test_the_package_s_own_test_plays_the_robot(built: Any, graph: Graph, package: str) -> None:
     test = graph.start(
         graph.bed.python, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider",

@@ -12,7 +12,7 @@ from runtime.schemas import validate
 
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.monitor_engine import MonitorEngine
-from robosc.runtime.observation import SeenAction
+from robosc.runtime.observation import SeenAction, SeenActionOfRos2
 from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
 
@@ -165,3 +165,80 @@ def test_a_result_that_overtakes_its_goal_ends_it(bench: Bench) -> None:
     assert bench.controller.arm_busy
     assert bench.told.count(("response", "reach", "applied")) == 2
     assert bench.found() == []
+
+
+def status(now: int, *goals: tuple[int, int]) -> Any:
+    listed = [SimpleNamespace(goal_id=goal(number).goal_id, status=s) for number, s in goals]
+    return SimpleNamespace(header=SimpleNamespace(stamp=time(now)), status_list=listed)
+
+
+def test_a_goal_of_which_the_server_knows_nothing_any_more_is_lost(bench: Bench) -> None:
+    action = SeenAction(bench.monitor, ARM).handlers
+    bench.hear(BLOCKED)
+    action["/goal"](goal(1))
+    action["/status"](status(1))  # it was sent before the goal came
+    bench.monitor.cycle()
+    assert bench.controller.arm_busy
+    action["/status"](status(2, (1, 1)))
+    action["/status"](status(3))  # of a server that was started anew
+    bench.monitor.cycle()
+    assert not bench.controller.arm_busy
+    assert bench.told[-1] == ("error", "reach", "applied")
+    action["/goal"](goal(2))
+    bench.monitor.cycle()
+    assert bench.controller.arm_busy and bench.found() == []
+
+
+@pytest.mark.parametrize("ended", [2, 3, 4])
+def test_an_end_whose_result_was_not_recorded(bench: Bench, ended: int) -> None:
+    action = SeenAction(bench.monitor, ARM).handlers
+    bench.hear(BLOCKED)
+    action["/goal"](goal(1))
+    if ended == 2:
+        action["/cancel"](goal(1).goal_id)
+    for second in (1, 2):
+        bench.monitor.cycle()
+        assert bench.controller.arm_busy
+        action["/status"](status(second, (1, ended)))
+    bench.wait(TOLERANCE)
+    assert not bench.controller.arm_busy
+    action["/result"](result(1, ended))  # comes late
+    action["/goal"](goal(2))
+    bench.monitor.cycle()
+    assert bench.controller.arm_busy and bench.found() == []
+
+
+def test_a_goal_that_vanishes_in_ros_2_is_lost(bench: Bench) -> None:
+    listen = SeenActionOfRos2(bench.monitor, ARM).handlers["/_action/status"]
+
+    def listed(*goals: tuple[int, int]) -> Any:
+        infos = (SimpleNamespace(goal_id=SimpleNamespace(uuid=[n] * 16)) for n, _ in goals)
+        rows = zip(infos, goals, strict=True)
+        return SimpleNamespace(
+            status_list=[SimpleNamespace(goal_info=info, status=s) for info, (_, s) in rows]
+        )
+
+    bench.hear(BLOCKED)
+    listen(listed((1, 2)))
+    bench.monitor.cycle()
+    assert bench.controller.arm_busy
+    listen(listed((2, 2)))
+    bench.monitor.cycle()
+    assert bench.controller.arm_busy and bench.found() == []
+    assert bench.told.count(("error", "reach", "applied")) == 1
+
+
+def test_the_end_of_a_cancelled_goal_crosses_the_next_goal(bench: Bench) -> None:
+    action = SeenAction(bench.monitor, ARM).handlers
+    bench.hear(BLOCKED)
+    action["/goal"](goal(1))
+    action["/cancel"](goal(1).goal_id)
+    bench.monitor.cycle()
+    action["/goal"](goal(2))
+    action["/cancel"](goal(1).goal_id)  # once more: it is not meant for the second goal
+    bench.monitor.cycle()
+    action["/result"](result(1, 2))
+    bench.monitor.cycle()
+    bench.wait(TOLERANCE)
+    assert bench.controller.arm_busy and bench.found() == []
+    assert bench.told.count(("request", "reach", "applied")) == 2

@@ -27,7 +27,7 @@ from simulate.recorded_runs import (
 from robosc.errors import UsageError
 from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
-from robosc.simulate.bag_files import opened_bag
+from robosc.simulate.bag_files import default_message, fill, opened_bag
 from robosc.simulate.bag_run import BagRun, settings_of
 from robosc.simulate.judgement import Judgement, judge
 from robosc.simulate.recorded_names import recorded_names
@@ -290,6 +290,27 @@ def test_a_command_before_what_allowed_it(tmp_path: Path) -> None:
     assert findings(refused) == [("violation", "slow.request", 0.9, 1)]
 
 
+def test_each_requirement_is_excused_by_itself(tmp_path: Path) -> None:
+    """One that failed only just now is no reason against a command that another one forbids."""
+    model = SMALL.replace(
+        "    provide slow", "    requirement slow needs Lid.shut\n    provide slow"
+    )
+    bag = BagWriter(tmp_path / "small.bag", {})
+    for topic, type_, time, value in (
+        ("/level", "Int64", 0.0, 2),
+        ("/open", "Bool", 2.0, True),
+        ("/pump", "Float64", 2.02, 1.0),
+        ("/pump", "Float64", 4.0, 1.0),
+        ("/open", "Bool", 6.0, False),
+        ("/pump", "Float64", 6.02, 1.0),
+    ):
+        bag.write(topic, f"std_msgs/msg/{type_}", START + time, {"data": value})
+    bag.close()
+    found = judged(supervisor_of(model, "small.rscd"), tmp_path / "small.bag")
+    level, lid = "requirement slow needs Sensor.level < 2", "requirement slow needs Lid.shut"
+    assert [f.about for f in found.findings] == [(level,), (level, lid), (level,)]
+
+
 def test_a_bag_in_the_picture(supervisor: Supervisor, tmp_path: Path) -> None:
     """Its states are those of the monitor, and its forbidden commands have their reasons."""
     run = recorded(supervisor, tmp_path, "bag", lawless=("move",), seconds=8.0)
@@ -365,3 +386,68 @@ def test_a_bag_by_rosbag_itself(tmp_path: Path, compression: str) -> None:
     found = judged(supervisor_of(SMALL, "small.rscd"), path)
     # The first is too near to the message that forbids it.
     assert findings(found) == [("violation", "slow.request", 5.06, 99)]
+
+
+WALKER = """\
+robot Walker {
+    component Legs {
+        action walk with identifier: "/walk", within: 5 s, type: robot_common/Grabber
+        behaviour {
+            initial marked state standing { on request to walk goto walking }
+            state walking {
+                on response from walk goto standing
+                on error from walk if reason = failed goto failed
+                on error from walk if reason = rejected goto rejected
+                on error from walk if reason = timeout goto late
+                on error from walk if reason = lost goto lost
+                on error from walk if reason in { absent, refused } goto standing
+            }
+            marked state failed { on request to walk goto walking }
+            marked state rejected { on request to walk goto walking }
+            marked state late { on request to walk goto walking }
+            marked state lost { on request to walk goto walking }
+        }
+    }
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("statuses", "cancelled", "state"),
+    [
+        ([3], None, "standing"),
+        ([4], None, "failed"),
+        ([5], None, "rejected"),
+        ([2], None, "failed"),  # others ended it
+        ([2], 1.0, "failed"),
+        ([2], 5.1, "late"),
+        ([], None, "lost"),
+    ],
+)
+def test_the_reason_of_an_error(
+    tmp_path: Path, statuses: list[int], cancelled: float | None, state: str
+) -> None:
+    """By what the server told, and by the time after which it was cancelled."""
+    bag = BagWriter(tmp_path / "walk.bag", definitions("bag"))
+    goal = {"goal_id": {"id": "goal 1"}}
+    bag.write("/walk/goal", "robot_common/msg/GrabberActionGoal", START, goal)
+    array = "actionlib_msgs/msg/GoalStatusArray"
+    one = default_message(bag.store, "actionlib_msgs/msg/GoalStatus")
+    fill(one, {**goal, "status": 1})
+    bag.write("/walk/status", array, START + 0.2, {"status_list": [one]})
+    if cancelled:
+        bag.write("/walk/cancel", "actionlib_msgs/msg/GoalID", START + cancelled, goal["goal_id"])
+    for status in statuses:
+        ended = {"status": {**goal, "status": status}}
+        bag.write("/walk/result", "robot_common/msg/GrabberActionResult", START + 5.3, ended)
+    if not statuses:
+        bag.write("/walk/status", array, START + 5.4, {"status_list": []})
+    bag.write("/walk/status", array, START + 8.0, {"status_list": []})
+    bag.close()
+    supervisor = supervisor_of(WALKER, str(EXAMPLES / "walker.rscd"))
+    with opened_bag(bag.path) as opened:
+        run = BagRun(supervisor, opened, settings_of(supervisor.plant.robot))
+        assert not run.unseen
+        outcomes = {entry.outcome for entry in run.entries(lambda *_: None)}
+    assert run.engine.controller.components() == {"Legs": state}
+    assert outcomes == {"applied"}

@@ -16,11 +16,13 @@ from __future__ import annotations
 
 from typing import Any, Callable, Container, Dict, FrozenSet, List, Optional, Set, Tuple
 
-from .calls import Failure
+from .allowances import Allowances
+from .calls import Failure, Missed
 from .intake import BoundInput
+from .invariants import Invariants
 from .judging_engine import UNFIT, JudgingEngine
 from .matching import matching_command
-from .model import Controller, Requirement
+from .model import Controller
 from .offers import Reasons, Repack, told
 from .port import steady_time
 from .reasons import reason_text, violation
@@ -32,8 +34,6 @@ from .shortening import Shortener
 from .telemetry import dump
 from .unseen import unknown_attributes
 from .verdicts import verdicts
-
-_NEVER = float("-inf")
 
 
 class MonitorEngine(JudgingEngine):
@@ -52,27 +52,26 @@ class MonitorEngine(JudgingEngine):
         self.tolerance = self.settings.tolerance
         self._seen: List[Seen] = []
         self._topics: Dict[str, str] = {}  # by key, of the commands that were seen
-        self._allowed: Dict[Tuple[str, str], bool] = {}
-        self._allowed_until: Dict[Tuple[str, str], float] = {}
-        self._withdrawn: Set[str] = set()
-        """The actions whose goals were cancelled although the model does not say so."""
+        self._allowances = Allowances(controller, self._is_allowed)
+        self._withdrawn: Dict[str, float] = {}
+        """The actions whose goals were cancelled although the model does not say so, each when."""
         self._own = ""  # the topic of the command that is being applied
         self._unknown: FrozenSet[str] = frozenset()
-        on_commands = {i for row in controller.COMMANDS for i in row.requirements}
-        self._on_states: Dict[int, Requirement] = {
-            i: row for i, row in enumerate(controller.REQUIREMENTS) if i not in on_commands
-        }
-        self._violated: Set[int] = set()
+        self._by_data: Container[str] = ()
+        self._invariants = Invariants(controller)
+        self._begun: Dict[str, float] = {}  # when the last request of each was seen
         reads_data = any(row.read is not None for row in controller.COMMANDS)
         self._recent = RecentStates(controller) if reads_data else None
         self.describe: Callable[[Any], Any] = lambda message: None
         """Returns what is recorded of the message of a command."""
 
-    def leave_out(self, keys: Container[str]) -> None:
+    def leave_out(self, keys: Container[str], by_data: Container[str] = ()) -> None:
         """Tell before the start which communications cannot be seen.
 
-        What may depend on them is not judged.
+        What may depend on them is not judged, nor the commands ``by_data``: those that their data
+        would decide on, which this controller knows of its own only.
         """
+        self._by_data = by_data
         controller = self.controller
         events = [(row.key, row.writes) for row in controller.INPUTS]
         events += [(row.key, row.writes) for row in controller.COMMANDS]
@@ -80,7 +79,7 @@ class MonitorEngine(JudgingEngine):
         steps += [(row.reads, row.writes) for row in controller.AFTERS]
         self._unknown = unknown_attributes(keys, events, steps)
         if self._unknown:
-            self._on_states = {}
+            self._invariants.leave_out()
 
     @property
     def unjudged(self) -> List[Tuple[str, str]]:
@@ -104,9 +103,7 @@ class MonitorEngine(JudgingEngine):
 
     def _begin(self) -> None:
         super()._begin()
-        for command in self._scheduler.commands:
-            if command.row.read is None:
-                self._allowed[command.key, command.kind] = self._is_allowed(command)
+        self._allowances.begin(self._scheduler.commands)
         self._look_at_states()
 
     def time_to_deadline(self) -> Optional[float]:
@@ -145,6 +142,7 @@ class MonitorEngine(JudgingEngine):
                 return
         excused = (
             self._is_unjudged(command)
+            or key in self._by_data
             or self._is_allowed(command, seen)
             or self._was_allowed(command, seen)
             or self._pauses.holds  # the order of what waited is not known
@@ -175,9 +173,19 @@ class MonitorEngine(JudgingEngine):
             self.recorder.counters["late"] += 1
             return
         if entry.ends is not None:
-            self._withdrawn.discard(entry.key)
-            entry, message = self._end_of(entry, message)
+            missed = self._missed_by(entry.key)
+            self._withdrawn.pop(entry.key, None)
+            entry, message = self._end_of(entry, message, missed)
         self._input((entry,), message)
+
+    def _missed_by(self, key: str) -> Optional[Missed]:
+        """Return the deadline for which a goal was cancelled, if the model does not cancel it."""
+        limit, cancelled = self.settings.goal_timeout_of(key), self._withdrawn.get(key)
+        if limit is None or cancelled is None:
+            return None
+        end = self._begun[key] + limit
+        is_over = cancelled >= end - self.tolerance
+        return Missed(end, key, "deadline exceeded") if is_over else None
 
     def _judge(self) -> None:
         """Apply what was seen, in order on each topic, as far as it need not wait."""
@@ -229,6 +237,7 @@ class MonitorEngine(JudgingEngine):
             self.recorder.counters["crossed"] += 1
         else:
             reasons = unfit or self._objections(command, seen.message, seen.data)
+            reasons = self._allowances.lasting(command, reasons, seen.time - self.tolerance)
             self._happen(seen, command, reasons=reasons)
         return True
 
@@ -241,12 +250,12 @@ class MonitorEngine(JudgingEngine):
             self._happen(seen, command)
             return True
         if over:
-            self._withdrawn.add(seen.key)
+            self._withdrawn[seen.key] = seen.time
         return over
 
     def _replace(self, key: str) -> None:
         """End a cancelled goal whose end was not seen before the next one began."""
-        self._withdrawn.discard(key)
+        self._withdrawn.pop(key, None)
         self._input((self._inputs[key, "error"],), Failure("another goal took its place"))
 
     def _happen(
@@ -261,6 +270,8 @@ class MonitorEngine(JudgingEngine):
         if fits and command.apply is not None:
             command.apply(*seen.data)
         command.count += 1
+        if seen.kind == "request":
+            self._begun[seen.key] = seen.time
         name = self._names[seen.key]
         if reasons:
             self._forbid(seen.kind, name, reasons, seen, command.writes)
@@ -347,40 +358,29 @@ class MonitorEngine(JudgingEngine):
         """Whether a command was allowed a moment before it was seen."""
         since = seen.time - self.tolerance
         if self._recent is None or not seen.data:
-            return self._allowed_until.get((seen.key, seen.kind), _NEVER) > since
+            return self._allowances.were_after(command, since)
         return self._recent.held(lambda: self._is_allowed(command, seen), since, self._topic(seen))
 
     def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
         written = super()._after(writes, ended)
+        now = self._port.now()
         if self._recent is not None:
-            self._recent.note(self._port.now(), self._own, self.tolerance)
+            self._recent.note(now, self._own, self.tolerance)
         for command in self._scheduler.affected(written):
-            place = command.key, command.kind
-            if command.row.read is not None:
-                continue
-            allowed = self._is_allowed(command)
-            if not allowed and self._own == self._topics.get(command.key, command.key):
-                self._allowed_until.pop(place, None)
-            elif self._allowed.get(place) and not allowed:
-                self._allowed_until[place] = self._port.now()
-            self._allowed[place] = allowed
-        if self._on_states:
-            self._look_at_states()
+            by_itself = self._own == self._topics.get(command.key, command.key)
+            self._allowances.update(command, by_itself, now)
+        self._look_at_states()
         return written
 
     def _look_at_states(self) -> None:
         """Report the requirements on all states that are violated from now on."""
-        for number, row in self._on_states.items():
-            if row.holds(self.controller):
-                self._violated.discard(number)
-            elif number not in self._violated:
-                self._violated.add(number)
-                reason = violation(self.controller, row)
-                text = reason_text(reason)
-                self.recorder.counters["violations"] += 1
-                self.recorder.record("state", "", None, "violated", text, blocked_by=[reason])
-                self._tell("violated", "state", "", None, text, [reason])
-                self._log("warning", row.place, "violated: " + text)
+        for row in self._invariants.newly_violated():
+            reason = violation(self.controller, row)
+            text = reason_text(reason)
+            self.recorder.counters["violations"] += 1
+            self.recorder.record("state", "", None, "violated", text, blocked_by=[reason])
+            self._tell("violated", "state", "", None, text, [reason])
+            self._log("warning", row.place, "violated: " + text)
 
     def _mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> None:
         if self._unknown.isdisjoint(entry.writes):

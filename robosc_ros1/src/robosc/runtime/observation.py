@@ -12,14 +12,19 @@ from collections import deque
 from typing import Any, Callable, Deque, Dict, Tuple
 
 from .ages import seconds_of
-from .calls import Failure
+from .calls import FAILED, LOST, REJECTED, Failure
 from .monitor_engine import MonitorEngine
 
 Handler = Callable[[Any], None]
 
 _FAILURES = {2: "preempted", 4: "aborted", 5: "rejected", 8: "recalled", 9: "lost by the server"}
 """By the status of actionlib_msgs/GoalStatus."""
+_WORDS = {5: REJECTED, 9: LOST}
+"""What models call these reasons; the others: failed."""
 _SUCCEEDED = 3
+_ENDS = (_SUCCEEDED, *_FAILURES)
+_LATE = 1.0
+"""Seconds after the status shows the end of a goal, after which its result counts as lost."""
 _EARLY = 10
 """The answers that are kept for goals that were not seen yet."""
 _WITH_RESULT = (2, 4)
@@ -42,19 +47,26 @@ class SeenAction:
         self._id = ""
         self._stamp = 0.0
         self._going_on = False
-        self._before = ""  # the goal before, if its end was not seen
+        self._before = ""  # the goal before, if neither its end nor a cancel was seen
+        self._unended = ""  # the goal before, if its end was not seen
         self._early: Deque[Tuple[Handler, Any]] = deque(maxlen=_EARLY)
+        self._ended = 0.0  # when the server told first how the goal ended
+        self._is_listed = False  # the server has told of the goal
+        self._awaits_end = False  # also of a goal that was cancelled
         self.handlers: Dict[str, Handler] = {
             "/goal": self._goal,
             "/cancel": self._cancel,
             "/feedback": self._feedback,
             "/result": self._result,
+            "/status": self._look,
         }
 
     def _goal(self, message: Any) -> None:
         self._before = self._id if self._going_on else ""
+        self._unended = self._id if self._awaits_end else ""
         self._id = message.goal_id.id
         self._going_on = True
+        self._ended, self._is_listed, self._awaits_end = 0.0, False, True
         self._stamp = seconds_of(message.goal_id.stamp) or seconds_of(message.header.stamp)
         self._engine.see(self._key, "request", message.goal)
         early, self._early = self._early, deque(maxlen=_EARLY)
@@ -88,24 +100,43 @@ class SeenAction:
             reason = _FAILURES.get(status, "ended without result")
             result = message.result if status in _WITH_RESULT else None
             kind = "cancelled" if status in _CANCELLED else "error"
-            self._answer(message, kind, Failure(reason, result))
+            self._answer(message, kind, Failure(reason, result, _WORDS.get(status, FAILED)))
+
+    def _look(self, message: Any) -> None:
+        """Notice that a server forgot the goal, or that it told the end, but no result came."""
+        found = [one.status for one in message.status_list if one.goal_id.id == self._id]
+        if not self._awaits_end or not (found or self._is_listed):
+            return
+        self._is_listed = True
+        now = seconds_of(message.header.stamp)
+        if not found:
+            self._lose("error", "lost by the server", LOST)
+        elif found[0] in _ENDS:
+            self._ended = self._ended or now
+            if now - self._ended >= _LATE:
+                kind = "cancelled" if found[0] in _CANCELLED else "error"
+                self._lose(kind, "no result came", _WORDS.get(found[0], FAILED))
+
+    def _lose(self, kind: str, reason: str, word: str) -> None:
+        self._going_on = self._awaits_end = False
+        self._engine.answer(self._key, kind, Failure(reason, None, word))
 
     def _is_known(self, message: Any, handle: Handler) -> bool:
         """Whether the goal of an answer was seen; an answer that overtook it is kept."""
         goal = message.status.goal_id.id
         # A server chooses the id of a goal without one.
-        if goal in (self._id, self._before) or (self._going_on and not self._id):
+        if goal in (self._id, self._unended) or (self._going_on and not self._id):
             return True
         self._early.append((handle, message))
         return False
 
     def _answer(self, message: Any, kind: str, payload: Any) -> None:
-        former = bool(self._before) and message.status.goal_id.id == self._before
+        former = bool(self._unended) and message.status.goal_id.id == self._unended
         if kind != "feedback":
             if former:
-                self._before = ""
+                self._before = self._unended = ""
             else:
-                self._going_on = False
+                self._going_on = self._awaits_end = False
         self._engine.answer(self._key, kind, payload, former)
 
 
@@ -124,6 +155,11 @@ class SeenActionOfRos2:
 
     def _status(self, message: Any) -> None:
         before, self._last = self._last, {}
+        listed = {_goal_of(one) for one in message.status_list}
+        if any(s in _RUNNING_2 and goal not in listed for goal, s in before.items()):
+            # A server tells of each goal until its end: this is another one.
+            failure = Failure("lost by the server", None, LOST)
+            self._engine.answer(self._key, "error", failure)
         # Those that began go last: others end before.
         for one in sorted(message.status_list, key=lambda one: _goal_of(one) not in before):
             goal, status = _goal_of(one), one.status

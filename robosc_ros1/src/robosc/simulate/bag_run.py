@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from robosc.emit.supervisor.guarding import CommandMatch, command_matches
-from robosc.emit.supervisor.listening import decides_on_reasons
 from robosc.errors import UsageError
 from robosc.language.events import Kind
 from robosc.model.declarations.servers import shared_servers
@@ -184,7 +183,6 @@ class BagRun:
     def _connect(self) -> None:
         robot = self.supervisor.plant.robot
         shared = {c.key for together in shared_servers(robot) for c in together}
-        hidden = decides_on_reasons(robot)
         heard: dict[str, list[str]] = {}
         commands: dict[str, list[CommandMatch]] = {}
         for one in robot.communications.values():
@@ -192,7 +190,7 @@ class BagRun:
                 heard.setdefault(self._topic(one), []).append(one.key)
             elif one.kind is Kind.INCOMING:
                 commands.setdefault(self._topic(one), []).append(self._matches[one.key])
-            elif one.key in shared or one.key in hidden:
+            elif one.key in shared:
                 self._heard.unseen.append(one.key)  # requests do not say whose they are
             elif one.kind is Kind.ACTION:
                 self._connect_action(one)

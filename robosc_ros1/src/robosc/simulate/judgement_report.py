@@ -71,7 +71,7 @@ def _goals(goals: Goals) -> str:
             (goals.succeeded, "succeeded"),
             (goals.failed, "failed"),
             (goals.cancelled, "cancelled"),
-            (goals.since is not None, "still going on"),
+            (int(goals.since is not None), "still going on"),
         )
         if number
     ]

@@ -9,8 +9,8 @@ import json
 
 from arrivals import holds
 from contents import Told
+from corrections import correction, leaves
 from judge import Judge
-from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
 
 
@@ -96,26 +96,6 @@ class GuardJudge(Judge):
         if not report["blocked_by"]:
             self.faults.append(what + " without a reason")
         self._judge_reasons(what, event, report["blocked_by"], state)
-
-
-def correction(state, key, sent):
-    """Return the fields that are set in what another controller sent; None: none are."""
-    for provide in PLANT.get("corrections", ()):
-        condition = provide["condition"]
-        if provide["communication"] != key:
-            continue
-        if condition is None or state.comes_true(condition, sent):
-            return state._fields(provide["data"], sent)
-    return None
-
-
-def leaves(data, path=""):
-    """Yield the fields that data set: path and value."""
-    for name, value in data.items():
-        if isinstance(value, dict):
-            yield from leaves(value, "%s%s." % (path, name))
-        else:
-            yield path + name, value
 
 
 def in_order(found, among):

@@ -9,7 +9,9 @@ since messages cross.
 import json
 from collections import deque
 
-from arrivals import has_come
+from arrivals import has_come, holds
+from contents import Told
+from corrections import correction, leaves
 from judge import Judge
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
@@ -28,9 +30,9 @@ class LawlessShadow(Shadow):
     def _check_cancel(self, key):
         """Judged elsewhere."""
 
-    def fits(self, key):
+    def takes_request(self, key, content):
         """Whether the components allow a request, whatever the requirements say."""
-        return self.is_possible("request", key) and self.synchronises("request", key)
+        return self.is_possible("request", key) and self.synchronises("request", key, content)
 
 
 class MonitorJudge(Judge):
@@ -126,21 +128,52 @@ class MonitorJudge(Judge):
         self.heard[key] += 1
         self.forbidden[key] += 1
         what = "%s of %s was forbidden" % (kind, name)
-        reasons = event["blocked_by"]
-        # A number that is not finite is forbidden in every state.
-        if {reason["kind"] for reason in reasons} != {"number"}:
-            if self.shadow.is_enabled(kind, key):
+        value = event["event"]["value"]
+        content = None if value is None else Told(value)
+        # A number that is not finite, or a part that is not there, is forbidden in every state.
+        if {reason["kind"] for reason in event["blocked_by"]} not in ({"number"}, {"data"}):
+            # What is told as corrected may differ by less than this test can tell.
+            corrected = any(reason["kind"] == "correction" for reason in event["blocked_by"])
+            if not corrected and self._is_right(self.shadow, kind, key, content):
                 self.faults.append("event %d: %s, but it is allowed" % (self.number, what))
-            self._judge_reasons(what, event["event"], reasons, self.shadow)
-        if self.shadow.fits(key):
-            self._happen(kind, key)
+            self._judge_corrected(what, event, key, content)
+        if self.shadow.takes_request(key, content):
+            self._happen(kind, key, content)
+
+    def _judge_corrected(self, what, event, key, content):
+        """Check the reasons; those of a command that would have been corrected are why not what
+        was sent, and what it would have become."""
+        reasons, sent = event["blocked_by"], event["event"]
+        found = None if content is None else correction(self.shadow, key, content)
+        wanted = dict(leaves(found or {}))
+        if not wanted:
+            self._judge_reasons(what, sent, reasons, self.shadow)
+            return
+        told = [reason for reason in reasons if reason["kind"] == "requirement"]
+        as_made = under_both_names(key, {**under_both_names(key, content.parts), **wanted})
+        if any(reason["kind"] == "correction" for reason in reasons):
+            violated = self.shadow.violated(key, "request", content)
+            if {"%(text)s (%(place)s)" % reason for reason in told} != set(violated):
+                self.faults.append("%s, violated: %s" % (what, ", ".join(violated)))
+            if not self.shadow.is_enabled("request", key, Told(as_made)):
+                self.faults.append("%s, but what it would become is, too" % what)
+        else:
+            self._judge_reasons(what, {**sent, "value": as_made}, reasons, self.shadow)
+
+    def _is_right(self, state, kind, key, content):
+        """Whether a command would have been passed on as it is."""
+        wanted = None if content is None else correction(state, key, content)
+        sent = {} if content is None else under_both_names(key, content.parts)
+        changes = [p for p, v in leaves(wanted or {}) if not holds(sent.get(p, v), v)]
+        return not changes and state.is_enabled(kind, key, content)
 
     def _command(self, kind, key, value):
-        if not any(state.is_enabled(kind, key) for state in self._recent()):
+        content = None if value is None else Told(value)
+        if not any(self._is_right(state, kind, key, content) for state in self._recent()):
             name = PLANT_COMMUNICATIONS[key]["name"]
             self.faults.append("event %d: %s of %s was not found" % (self.number, kind, name))
         self.heard[key] += kind == "request"
-        self._happen(kind, key)
+        self._happen(kind, key, content)
 
     def _recent(self):
         """Yield this state and those of a moment before."""
@@ -151,3 +184,12 @@ class MonitorJudge(Judge):
             began = self._times.get(number)
             if began is None or began < start:
                 return
+
+
+def under_both_names(key, parts):
+    """Return the data of a command, the only field of a message also by its name."""
+    field = PLANT_COMMUNICATIONS[key].get("request_field")
+    if not field or not parts:
+        return parts
+    value = parts[field] if field in parts else parts[""]
+    return {**parts, "": value, field: value}

@@ -338,11 +338,12 @@ class Shadow(Delays):
             if self.is_enabled(*self.sends[other]):
                 raise Wrong("%s while %s is enabled, which is preferred" % (what, other))
 
-    def is_enabled(self, kind, key):
+    def is_enabled(self, kind, key, content=None):
         """Whether a command is possible and allowed."""
-        if not self.is_possible(kind, key) or not self.synchronises(kind, key):
+        if not self.is_possible(kind, key) or not self.synchronises(kind, key, content):
             return False
-        return bool(self.violated(key, kind)) == (kind == "cancel") and self.is_safe(kind, key)
+        is_violated = bool(self.violated(key, kind, content))
+        return is_violated == (kind == "cancel") and self.is_safe(kind, key, content)
 
     def is_safe(self, kind, key, content=None):
         """Whether synthesis allows a command that is possible and meets the requirements."""

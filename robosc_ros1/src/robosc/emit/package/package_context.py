@@ -38,13 +38,15 @@ class CommandsView:
 class HeardView:
     """What whoever listens can hear of the commands of a robot; keys of communications.
 
-    ``refusal`` tells why it cannot be judged, as Python source; empty: it can.
+    ``by_data`` are those of the commands that are not judged since their data decide; ``refusal``
+    tells why nothing can be judged, as Python source; empty: it can.
     """
 
     commands: tuple[CommandsView, ...] = ()
     actions: tuple[TopicView, ...] = ()
     unseen: tuple[str, ...] = ()
     unjudged: tuple[str, ...] = ()
+    by_data: tuple[str, ...] = ()
     refusal: str = ""
 
 

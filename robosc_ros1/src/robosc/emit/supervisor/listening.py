@@ -11,7 +11,7 @@ from robosc.emit.package.package_context import CommandsView, HeardView, Package
 from robosc.emit.package.readme import InterfaceView, ReadmeContext
 from robosc.emit.supervisor.guarding import command_matches
 from robosc.emit.supervisor.relaying import in_order, source_of
-from robosc.errors import ModelError, UsageError
+from robosc.errors import ModelError
 from robosc.expr.traversal import walk
 from robosc.expr.tree import ReasonRef
 from robosc.language.events import EventKind, Kind
@@ -24,6 +24,7 @@ from robosc.supervisor import Supervisor
 _MEANINGS = {
     "refuse_not_finite": "a command with a number that is infinite or not a number is a finding",
     "stop_command": "communication that may be requested at any time",
+    "goal_timeout": "seconds after which the controller cancels a goal, which then ends by timeout",
 }
 """What parameters mean to a monitor."""
 _IDLE = (
@@ -39,10 +40,8 @@ def heard(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> 
 
     Raises:
         ModelError: see :func:`.guarding.command_matches`.
-        UsageError: the model decides on the data of commands.
     """
     robot = supervisor.plant.robot
-    demand_no_data(robot)
     means = {r.key: r for found in command_matches(robot, False).values() for r in found}
     context = plain_context(supervisor, base.source)
     unseen = _unseen(robot, context, shows_results)
@@ -58,6 +57,7 @@ def heard(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> 
         actions=tuple(action for action in base.actions if action.key not in unseen),
         unseen=unseen,
         unjudged=_unjudged(context, unseen),
+        by_data=_by_data(robot),
     )
 
 
@@ -65,8 +65,6 @@ def heard_by_shadow(base: PackageContext, supervisor: Supervisor, shows_results:
     """As :func:`heard`, or why there is no shadow."""
     try:
         return heard(base, supervisor, shows_results)
-    except UsageError as fault:
-        return HeardView(refusal=literal(str(fault)))
     except ModelError as fault:
         return HeardView(refusal=literal("; ".join(d.message for d in fault.diagnostics)))
 
@@ -77,7 +75,7 @@ def monitor_context(
     """The context of a monitor from that of a controller, whose node has the name ``controller``.
 
     Raises:
-        ModelError, UsageError: see :func:`heard`.
+        ModelError: see :func:`heard`.
     """
     robot = supervisor.plant.robot
     found = heard(base, supervisor, shows_results)
@@ -93,6 +91,12 @@ def monitor_context(
         for c in robot.communications.values()
         if c.kind is not Kind.OUTGOING
     }
+    names = robot.display_names
+    told = {f"goal_timeout/{parameter_name(names[key])}" for key in decides_on_reasons(robot)}
+
+    def is_shown(name: str) -> bool:
+        return name in told or (name.partition("/")[0] not in _IDLE and name not in deadlines)
+
     return replace(
         base,
         title="Monitor",
@@ -103,10 +107,9 @@ def monitor_context(
         actions=found.actions,
         modules=_modules(base.subscriptions, base.publications, found.actions),
         parameters=tuple(
-            replace(p, doc=_MEANINGS.get(p.name, p.doc))
+            replace(p, doc=_MEANINGS.get(p.name.replace(".", "/").partition("/")[0], p.doc))
             for p in base.parameters
-            if p.name.replace(".", "/").partition("/")[0] not in _IDLE
-            and p.name.replace(".", "/") not in deadlines
+            if is_shown(p.name.replace(".", "/"))
         ),
     )
 
@@ -114,15 +117,6 @@ def monitor_context(
 def name_for_others(name: str, controller: str) -> str:
     """A name as other nodes than the controller have it: its private ones are below its own."""
     return f"{controller}/{name[1:].lstrip('/')}" if name.startswith("~") else name
-
-
-def demand_no_data(robot: Robot) -> None:
-    """Raises UsageError if a monitor would have to judge the data of commands."""
-    if robot.supervises or any(r.on_data for r in robot.requirements):
-        raise UsageError(
-            f"{robot.name} decides on the data of commands ('value'), by which what is heard or"
-            " recorded cannot be judged yet: leave these requirements out of the model for it"
-        )
 
 
 def monitor_readme(
@@ -150,8 +144,7 @@ def _modules(*topics: tuple[TopicView, ...]) -> tuple[str, ...]:
 
 
 def decides_on_reasons(robot: Robot) -> set[str]:
-    """Return the keys of the actions of which the model reads why they failed: who only listens
-    cannot tell a goal that took too long from one that others ended."""
+    """Return the keys of the actions of which the model reads why they failed."""
     read = (
         (transition.communication, expr)
         for component in robot.components
@@ -163,16 +156,23 @@ def decides_on_reasons(robot: Robot) -> set[str]:
 
 
 def _unseen(robot: Robot, context: ControllerContext, shows_results: bool) -> tuple[str, ...]:
-    """The services, what the controller serves, the actions that share a name or decide on the
-    reasons of errors, and those whose results the model reads though nobody can hear them."""
+    """The services, what the controller serves, the actions that share a name, and those whose goals
+    or results the model reads though nobody can hear them."""
     reads = {i.key for i in context.inputs if i.kind == EventKind.RESPONSE.value and i.read}
+    reads |= {c.key for c in context.commands if c.read}
     shared = {c.key for together in shared_servers(robot) for c in together}
-    hidden = shared | decides_on_reasons(robot) | (set() if shows_results else reads)
+    hidden = shared | (set() if shows_results else reads)
     return tuple(
         c.key
         for c in robot.communications.values()
         if c.kind is Kind.SERVICE or c.sort.served or (c.kind is Kind.ACTION and c.key in hidden)
     )
+
+
+def _by_data(robot: Robot) -> tuple[str, ...]:
+    """The commands that their data decide on, where only those of the controller are known."""
+    found = [] if robot.supervises else [r for r in robot.requirements if r.on_data]
+    return tuple(dict.fromkeys(key for r in found for key in r.communications))
 
 
 def _unjudged(context: ControllerContext, unseen: tuple[str, ...]) -> tuple[str, ...]:
