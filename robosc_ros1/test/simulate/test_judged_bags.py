@@ -195,7 +195,7 @@ def test_a_run_without_faults(robosc: Robosc, supervisor: Supervisor, tmp_path: 
     ("arguments", "expected"),
     [
         (("nowhere.bag",), "cannot read nowhere.bag: there is no such file"),
-        (("text.mcap",), "cannot read text.mcap as a bag: "),
+        (("text.mcap",), "text.mcap is no file of the format .mcap: it was not recorded by ROS"),
         (("run.bag", "--parameter", "speed=1"), "unknown parameter ~speed"),
         (("events.log", "--junit", "x.xml"), "--junit, --parameter and --remap are for bags"),
     ],

@@ -13,12 +13,26 @@ from robosc.errors import UsageError
 from robosc.progress import Progress
 from robosc.runtime.values import only_field
 
-SUFFIXES = frozenset({".bag", ".mcap", ".db3"})
+BEGINNINGS = {".bag": b"#ROSBAG V2", ".mcap": b"\x89MCAP", ".db3": b"SQLite format 3"}
+"""How files begin."""
+SUFFIXES = frozenset(BEGINNINGS)
+
+_UNFIT = {
+    ".active": "its recording was not ended: call 'rosbag reindex' for it, and take .active off its"
+    " name",
+    ".zstd": "it is a compressed part of a bag: give the folder that it is in",
+}
+"""What has to be done before a file with such a name can be read."""
+_REPAIRS = {
+    ".bag": "'rosbag reindex' repairs a recording that was not ended",
+    ".mcap": "'mcap recover' repairs a recording that was not ended",
+    ".db3": "the command '.recover' of sqlite3 repairs a recording that was not ended",
+}
 
 
 def is_bag(path: str) -> bool:
     """Whether a path names a bag, and no event log."""
-    return Path(path).suffix in SUFFIXES or (Path(path) / "metadata.yaml").exists()
+    return Path(path).suffix in {*SUFFIXES, *_UNFIT} or Path(path).is_dir()
 
 
 def is_of_ros_1(path: Path) -> bool:
@@ -43,12 +57,32 @@ def bag_reader(path: Path) -> AbstractContextManager[Any]:
     if not path.exists():
         raise UsageError(f"cannot read {path}: there is no such file")
     if path.is_dir() and not (path / "metadata.yaml").exists():
-        raise UsageError(f"{path} is no bag of ROS 2: it has no metadata.yaml")
-    if path.is_file() and path.suffix not in SUFFIXES:
-        raise UsageError(f"{path} is no bag: .bag, .mcap, .db3, or the folder of a bag of ROS 2")
+        raise UsageError(
+            f"{path} is no bag of ROS 2: it has no metadata.yaml; 'ros2 bag reindex' makes it of"
+            " the files of a recording"
+        )
+    if path.suffix in _UNFIT:
+        raise UsageError(f"cannot read {path}: {_UNFIT[path.suffix]}")
+    if path.is_file():
+        _demand_format(path)
     reader: Any = rosbag1.Reader if is_of_ros_1(path) else rosbag2.Reader
     found: AbstractContextManager[Any] = reader(path)
     return found
+
+
+def _demand_format(path: Path) -> None:
+    """Raises UsageError if a file is no bag, or one of another format than its name says."""
+    if path.suffix not in SUFFIXES:
+        raise UsageError(f"{path} is no bag: .bag, .mcap, .db3, or the folder of a bag of ROS 2")
+    with path.open("rb") as file:
+        beginning = file.read(max(map(len, BEGINNINGS.values())))
+    if beginning.startswith(BEGINNINGS[path.suffix]):
+        return
+    found = [s for s, expected in BEGINNINGS.items() if beginning.startswith(expected)]
+    what = f"its name should end in {found[0]}" if found else "it was not recorded by ROS"
+    if not beginning:
+        what = "it is empty"
+    raise UsageError(f"{path} is no file of the format {path.suffix}: {what}")
 
 
 @contextmanager
@@ -70,10 +104,9 @@ def bag_errors(path: Path) -> Iterator[None]:
             " pip install rosbags"
         ) from error
     except Exception as error:  # what a library raises for a damaged file is not documented
-        raise UsageError(
-            f"cannot read {path} as a bag: {str(error).rstrip('.')}; a recording that was not ended"
-            " is repaired by 'rosbag reindex' or 'ros2 bag reindex'"
-        ) from error
+        repair = _REPAIRS.get(path.suffix, "'ros2 bag reindex' writes its metadata anew")
+        what = str(error).partition("\n")[0].rstrip(".:")
+        raise UsageError(f"cannot read {path} as a bag: {what}; {repair}") from error
 
 
 class Bag:
@@ -83,10 +116,15 @@ class Bag:
     """
 
     def __init__(self, path: Path, reader: Any) -> None:
-        self._path = path
+        self.path = path
         self._reader = reader
         self.ros_1 = is_of_ros_1(path)
         self.topics: dict[str, str] = {c.topic: _stored(c.msgtype) for c in reader.connections}
+        self.types: dict[str, list[str]] = {}
+        """All types of each topic."""
+        for connection in reader.connections:
+            types = self.types.setdefault(connection.topic, [])
+            types += [t for t in [_stored(connection.msgtype)] if t not in types]
         self.counts = dict.fromkeys(self.topics, 0)
         for connection in reader.connections:
             self.counts[connection.topic] += connection.msgcount
@@ -106,13 +144,13 @@ class Bag:
         wanted = set(topics)
         chosen = [c for c in self._reader.connections if c.topic in wanted]
         most = sum(c.msgcount for c in chosen)
-        with bag_errors(self._path):
+        with bag_errors(self.path):
             read = self._deserialise()
             found = self._reader.messages(chosen) if chosen else ()
             for number, (connection, time, raw) in enumerate(found):
                 if not number % 256:
                     progress("reading messages", number, most)
-                message = _plain(read(raw, self.topics[connection.topic]))
+                message = _plain(read(raw, _stored(connection.msgtype)))
                 yield connection.topic, time / 1e9, message
 
     def make(self, type_: str) -> Callable[[dict[str, Any]], Any]:

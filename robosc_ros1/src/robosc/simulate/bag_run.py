@@ -27,6 +27,7 @@ from robosc.simulate.execute import read_settings
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.generated import make_controller
 from robosc.simulate.recorded_names import RecordedNames, recorded_names
+from robosc.simulate.recorded_types import demand_type, types_of
 from robosc.simulate.start import parameters
 from robosc.supervisor import Supervisor
 
@@ -98,6 +99,7 @@ class BagRun:
 
     Raises:
         ModelError: commands of one topic cannot be told apart by their data.
+        UsageError: a topic of the robot has messages of another type.
     """
 
     def __init__(
@@ -198,6 +200,7 @@ class BagRun:
                 self._connect_service(one)
         for topic, keys in heard.items():
             if topic in self.bag.topics:
+                self._demand_type(topic, robot.communications[keys[0]])
                 self._add(topic, self.engine.poster(keys))
                 continue
             self._heard.absent.append(topic)
@@ -205,6 +208,7 @@ class BagRun:
             self._heard.unseen += [k for k in keys if robot.communications[k].timeout is not None]
         for topic, matches in commands.items():
             if topic in self.bag.topics:
+                self._demand_type(topic, robot.communications[matches[0].key])
                 self._connect_commands(topic, matches)
             else:
                 self._heard.absent.append(topic)
@@ -245,10 +249,15 @@ class BagRun:
         name = self._topic(owner)
         there = [part for part in handlers if name + part in self.bag.topics]
         for part in there:
+            self._demand_type(name, owner, part)
             self._add(name + part, handlers[part])
         if not there:
             self._heard.absent.append(name)
         return bool(there)
+
+    def _demand_type(self, name: str, owner: Communication, part: str = "") -> None:
+        expected = types_of(owner, self.bag.ros_1)[part]
+        demand_type(self.bag.path, name, part, self.bag.types[name + part], expected)
 
     def _add(self, topic: str, handler: Handler) -> None:
         self._heard.handlers.setdefault(topic, []).append(handler)

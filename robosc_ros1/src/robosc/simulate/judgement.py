@@ -109,7 +109,7 @@ def judge(
         if not run.hears:
             raise UsageError(
                 f"{path} has no topic of {robot.name}: {_first(bag.topics)}; if names were"
-                " remapped, give --remap FROM:=TO"
+                f" remapped, give --remap {_likely(run.absent, bag.topics)}"
             )
         found = Judgement(
             robot, str(path), 1 if bag.ros_1 else 2, bag.start, bag.end, sum(bag.counts.values())
@@ -128,6 +128,12 @@ def _first(topics: Sequence[str] | dict[str, str]) -> str:
     names = sorted(topics)
     more = f" and {len(names) - 5} more" if len(names) > 5 else ""
     return f"it has {', '.join(names[:5])}{more}" if names else "it is empty"
+
+
+def _likely(absent: Sequence[str], topics: dict[str, str]) -> str:
+    """How a topic may have been remapped: into a namespace, for one."""
+    found = ((name, topic) for name in absent for topic in sorted(topics) if topic.endswith(name))
+    return ":=".join(next(found, ("FROM", "TO")))
 
 
 class _Collector:
