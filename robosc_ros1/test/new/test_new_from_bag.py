@@ -210,10 +210,10 @@ def test_recording_by_ros_1_itself(robosc: Robosc, tmp_path: Path) -> None:
     [
         ("nowhere.bag", "cannot read nowhere.bag: there is no such file"),
         ("notes.txt", "notes.txt is no bag: .bag, .mcap, .db3, or the folder of a bag of ROS 2"),
-        ("folder", "folder is no bag of ROS 2: it has no metadata.yaml"),
+        ("folder", "cannot read folder as a bag of ROS 2: it has no metadata.yaml"),
         ("empty.bag", "empty.bag is no file of the format .bag: it is empty"),
         ("text.mcap", "text.mcap is no file of the format .mcap: it was not recorded by ROS"),
-        ("folder.bag", "folder.bag is no bag of ROS 2: it has no metadata.yaml"),
+        ("folder.bag", "cannot read folder.bag as a bag of ROS 2: it has no metadata.yaml"),
     ],
 )
 def test_what_is_no_bag(robosc: Robosc, tmp_path: Path, name: str, expected: str) -> None:

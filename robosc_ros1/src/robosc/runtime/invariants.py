@@ -14,16 +14,16 @@ class Invariants:
     def __init__(self, controller: Controller) -> None:
         on_commands = {i for row in controller.COMMANDS for i in row.requirements}
         self._controller = controller
-        self._rows = [r for i, r in enumerate(controller.REQUIREMENTS) if i not in on_commands]
+        self.rows = [r for i, r in enumerate(controller.REQUIREMENTS) if i not in on_commands]
         self._violated: Set[int] = set()
 
     def leave_out(self) -> None:
         """Judge none of them."""
-        self._rows = []
+        self.rows = []
 
     def newly_violated(self) -> Iterator[Requirement]:
         """Yield those that held until now."""
-        for number, row in enumerate(self._rows):
+        for number, row in enumerate(self.rows):
             if row.holds(self._controller):
                 self._violated.discard(number)
             elif number not in self._violated:

@@ -363,13 +363,13 @@ class MonitorEngine(JudgingEngine):
 
     def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
         written = super()._after(writes, ended)
-        now = self._port.now()
         if self._recent is not None:
-            self._recent.note(now, self._own, self.tolerance)
+            self._recent.note(self._port.now(), self._own, self.tolerance)
         for command in self._scheduler.affected(written):
             by_itself = self._own == self._topics.get(command.key, command.key)
-            self._allowances.update(command, by_itself, now)
-        self._look_at_states()
+            self._allowances.update(command, by_itself, self._port.now())
+        if self._invariants.rows:
+            self._look_at_states()
         return written
 
     def _look_at_states(self) -> None:

@@ -58,8 +58,8 @@ def bag_reader(path: Path) -> AbstractContextManager[Any]:
         raise UsageError(f"cannot read {path}: there is no such file")
     if path.is_dir() and not (path / "metadata.yaml").exists():
         raise UsageError(
-            f"{path} is no bag of ROS 2: it has no metadata.yaml; 'ros2 bag reindex' makes it of"
-            " the files of a recording"
+            f"cannot read {path} as a bag of ROS 2: it has no metadata.yaml; 'ros2 bag reindex'"
+            " makes it of the files of a recording"
         )
     if path.suffix in _UNFIT:
         raise UsageError(f"cannot read {path}: {_UNFIT[path.suffix]}")
