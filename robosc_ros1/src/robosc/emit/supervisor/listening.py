@@ -156,8 +156,8 @@ def decides_on_reasons(robot: Robot) -> set[str]:
 
 
 def _unseen(robot: Robot, context: ControllerContext, shows_results: bool) -> tuple[str, ...]:
-    """The services, what the controller serves, the actions that share a name, and those whose goals
-    or results the model reads though nobody can hear them."""
+    """The services, what the controller serves, the actions that share a name, and those whose
+    goals or results the model reads though nobody can hear them."""
     reads = {i.key for i in context.inputs if i.kind == EventKind.RESPONSE.value and i.read}
     reads |= {c.key for c in context.commands if c.read}
     shared = {c.key for together in shared_servers(robot) for c in together}
