@@ -13,7 +13,7 @@ from robosc.expr.types import domain
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import Behaviour, CompositeState, ResultTransition, State, Tau
 from robosc.model.diagnostics import Report, first_of
-from robosc.model.names.communications import SENT
+from robosc.model.names.communications import HEARD, SENT
 from robosc.model.names.tables import CommunicationInfo, Instance
 from robosc.model.typing.compatibility import describe
 from robosc.remedies import Change, Remedy
@@ -88,6 +88,8 @@ def report_unavailable(name: Name, infos: Sequence[CommunicationInfo], report: R
     only = infos[0] if len(infos) == 1 else None
     if name.text == EventKind.REQUEST.word and only is not None and only.kind is Kind.OUTGOING:
         hint = SENT.format(only.name)
+    elif name.text == EventKind.RESPONSE.word and only is not None and only.kind is Kind.INCOMING:
+        hint = HEARD.format(only.name)
     else:
         has = (
             f"{'a' if kind is Kind.SERVICE else 'an'} {kind.value} has: "

@@ -12,6 +12,8 @@ from robosc.syntax.nodes import Access, Name
 
 SENT = "what the controller publishes is incoming: incoming message {}"
 """A hint where an outgoing message is used as a command."""
+HEARD = "what the robot publishes is outgoing: outgoing message {}"
+"""A hint where an incoming message is used as one that the robot sends."""
 
 _KEYWORDS = ("message", "service", "action")
 
