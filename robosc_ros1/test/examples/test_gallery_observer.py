@@ -32,7 +32,7 @@ def test_command_long_after_the_stop_is_a_violation() -> None:
     stopped(observer, at=1.0, until=1.0 + 2 * TOLERANCE)
     observer.judge("moves only while released", lambda m: not m["stopped"])
     assert observer.violations == {"moves only while released": 1}
-    assert observer.first["moves only while released"] > 1.0
+    assert observer.times["moves only while released"][0] > 1.0
 
 
 def test_topic_that_was_heard_long_ago_is_not_fresh() -> None:
