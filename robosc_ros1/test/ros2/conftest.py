@@ -109,8 +109,14 @@ def _build(bed: Bed, folder: Path) -> None:
     for model in ("orders", "missions"):
         name = ("--mode", "supervisor", "--package", f"{model}_supervisor")
         generate(folder, GOLDEN / "models" / f"{model}.rscd", *name)
-    orders, name = GOLDEN / "models" / "orders.rscd", ("--package", "orders_managed_controller")
-    generate(folder, orders, *name, "--config", str(folder / "managed.yaml"))
+    for model in ("orders", "missions"):
+        name = (
+            "--package",
+            f"{model}_managed_controller",
+            "--config",
+            str(folder / "managed.yaml"),
+        )
+        generate(folder, GOLDEN / "models" / f"{model}.rscd", *name)
     bed.run("colcon", "build", folder=folder, timeout=600)
 
 

@@ -178,6 +178,27 @@ class Peer:
 
         threading.Thread(target=call, daemon=True).start()
 
+    def flood(self, name: str, type: str, data: Any, count: int, at_once: int) -> list[Any]:
+        """Call a service so often, with no more calls at once than its queue holds; the answers."""
+        class_ = load(type)
+        client = self.node.create_client(class_, name, callback_group=self.group)
+        self.until(client.service_is_ready, f"there is no service {name}")
+        self.be_known(name)
+        free = threading.Semaphore(at_once)
+        answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
+
+        def answered(future: Any) -> None:
+            free.release()
+            answers.put(plain(future.result()))
+
+        for _ in range(count):
+            if not free.acquire(timeout=PATIENCE):
+                raise TimeoutError("a call is not answered")
+            client.call_async(fill(class_.Request(), data)).add_done_callback(answered)
+        found = [answers.get(timeout=PATIENCE) for _ in range(count)]
+        self.node.destroy_client(client)
+        return found
+
     def tell_server(self, id: str, **words: Any) -> None:
         """To a service: ``data``. To an action: ``feedback``, ``end`` with a ``result``, or both."""
         self.waiting[id].put(words)

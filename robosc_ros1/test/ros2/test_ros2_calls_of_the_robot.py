@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,8 +18,12 @@ DONE = {"success": True, "message": "done"}
 
 
 @pytest.fixture
-def robot(graph: Graph, controller: Start) -> Peer:
-    controller(NODE, qos__door__reliability="reliable")
+def node(controller: Start) -> Process:
+    return controller(NODE, qos__door__reliability="reliable")
+
+
+@pytest.fixture
+def robot(graph: Graph, node: Process) -> Peer:
     peer = graph.peer()
     peer.watch(NODE)
     return peer
@@ -96,3 +101,25 @@ def test_a_managed_node_serves_only_while_it_is_active(graph: Graph, controller:
     open_door(robot)  # so that the call that nobody waits for ends
     robot.expect_state(managed, lambda s: s["communications"]["order"] == "idle")
     assert call(robot, ORDER, True) == DONE
+
+
+def test_a_thousand_calls_leave_nothing_behind(robot: Peer, node: Process) -> None:
+    """Each is answered or refused. The memory after the second thousand is that after the first,
+    but for a tenth."""
+    open_door(robot)
+    robot.expect_state(NODE, lambda s: s["variables"]["Door.open"])
+    sizes = []
+    for _ in range(2):
+        calls = {"name": ORDER, "type": TYPE, "data": {"data": True}}
+        answers = robot.order("flood", seconds=300.0, **calls, count=1000, at_once=8)
+        assert len(answers) == 1000 and DONE in answers
+        assert all(a == DONE or "is busy" in a["message"] for a in answers)
+        sizes.append(resident(node))
+    assert sizes[1] <= 1.1 * sizes[0]
+
+
+def resident(process: Process) -> int:
+    """The memory of a process, in kB."""
+    status = Path(f"/proc/{process.popen.pid}/status").read_text()
+    (line,) = (line for line in status.splitlines() if line.startswith("VmRSS"))
+    return int(line.split()[1])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 
 import pytest
 from ros2.ros2_support import Graph, Peer, Process
+from ros2.test_ros2_lifecycle import ACTIVATE, CONFIGURE, DEACTIVATE, change
 
 Start = Callable[..., Process]
 NODE, NAME = "missions_controller", "/mission"
@@ -47,11 +49,25 @@ def test_a_goal_is_reported_on_and_answered(robot: Peer) -> None:
     assert robot.expect("result", id=accepted(robot))["status"] == SUCCEEDED
 
 
+def told(robot: Peer, detail: str) -> None:
+    """Wait until a refused goal is told on ``~events``, with this reason."""
+
+    def fits(data: dict[str, str]) -> bool:
+        document = json.loads(data["data"])
+        return document["outcome"] == "refused" and detail in document["detail"]
+
+    robot.expect("message", where=fits, name=f"{NODE}/events")
+
+
 def test_what_is_not_taken_is_rejected(graph: Graph, robot: Peer) -> None:
+    """ROS 2 has no text for rejected goals, so the events have it."""
+    robot.subscribe(f"{NODE}/events", "std_msgs/msg/String")
     assert not robot.expect("answer", id=send(robot, -1.0))["accepted"]
+    told(robot, "mission is taken where Missions.free and value.x[0] > 0")
     goal = accepted(robot)
     other = graph.peer()
     assert not other.expect("answer", id=send(other))["accepted"]
+    told(robot, "mission is busy: it serves one call at a time")
     robot.expect_state(NODE, lambda s: s["counters"]["refused"] == 2)
     step(robot, 3)
     assert robot.expect("result", id=goal)["status"] == SUCCEEDED
@@ -81,4 +97,36 @@ def test_whoever_is_killed_leaves_the_action_to_others(graph: Graph, robot: Peer
     caller.process.popen.wait()
     step(robot, 3)
     robot.expect_state(NODE, lambda s: s["communications"]["mission"] == "idle")
+    assert robot.expect("result", id=accepted(robot))["status"] == SUCCEEDED
+
+
+def test_whoever_is_killed_while_its_goal_is_ending(graph: Graph, robot: Peer) -> None:
+    caller = graph.peer()
+    goal = accepted(caller)
+    caller.begin("cancel_goal", id=goal)
+    caller.process.popen.kill()
+    caller.process.popen.wait()
+    step(robot, 3)
+    robot.expect_state(NODE, lambda s: s["communications"]["mission"] == "idle")
+    assert robot.expect("result", id=accepted(robot))["status"] == SUCCEEDED
+
+
+def test_a_managed_node_takes_goals_only_while_it_is_active(
+    graph: Graph, controller: Start
+) -> None:
+    managed = "missions_managed_controller"
+    controller(managed, qos__step__reliability="reliable", qos__fault__reliability="reliable")
+    robot = graph.peer()
+    assert change(robot, managed, CONFIGURE)
+    robot.watch(managed)
+    assert not robot.expect("answer", id=send(robot))["accepted"]
+    assert change(robot, managed, ACTIVATE)
+    goal = accepted(robot)
+    assert change(robot, managed, DEACTIVATE)
+    ended = robot.expect("result", id=goal)
+    assert ended["status"] == ABORTED and "not active" in ended["data"]["message"]
+    assert not robot.expect("answer", id=send(robot))["accepted"]
+    assert change(robot, managed, ACTIVATE)
+    step(robot, 3)  # so that the goal that nobody waits for ends
+    robot.expect_state(managed, lambda s: s["communications"]["mission"] == "idle")
     assert robot.expect("result", id=accepted(robot))["status"] == SUCCEEDED

@@ -258,11 +258,14 @@ def test_the_launch_file_starts_the_supervisor_alone(built: Any) -> None:
     assert other.parameters == [{"use_sim_time": True}]
 
 
-def test_the_package_s_own_test_plays_robot_and_controller(built: Any, graph: Graph) -> None:
+@pytest.mark.parametrize("package", [NODE, "orders_supervisor", "missions_supervisor"])
+def test_the_package_s_own_test_plays_robot_and_controller(
+    built: Any, graph: Graph, package: str
+) -> None:
     test = graph.start(
         graph.bed.python, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider",
-        built.folder / "src" / NODE / "test",
-        **built.environment(NODE), ROBOSC_SECONDS="3",
+        built.folder / "src" / package / "test",
+        **built.environment(package), ROBOSC_SECONDS="3",
     )  # fmt: skip
     code = test.wait(240.0)
     assert code == 0, test.output
