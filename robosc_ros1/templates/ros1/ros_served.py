@@ -50,7 +50,7 @@ class _Call(WaitingCall):
         self._response = compose(self._response_class(), data)
         self._over.set()
 
-    def refuse(self, text):
+    def refuse(self, text, data=None):
         self._refusal = text
         self._over.set()
 

@@ -105,13 +105,17 @@ class _Call(WaitingCall):
         result = self._action.result(data)
         self._action.end(self._handle, self._handle.set_succeeded, result)
 
-    def refuse(self, text):
-        self._action.end(self._handle, self._fail, text)
+    def refuse(self, text, data=None):
+        try:
+            result = None if data is None else self._action.result(data)
+        except Exception:
+            result = None  # the fields do not fit
+        self._action.end(self._handle, self._fail, text, result)
 
-    def _fail(self, text):
+    def _fail(self, text, result):
         if not self._accepted:
-            self._handle.set_rejected(None, text)
+            self._handle.set_rejected(result, text)
         elif self._handle.get_goal_status().status in CANCELLED:
-            self._handle.set_canceled(None, text)
+            self._handle.set_canceled(result, text)
         else:
-            self._handle.set_aborted(None, text)
+            self._handle.set_aborted(result, text)

@@ -14,6 +14,7 @@ import traceback
 import rclpy
 from action_msgs.msg import GoalStatus
 from package_under_test import PACKAGE, PARAMETERS, ros_messages, ros_parameters
+from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS, Values
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
@@ -147,7 +148,7 @@ class Robot(SimulatedRobot):
         default = self.plain(type(response)())
         if hasattr(response, "message") and isinstance(response.message, str):
             default.message = response.message
-        return response == default
+        return response == default or key in PLANT.get("refusals", ())
 
     def goal_type(self, action_type):
         return action_type.Goal

@@ -12,6 +12,18 @@ from ._runtime.served import WaitingCall
 from .ros_messages import compose, has_oddities, plain
 
 
+def explained(make, text, data):
+    """Return an answer that a call failed: what ``make`` makes of the data, or of none where they
+    do not fit, with the reason in its field ``message`` if it has one that is empty."""
+    try:
+        answer = make(data)
+    except Exception:
+        answer = make(None)
+    if getattr(answer, "message", None) == "":
+        answer.message = text
+    return answer
+
+
 class ServedService:
     """A service of the node."""
 
@@ -51,11 +63,8 @@ class _Call(WaitingCall):
     def answer(self, data):
         self._send_later(self._service.response(data))
 
-    def refuse(self, text):
-        response = self._service.response(None)
-        if isinstance(getattr(response, "message", None), str):
-            response.message = text
-        self._send_later(response)
+    def refuse(self, text, data=None):
+        self._send_later(explained(self._service.response, text, data))
 
     def _send_later(self, response):
         self._service.later(lambda: self._send(response, self._header))

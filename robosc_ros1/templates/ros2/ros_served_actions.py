@@ -16,6 +16,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 
 from ._runtime.served import WaitingCall
 from .ros_messages import compose, has_oddities, plain
+from .ros_served import explained
 
 DECISION = 2.0
 """Seconds after which a goal is rejected if the engine, which is ending, has not decided."""
@@ -145,13 +146,11 @@ class _Call(WaitingCall):
         self._action.ending()
         self._later(self._end, True, result)
 
-    def refuse(self, text):
+    def refuse(self, text, data=None):
         if not self._accepted:
             self._decided.set()
             return
-        result = self._action.result(None)
-        if isinstance(getattr(result, "message", None), str):
-            result.message = text
+        result = explained(self._action.result, text, data)
         self._action.ending()
         self._later(self._end, False, result)
 

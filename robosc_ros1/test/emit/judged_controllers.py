@@ -111,7 +111,7 @@ class _Waiting(WaitingCall):
         assert self.results[self.number] is None
         self.results[self.number] = (True, message_of(self.spoilt(data or {})))
 
-    def refuse(self, text: str) -> None:
+    def refuse(self, text: str, data: Any = None) -> None:
         assert self.results[self.number] is None and text
         self.results[self.number] = (False, None)
 

@@ -48,7 +48,7 @@ class Call(WaitingCall):
     def answer(self, data: Any) -> None:
         self.told.append(("response", data))
 
-    def refuse(self, text: str) -> None:
+    def refuse(self, text: str, data: Any = None) -> None:
         self.told.append(("refused", text))
 
 

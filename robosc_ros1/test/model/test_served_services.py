@@ -57,7 +57,9 @@ def test_an_answer_is_given_data() -> None:
     assert codes("provide order.response with { n: 3 }", response="Wish") == []
     assert codes('provide order with { n: "much" }', response="Wish") == ["type-mismatch"]
     assert codes("provide order with { n: 3 }") == ["nothing-to-provide"]
-    assert codes("provide order.error with { n: 3 }", response="Wish") == ["error-is-free"]
+    assert codes("provide order.error with { n: 3 }", response="Wish") == []
+    assert codes('provide order.error with { n: "much" }', response="Wish") == ["type-mismatch"]
+    assert codes("provide order.error with { n: 3 }") == ["nothing-to-provide"]
 
 
 def test_requirements_on_an_answer() -> None:

@@ -101,9 +101,11 @@ def test_a_cancel_at_once(puppet: Puppet, node: Node) -> None:
 
 def test_an_error_of_the_controller_aborts_the_goal(puppet: Puppet, node: Node) -> None:
     mark = accepted(puppet, node)
+    step(puppet, 2)
+    node.shows(lambda s: s["variables"]["Legs.steps"] == 2)
     puppet.publish("/fault", "std_msgs/Bool", True)
     ended = end(puppet, mark)
-    assert ended["status"] == GoalStatus.ABORTED
+    assert (ended["status"], ended["result"]["reached"]) == (GoalStatus.ABORTED, 2)
     assert "Missions is in running" in ended["text"]
 
 

@@ -84,9 +84,11 @@ def test_a_cancelled_goal_ends_as_the_controller_says(robot: Peer) -> None:
 
 def test_an_error_of_the_controller_aborts_the_goal(robot: Peer) -> None:
     goal = accepted(robot)
+    step(robot, 2)
+    robot.expect_state(NODE, lambda s: s["variables"]["Legs.steps"] == 2)
     robot.publish("/fault", "std_msgs/msg/Bool", {"data": True})
     ended = robot.expect("result", id=goal)
-    assert ended["status"] == ABORTED
+    assert (ended["status"], ended["data"]["reached"]) == (ABORTED, 2)
     assert "Missions is in running" in ended["data"]["message"]
 
 

@@ -68,6 +68,12 @@ class EventKind(Enum):
         return self in (EventKind.ANSWER, EventKind.REFUSAL, EventKind.PROGRESS)
 
     @property
+    def given(self) -> bool:
+        """Whether provide statements may say what it carries: also of an error, where ROS has data
+        for it."""
+        return self.sent or self is EventKind.REFUSAL
+
+    @property
     def restricted(self) -> bool:
         """Whether requirements on its communication are about it: what is refused is free."""
         return self.controllable and self is not EventKind.REFUSAL
@@ -104,8 +110,8 @@ _SERVED = {
 
 def command_key(key: str, kind: EventKind) -> str:
     """Return the key of a command in requirements, provided data and preferences: that of its
-    communication, and of feedback one of its own."""
-    return f"{key}.{kind.word}" if kind is EventKind.PROGRESS else key
+    communication, and of feedback and of the error to a call one of their own."""
+    return f"{key}.{kind.word}" if kind in (EventKind.PROGRESS, EventKind.REFUSAL) else key
 
 
 def words_of_events() -> tuple[str, ...]:

@@ -115,7 +115,7 @@ class Communication:
     @property
     def commands(self) -> Iterator[Command]:
         """What the controller sends with data."""
-        return (Command(self, e.kind) for e in self.sort.events if e.kind.sent)
+        return (Command(self, e.kind) for e in self.sort.events if e.kind.given)
 
     def value_type(self, event: EventKind) -> Type:
         """The type of the value of an event of this communication, or ``none``."""
@@ -128,7 +128,8 @@ class Communication:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A request, or the answer or the feedback of a call that is served, and what it carries."""
+    """A request, or the answer or the feedback of a call that is served, or the error to it, and
+    what it carries."""
 
     communication: Communication
     kind: EventKind
@@ -141,12 +142,13 @@ class Command:
     def direction(self) -> Direction:
         """The part of the communication that it is."""
         event = self.communication.sort.event(self.kind)
-        assert event is not None and event.brings is not None
-        return event.brings
+        assert event is not None
+        return event.brings or "response"  # an error has no value, but the data of a response
 
     @property
     def type(self) -> Type:
-        return self.communication.value_type(self.kind)
+        type_: Type = getattr(self.communication, self.direction)
+        return type_
 
     @property
     def field(self) -> str | None:

@@ -210,6 +210,8 @@ class Controller:
     TAUS: Tuple[Tau, ...]
     AFTERS: Tuple[After, ...] = ()
     REQUIREMENTS: Tuple[Requirement, ...]
+    REFUSALS: Mapping[str, Callable[[Any], Optional[Dict[str, Any]]]] = {}
+    """By key of a call that is served, what gives the fields of an answer that it failed."""
     PARAMETERS: Tuple[Parameter, ...] = ()
     """The parameters that the model declares."""
     STEP_BOUND: int

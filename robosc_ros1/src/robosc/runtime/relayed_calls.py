@@ -165,7 +165,7 @@ class RelayedCalls(JudgingEngine):
             )
         call = self._waiting.pop(key, None)
         if call is not None:
-            call.refuse(text)
+            call.refuse(text, self._refusal(key))
         self._held[key] = _Answer("error", text)
 
     def _against_error(self, key: str) -> Reasons:

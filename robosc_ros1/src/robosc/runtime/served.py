@@ -15,7 +15,7 @@ from .intake import BoundInput
 from .model import SERVED
 from .requests import Requests
 from .scheduler import ScheduledCommand
-from .values import UNREADABLE, Mismatch
+from .values import UNREADABLE, Mismatch, Undefined
 
 
 class WaitingCall:
@@ -39,8 +39,11 @@ class WaitingCall:
         """
         raise NotImplementedError
 
-    def refuse(self, text: str) -> None:
-        """Answer that the call failed, and why."""
+    def refuse(self, text: str, data: Any = None) -> None:
+        """Answer that the call failed, and why; with these fields, where ROS has data for it.
+
+        Fields that do not fit the type are left out.
+        """
         raise NotImplementedError
 
 
@@ -98,7 +101,15 @@ class Serving(Requests):
         counters["refused"] = counters.get("refused", 0) + 1
         self.recorder.record(entry.kind, entry.name, value, "refused", reason)
         self._log("warning", entry.key, "a call of %s is refused: %s" % (entry.name, reason))
-        call.refuse(reason)
+        call.refuse(reason, self._refusal(entry.key))
+
+    def _refusal(self, key: str) -> Any:
+        """Return the fields of an answer that a call failed; None: the model gives none now."""
+        give = self.controller.REFUSALS.get(key)
+        try:
+            return None if give is None else give(self.controller)
+        except Undefined:
+            return None
 
     def _dispatch(self, command: ScheduledCommand, data: Any) -> None:
         if command.sort not in SERVED:
@@ -113,7 +124,8 @@ class Serving(Requests):
         if command.kind == "response":
             call.answer(data)
         else:
-            call.refuse(self._failure(command) if data is None else data)
+            text = self._failure(command) if data is None else data
+            call.refuse(text, self._refusal(command.key))
         del self._waiting[command.key]
 
     def _failure(self, command: ScheduledCommand) -> str:
@@ -128,6 +140,6 @@ class Serving(Requests):
 
         Their communications stay busy until the controller would have answered.
         """
-        for call in self._waiting.values():
-            call.refuse(reason)
+        for key, call in self._waiting.items():
+            call.refuse(reason, self._refusal(key))
         self._waiting.clear()

@@ -107,7 +107,7 @@ class _Call(WaitingCall):
     def answer(self, data: Any) -> None:
         pass
 
-    def refuse(self, text: str) -> None:
+    def refuse(self, text: str, data: Any = None) -> None:
         pass
 
 

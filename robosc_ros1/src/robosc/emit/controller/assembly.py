@@ -25,6 +25,7 @@ from robosc.emit.controller.messages import (
     enum_view,
     provided_data,
     reading,
+    refusals,
 )
 from robosc.emit.controller.naming import PythonNames, place
 from robosc.emit.controller.python import (
@@ -134,6 +135,7 @@ class _Builder:
             requirements=self.requirements,
             inputs=tuple(inputs),
             commands=self._with_preferences(commands),
+            refusals=tuple(refusals(self.robot, self.attributes, self.names)),
             taus=tuple(t for t in taus if t.body),
             afters=tuple(afters),
             guard_parts=tuple(map(self._part, self.part_names.used(self.shown))),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from robosc.emit.controller.naming import field_attribute, place
+from robosc.emit.controller.attribute_names import word_of
+from robosc.emit.controller.naming import PythonNames, field_attribute, place
 from robosc.emit.controller.python import (
     Attributes,
     access,
@@ -14,7 +15,7 @@ from robosc.emit.controller.python import (
     in_enum_rule,
     literal,
 )
-from robosc.emit.controller.views import EnumView
+from robosc.emit.controller.views import EnumView, RefusalView
 from robosc.expr.traversal import all_names, may_be_undefined, path_text, walk
 from robosc.expr.tree import Aggregate, Convert, Expr, Literal, condition_of
 from robosc.expr.types import (
@@ -26,6 +27,7 @@ from robosc.expr.types import (
     ObjectType,
     Type,
 )
+from robosc.language.events import EventKind, command_key
 from robosc.model.declarations.state_variables import all_expressions
 from robosc.model.entities import (
     Command,
@@ -108,6 +110,17 @@ def provided_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str, 
     if found and all(provide.condition is not None for provide in found):
         lines.append("return None")
     return tuple(lines)
+
+
+def refusals(robot: Robot, attributes: Attributes, names: PythonNames) -> Iterator[RefusalView]:
+    """The data that provide statements give to errors of calls that are served."""
+    for key, communication in robot.communications.items():
+        command = command_key(key, EventKind.REFUSAL)
+        if communication.sort.served:
+            body = provided_data(command, robot, attributes)
+            if body:
+                name = names.take(f"data_for_error_of_{word_of(key, robot)}")
+                yield RefusalView(key, name, body)
 
 
 def _fields(provide: Provide, command: Command, attributes: Attributes) -> str:

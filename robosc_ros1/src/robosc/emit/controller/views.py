@@ -124,6 +124,15 @@ class CommandView:
 
 
 @dataclass(frozen=True)
+class RefusalView:
+    """The data of the error to calls of ``key``, and of those that are refused."""
+
+    key: str
+    data: str
+    data_body: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class TauView:
     """An internal transition; ``body`` are the statements of its method."""
 
@@ -239,6 +248,7 @@ class ControllerContext(CopyView):
     step_bound: int
     enums: tuple[EnumView, ...]
     guard_parts: tuple[GuardPartView, ...] = ()
+    refusals: tuple[RefusalView, ...] = ()
     parameters: tuple[AttributeView, ...] = ()
     parameter_rows: tuple[str, ...] = ()
     """The entries of the table of parameters, as arguments."""

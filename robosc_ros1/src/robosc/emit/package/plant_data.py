@@ -70,6 +70,10 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
     enums: dict[str, EnumType] = {}
     usage = Usage(robot)
     judged = [r for r in robot.requirements if robot.supervises and r.on_data]
+    kinds = {key: command.kind for key, command in robot.commands.items()}
+    provided = [p for p in robot.provides if kinds[p.communication].sent]
+    errors = [p.communication for p in robot.provides if not kinds[p.communication].sent]
+    refusals = sorted({robot.commands[key].communication.key for key in errors})
     corrected = [p for p in robot.provides if p.communication in robot.corrected]
     guards = tuple(guards)
     return {
@@ -80,7 +84,8 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
             _plant_communication(c, robot, enums, usage) for c in robot.communications.values()
         ],
         "requirements": [_required(r, enums) for r in robot.requirements if r not in judged],
-        "provides": [_statement(p, robot, enums) for p in robot.provides if p not in corrected],
+        "provides": [_statement(p, robot, enums) for p in provided if p not in corrected],
+        **({"refusals": refusals} if refusals else {}),
         **_of_others(robot, guards, judged, corrected, enums),
         **_assumed(robot, enums),
         "enums": _enum_tables(enums),

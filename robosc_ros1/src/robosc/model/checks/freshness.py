@@ -58,6 +58,8 @@ def _read_by_commands(robot: Robot) -> dict[str, list[Expr]]:
         for key in requirement.communications:
             found[key].append(requirement.condition)
     for provide in robot.provides:
+        if not robot.commands[provide.communication].kind.restricted:
+            continue  # nothing keeps an error from being sent
         if provide.condition is not None:
             found[provide.communication].append(provide.condition)
         found[provide.communication] += data_expressions(provide.data)

@@ -218,7 +218,8 @@ class StatementResolver:
 
     def provide(self, node: ProvideNode) -> Provide | None:
         """The provide statement; None after an error."""
-        info = self._groups.command(node.communication, "provide-for-outgoing", _CANNOT_PROVIDE)
+        access = node.communication
+        info = self._groups.command(access, "provide-for-outgoing", _CANNOT_PROVIDE, given=True)
         typer = self._typer
         if info is not None and may_read_value(node):
             incoming = Incoming(info.sent, known=info.sent is not None)

@@ -15,8 +15,8 @@ from robosc.source import Span
 from robosc.syntax.nodes import Access, ExceptNode, Group
 
 _FREE = (
-    "'error to {0}' is neither restricted, preferred nor given data: a call that was accepted can"
-    " always be answered with an error; name the response: {0}"
+    "'error to {0}' is neither restricted nor preferred: a call that was accepted can always be"
+    " answered with an error; name the response: {0}"
 )
 _Members: TypeAlias = dict[str, tuple[Access, CommunicationInfo]]
 
@@ -122,14 +122,20 @@ class GroupResolver:
     def _communication(self, access: Access) -> CommunicationInfo | None:
         return resolve_communication(access, self._symbols, self._scope, self._report)
 
-    def command(self, access: Access, code: str, why: str) -> CommunicationInfo | None:
+    def command(
+        self, access: Access, code: str, why: str, *, given: bool = False
+    ) -> CommunicationInfo | None:
         """The command of a name; None after an error.
 
-        A call that the controller serves stands for its response.
+        A call that the controller serves stands for its response. ``given``: the name is that of
+        what carries data, which the error to a call does, too.
         """
         answer = answer_named(access, self._symbols)
         if answer is not None:
             access, kind = answer
+            if kind is EventKind.REFUSAL and given:
+                info = self._communication(access)
+                return None if info is None else info.error_command()
             if kind is EventKind.REFUSAL:
                 self._report.add("error-is-free", access.span, _FREE.format(access.span.text))
                 return None

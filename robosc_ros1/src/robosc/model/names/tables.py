@@ -53,8 +53,8 @@ class CommunicationInfo:
     feedback: Type | None
     entity: Communication | None = None
     heard: bool = False
-    reports: bool = False
-    """Whether it stands for the feedback only that the controller gives."""
+    stands_for: EventKind | None = None
+    """The answer alone for which it stands: feedback, or the error to a call."""
 
     @property
     def sort(self) -> CommunicationSort:
@@ -87,18 +87,23 @@ class CommunicationInfo:
     @property
     def sent(self) -> Type | None:
         """The type of the data that the controller gives; None after an error in it."""
-        sent: Type | None = getattr(self, "feedback" if self.reports else self.sort.sends)
+        part = "feedback" if self.stands_for is EventKind.PROGRESS else self.sort.sends
+        sent: Type | None = getattr(self, part)
         return sent
 
     @property
     def command(self) -> EventKind:
         """The event with which the controller gives them."""
-        return EventKind.PROGRESS if self.reports else self.sort.command or EventKind.REQUEST
+        return self.stands_for or self.sort.command or EventKind.REQUEST
 
     def feedback_command(self) -> CommunicationInfo | None:
         """What stands for the feedback that the controller gives; None if it gives none."""
         has_feedback = self.sort.event(EventKind.PROGRESS) is not None
-        return replace(self, reports=True) if has_feedback else None
+        return replace(self, stands_for=EventKind.PROGRESS) if has_feedback else None
+
+    def error_command(self) -> CommunicationInfo:
+        """What stands for the error to a call that the controller serves."""
+        return replace(self, stands_for=EventKind.REFUSAL)
 
     def brought(self, event: EventKind) -> Type | None:
         """The type of an event's value; None if it has none, or the type has an error."""

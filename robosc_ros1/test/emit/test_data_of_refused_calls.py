@@ -1,0 +1,67 @@
+"""What ``provide c.error`` gives: to errors of the controller, and to calls that it does not take."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+from emit.generated_code import controller_class, supervisor_of
+from runtime.lamp_robot import PlayedPort
+
+from robosc.runtime.engine import Engine
+from robosc.runtime.served import WaitingCall
+from robosc.runtime.settings import Settings
+
+MODEL = """
+robot Cart {
+    datatype object Wish { data: boolean }
+    datatype object Told { success: boolean message: string }
+    interface ask use SetBool from std_srvs
+    component Orders {
+        outgoing service order with request: Wish, response: Told links ask
+        outgoing message load with type: integer(0..9)
+        behaviour {
+            variable load: integer(0..9)
+            on response from load do load := value
+            initial marked state free { on request from order if value.data goto asked }
+            state asked { on error to order if load > 0 goto free }
+        }
+    }
+    provide order.error with { message: "full" } if Orders.load > 5
+    provide order.error with { message: "busy" } if Orders.load > 0
+}
+"""
+
+
+class Call(WaitingCall):
+    def __init__(self) -> None:
+        self.told: list[tuple[str, Any]] = []
+
+    def refuse(self, text: str, data: Any = None) -> None:
+        self.told.append((text, data))
+
+
+def test_the_data_are_those_of_the_state_in_which_the_call_ends() -> None:
+    model = MODEL.replace("boolean message", "boolean\n message")
+    controller = controller_class(supervisor_of(model))[0]()
+    engine = Engine(controller, PlayedPort(), Settings())
+    engine.begin()
+
+    def call(data: bool) -> Call:
+        made = Call()
+        engine.serve("Orders.order", SimpleNamespace(data=data), made)
+        engine.cycle()
+        return made
+
+    def load(number: int) -> None:
+        engine.post("Orders.load", "response", SimpleNamespace(data=number))
+        engine.cycle()
+
+    ((text, data),) = call(False).told  # no statement applies
+    assert "order is taken where" in text and data is None
+    waiting = call(True)
+    assert waiting.told == []
+    load(3)
+    assert waiting.told == [("order failed: Orders is in asked", {"message": "busy"})]
+    load(9)
+    assert call(False).told[0][1] == {"message": "full"}
