@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
 from ros_support import SOURCES
 
 ROBOSC = [sys.executable, "-m", "robosc"]
@@ -56,6 +57,7 @@ def save(file: Path, text: str) -> None:
     os.replace(new, file)  # noqa: PTH105
 
 
+@pytest.mark.slow
 def test_watch(tmp_path: Path) -> None:
     save(tmp_path / "r.rscd", ROBOT % "there")
     save(tmp_path / "l.rscd", LIBRARY % "here")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,12 @@ from robosc.synthesis import synthesize
 __all__ = ["controller_class", "controller_source", "supervisor_of"]
 
 
+@lru_cache(64)
 def supervisor_of(
     text: str, name: str = "model.rscd", engine: str = "auto", *, supervises: bool = False
 ) -> Supervisor:
-    """The supervisor of a model without errors; ``supervises``: it guards another controller."""
+    """The supervisor of a model without errors, computed once for the tests of a file;
+    ``supervises``: it guards another controller."""
     robot, diagnostics = load(Source(name, text), supervises=supervises)
     assert robot is not None, diagnostics
     return synthesize(lower(robot), engine)

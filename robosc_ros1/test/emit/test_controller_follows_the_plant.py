@@ -209,7 +209,7 @@ def test_guards_that_call_methods_of_parts(
     plain = Twin(model)
     monkeypatch.setattr(part_names, "LONG", 0)
     monkeypatch.setattr(part_names, "_LEAST_SAVED", -1000)
-    twin = Twin(model)
+    twin = Twin(model + "\n")  # a text of its own, whose supervisor is computed here
     assert any(name.startswith("part_") for name in vars(type(twin.controller)))
     walk_through(twin, random.Random(1))
     for one, other in zip(plain.controller.COMMANDS, twin.controller.COMMANDS, strict=True):

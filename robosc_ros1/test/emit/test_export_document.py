@@ -147,6 +147,7 @@ robot Level {
 """Compares a number with constants that are equal and of two types."""
 
 
+@pytest.mark.slow
 def test_the_same_model_gives_the_same_text_in_every_process(tmp_path: Path) -> None:
     """The order of a set of texts changes from process to process."""
     model = tmp_path / "level.rscd"

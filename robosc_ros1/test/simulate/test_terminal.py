@@ -146,6 +146,7 @@ def test_lines_are_as_wide_as_the_terminal_is_now(terminal: Terminal) -> None:
     assert any(re.search(r"Motor\.stopped  \(line_follower\.rscd:\d+\)", line) for line in lines)
 
 
+@pytest.mark.slow
 def test_no_color(library: str) -> None:
     plain = Terminal(library, NO_COLOR="1", TERM="dumb")
     shown = plain.await_text("it is idle")
@@ -153,6 +154,7 @@ def test_no_color(library: str) -> None:
     assert "\x1b[" not in shown
 
 
+@pytest.mark.slow
 def test_a_dumb_terminal_is_no_hindrance(library: str) -> None:
     dumb = Terminal(library, TERM="dumb", NO_COLOR="1")
     dumb.await_prompt()

@@ -206,6 +206,7 @@ def memory() -> float:
     return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * 4096 / 1e6
 
 
+@pytest.mark.slow
 def test_browsers_that_do_not_read_cost_no_memory_and_hold_up_nobody(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
