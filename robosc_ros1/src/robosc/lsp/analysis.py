@@ -149,15 +149,15 @@ class Desk:
             self._remember(self.analyse(source))
         return self._analyses[path]
 
-    def _remember(self, found: Analysis) -> None:
-        self._analyses[found.path] = found
-        if found.contents is not None and not found.contents.scope.faults:
-            self._whole[found.path] = found
+    def _remember(self, analysis: Analysis) -> None:
+        self._analyses[analysis.path] = analysis
+        if analysis.contents is not None and not analysis.contents.scope.faults:
+            self._whole[analysis.path] = analysis
 
-    def adopt(self, found: Analysis, revision: int) -> None:
+    def adopt(self, analysis: Analysis, revision: int) -> None:
         """Take an analysis that was begun at a revision, unless something has changed since."""
-        if self._open.get(found.path) is found.source and self.revision == revision:
-            self._remember(found)
+        if self._open.get(analysis.path) is analysis.source and self.revision == revision:
+            self._remember(analysis)
 
     def recent(self, path: str) -> Analysis | None:
         """As :meth:`analysis`; of a long text what is known of it now, if anything."""
@@ -209,8 +209,8 @@ class Desk:
 
     def related(self, path: str) -> Mapping[str, Analysis]:
         """Those of :meth:`all_files` that can be read, by path."""
-        found = {file: self.analysis(file) for file in self.all_files(path)}
-        return {file: analysis for file, analysis in found.items() if analysis is not None}
+        analyses = {file: self.analysis(file) for file in self.all_files(path)}
+        return {file: analysis for file, analysis in analyses.items() if analysis is not None}
 
     def _reader(self, path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
         absolute = os.path.abspath(path)  # noqa: PTH100 (links stay)

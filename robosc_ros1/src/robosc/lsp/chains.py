@@ -14,18 +14,18 @@ _CLOSING = {"(": ")", "[": "]", "{": "}"}
 
 def names_before(words: Sequence[str]) -> list[str]:
     """The chain before the last dot: ``value.a[0].`` gives value, a, []."""
-    found: list[str] = []
+    names: list[str] = []
     place = len(words) - 2
     while place >= 0:
         if words[place] == "]" and "[" in words[:place]:
-            found.append("[]")
+            names.append("[]")
             place -= words[place::-1].index("[") + 1
             continue
-        found.append(words[place].lstrip("^"))
+        names.append(words[place].lstrip("^"))
         if place == 0 or words[place - 1] != ".":
             break
         place -= 2
-    return found[::-1]
+    return names[::-1]
 
 
 def aggregate_variables(context: Context) -> dict[str, list[str]]:
@@ -36,7 +36,7 @@ def aggregate_variables(context: Context) -> dict[str, list[str]]:
     In ``any(d.| for d in value.seen[1..3])`` d is value, seen, [].
     """
     words = (*context.words, *context.ahead)
-    found: dict[str, list[str]] = {}
+    variables: dict[str, list[str]] = {}
     closed = 0
     for place in reversed(range(len(context.words))):
         if words[place] in _CLOSING.values():
@@ -47,10 +47,10 @@ def aggregate_variables(context: Context) -> dict[str, list[str]]:
             begin = _for_of(words, place + 1)
             if begin is not None:
                 behind = words.index("in", begin)
-                found[words[behind - 1].lstrip("^")] = _element(words[behind + 1 :])
+                variables[words[behind - 1].lstrip("^")] = _element(words[behind + 1 :])
                 if behind > begin + 2:
-                    found[words[begin + 1].lstrip("^")] = []
-    return found
+                    variables[words[begin + 1].lstrip("^")] = []
+    return variables
 
 
 def _for_of(words: Sequence[str], begin: int) -> int | None:
@@ -85,16 +85,16 @@ def _element(words: Sequence[str]) -> list[str]:
 
 def _chain(words: Sequence[str]) -> list[str]:
     """The chain that words begin with; a slice is as the whole array."""
-    found = [words[0].lstrip("^")] if words else []
+    chain = [words[0].lstrip("^")] if words else []
     place = 1
     while place < len(words) - 1:
         if words[place] == ".":
-            found.append(words[place + 1].lstrip("^"))
+            chain.append(words[place + 1].lstrip("^"))
             place += 2
         elif words[place] == "[" and "]" in words[place:]:
             end = words.index("]", place)
-            found += [] if ".." in words[place:end] else ["[]"]
+            chain += [] if ".." in words[place:end] else ["[]"]
             place = end + 1
         else:
             break
-    return found
+    return chain

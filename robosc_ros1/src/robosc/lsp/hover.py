@@ -21,13 +21,13 @@ _LONGEST = 30
 """Lines of a declaration or definition that are shown."""
 
 
-def hover_text(analysis: Analysis, found: Occurrence, derived: Derived | None) -> str:
+def hover_text(analysis: Analysis, occurrence: Occurrence, derived: Derived | None) -> str:
     """Declaration, real definition, and what synthesis says, whichever there is."""
-    symbol = found.symbol
+    symbol = occurrence.symbol
     parts = [_headline(symbol)]
     if symbol.kind in (SymbolKind.ROS_TYPE, SymbolKind.ROS_PACKAGE):
         parts += _ros(analysis.definitions, symbol)
-        parts += _type_behind(analysis, found)
+        parts += _type_behind(analysis, occurrence)
     elif symbol.kind is SymbolKind.INCOMING:
         parts += _datatype(analysis, symbol.owner)
     else:
@@ -107,14 +107,14 @@ def _ros(definitions: MessageDefinitions, symbol: Symbol) -> Iterator[str]:
     yield f"`{home}`" if home is not None else "It is not found, so nothing can be checked."
 
 
-def _type_behind(analysis: Analysis, found: Occurrence) -> Iterator[str]:
+def _type_behind(analysis: Analysis, occurrence: Occurrence) -> Iterator[str]:
     """Of the package in ``package/Type``: what the type is."""
-    behind = analysis.index.at(found.span.end + 1)
+    behind = analysis.index.at(occurrence.span.end + 1)
     if (
-        found.symbol.kind is SymbolKind.ROS_PACKAGE
+        occurrence.symbol.kind is SymbolKind.ROS_PACKAGE
         and behind is not None
         and behind.symbol.kind is SymbolKind.ROS_TYPE
-        and behind.symbol.owner == found.symbol.name
+        and behind.symbol.owner == occurrence.symbol.name
     ):
         yield _headline(behind.symbol)
         yield from _ros(analysis.definitions, behind.symbol)
@@ -130,9 +130,9 @@ def _definition(definitions: MessageDefinitions, package: str, type_: str) -> It
             return
         return
     for folder in KINDS:
-        found = definitions.interface(package, type_, folder)
-        if isinstance(found, Interface):
-            yield _fenced("", _interface(found))
+        interface = definitions.interface(package, type_, folder)
+        if isinstance(interface, Interface):
+            yield _fenced("", _interface(interface))
             return
     yield "Its definition is not found, so nothing can be checked against it."
 

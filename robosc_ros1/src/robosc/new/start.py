@@ -43,18 +43,18 @@ def recorded(name: str, bag: Path, progress: Progress) -> str:
 def _model(
     name: str, graph: RosGraph, pauses: Mapping[str, Spacing], origin: str, nothing: str
 ) -> str:
-    found = survey(graph)
-    if found == Survey((), (), (), ()):
+    seen = survey(graph)
+    if seen == Survey((), (), (), ()):
         raise UsageError(nothing)
     print(
-        f"{counted(len(found.outgoing), 'topic')} from the robot, {len(found.incoming)} to it,"
-        f" {counted(len(found.services), 'service')}, {counted(len(found.actions), 'action')}"
+        f"{counted(len(seen.outgoing), 'topic')} from the robot, {len(seen.incoming)} to it,"
+        f" {counted(len(seen.services), 'service')}, {counted(len(seen.actions), 'action')}"
     )
-    here, absent = _defined(found, MessageDefinitions.for_model(Path(f"{name}.rscd")))
+    here, absent = _defined(seen, MessageDefinitions.for_model(Path(f"{name}.rscd")))
     return from_survey(name, here, pauses, origin, absent)
 
 
-def _defined(found: Survey, definitions: MessageDefinitions) -> tuple[Survey, list[Offer]]:
+def _defined(survey: Survey, definitions: MessageDefinitions) -> tuple[Survey, list[Offer]]:
     """What a model can name, and what has a type without a definition on this machine."""
     absent: list[Offer] = []
 
@@ -67,7 +67,7 @@ def _defined(found: Survey, definitions: MessageDefinitions) -> tuple[Survey, li
         return tuple(there)
 
     here = Survey(
-        known(found.outgoing, "msg"), known(found.incoming, "msg"),
-        known(found.services, "srv"), known(found.actions, "action"),
+        known(survey.outgoing, "msg"), known(survey.incoming, "msg"),
+        known(survey.services, "srv"), known(survey.actions, "action"),
     )  # fmt: skip
     return here, absent

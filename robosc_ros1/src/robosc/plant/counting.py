@@ -89,8 +89,8 @@ def counts(expr: Expr) -> Iterator[Count]:
 def tighter(count: Count) -> Expr | None:
     """Return the expanded condition with a bound that is tighter by one; None: it would be too
     large."""
-    found = at_least(count.conditions, count.least + (-1 if count.negated else 1))
-    return found if found is None or not count.negated else Unary("!", found, _BOOLEAN)
+    tight = at_least(count.conditions, count.least + (-1 if count.negated else 1))
+    return tight if tight is None or not count.negated else Unary("!", tight, _BOOLEAN)
 
 
 class _Finder:
@@ -176,13 +176,13 @@ def _count_of(expr: Expr, number: int, written: int) -> Count | None:
 
 def _conditions(expr: Expr) -> dict[Expr, None]:
     """Return the conditions of the count, in order, if the expression is the expansion of one."""
-    found: dict[Expr, None] = {}
+    conditions: dict[Expr, None] = {}
     seen: set[int] = set()
     stack = [expr]
     while stack:
         node = stack.pop()
         if not _is_junction(node):
-            found.setdefault(node)
+            conditions.setdefault(node)
         elif id(node) not in seen:
             seen.add(id(node))
             parts = operands(node, node.operator)
@@ -190,7 +190,7 @@ def _conditions(expr: Expr) -> dict[Expr, None]:
             # plain conditions has no cases.
             is_in_order = node.operator == "and" or not any(map(_is_junction, parts))
             stack += reversed(parts) if is_in_order else parts
-    return found
+    return conditions
 
 
 def _is_junction(expr: Expr) -> TypeGuard[Binary]:
@@ -253,9 +253,9 @@ def copies_of(count: Count) -> tuple[str, int] | None:
 
 
 def _copies(conditions: Sequence[Expr]) -> tuple[str, int] | None:
-    found = [_literal(condition) for condition in conditions]
-    first, kinds = found[0], {literal and literal[0] for literal in found}
-    if first is None or len(kinds) > 1 or not _is_run([index for _, index in filter(None, found)]):
+    read = [_literal(condition) for condition in conditions]
+    first, kinds = read[0], {literal and literal[0] for literal in read}
+    if first is None or len(kinds) > 1 or not _is_run([index for _, index in filter(None, read)]):
         return None
     (_, name, _), index = first
     return name, index

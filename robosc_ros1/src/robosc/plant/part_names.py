@@ -174,14 +174,14 @@ class PartNames:
     def _find(self, guards: Sequence[int]) -> None:
         while len(self._parts) < _MOST_PARTS:
             roots = [self._references.get(guard, guard) for guard in guards]
-            found = self._best([*roots, *(part.body for part in self._parts)])
-            if found is None:
+            best = self._best([*roots, *(part.body for part in self._parts)])
+            if best is None:
                 return
-            body = found if isinstance(found, int) else self._add(found)
+            body = best if isinstance(best, int) else self._add(best)
             unnamed = NamedPart("", (), BooleanType())
             part = _Part(self._add(_Node("", (), unnamed)), body)
             self._atoms[part.reference] = _NAME
-            if isinstance(found, int):
+            if isinstance(best, int):
                 self._references[body] = part.reference
             for number in self._chains:
                 if number != body:
@@ -232,26 +232,26 @@ class PartNames:
 
     def _written(self, roots: Sequence[int]) -> Counter[int]:
         """Return how often each expression occurs in the texts of the roots."""
-        found = Counter(roots)
+        times = Counter(roots)
         for number in range(len(self._nodes) - 1, -1, -1):
-            if found[number]:
+            if times[number]:
                 for operand in self._operands(number):
-                    found[operand] += found[number]
-        return found
+                    times[operand] += times[number]
+        return times
 
     def _lengths(self, numbers: Iterable[int]) -> dict[int, int]:
         """Return the approximate lengths of texts, in characters."""
-        found = dict(self._atoms)
+        lengths = dict(self._atoms)
         for number in sorted(numbers):
             node = self._nodes[number]
-            if number in found:
+            if number in lengths:
                 continue
             if not node.operator:
-                found[number] = self._atoms[number] = len(to_dsl(node.expr, self._robot))
+                lengths[number] = self._atoms[number] = len(to_dsl(node.expr, self._robot))
             else:
                 own = self._operands(number)
-                found[number] = 1 + sum(found[n] + _JOINT for n in own) - _JOINT
-        return found
+                lengths[number] = 1 + sum(lengths[n] + _JOINT for n in own) - _JOINT
+        return lengths
 
     def _longest(self, chains: Iterable[int], lengths: dict[int, int]) -> Iterator[int]:
         left = _MOST_OPERANDS

@@ -160,9 +160,9 @@ def _is_element(path: Path) -> bool:
 
 def _written(fields: Mapping[Path, Raw], path: Path) -> Raw:
     """What was written for a part, or within a whole; None if nothing was."""
-    found = max((p for p in fields if path[: len(p)] == p), key=len, default=path)
-    raw = fields.get(found)
-    for step in path[len(found) :]:
+    longest = max((p for p in fields if path[: len(p)] == p), key=len, default=path)
+    raw = fields.get(longest)
+    for step in path[len(longest) :]:
         if isinstance(raw, dict) and isinstance(step, str):
             raw = raw.get(step)
         elif isinstance(raw, list) and isinstance(step, int) and step < len(raw):
@@ -174,12 +174,12 @@ def _written(fields: Mapping[Path, Raw], path: Path) -> Raw:
 
 def outer_parts(robot: Robot, event: Event, decided: Collection[Path] = ()) -> dict[Path, Type]:
     """The parts that are read and hold none that are decided, but what lies within another one."""
-    found: dict[Path, Type] = {}
+    outer: dict[Path, Type] = {}
     for path, part in sorted(value_parts(robot, event).items(), key=lambda item: len(item[0])):
-        within = any(path[: len(other)] == other for other in found)
+        within = any(path[: len(other)] == other for other in outer)
         if not within and not any(path == other[: len(path)] for other in decided):
-            found[path] = part
-    return found
+            outer[path] = part
+    return outer
 
 
 # --- words ---------------------------------------------------------------------------------------
@@ -192,14 +192,14 @@ def hint(robot: Robot, event: Event) -> str:
     type_ = value_type(robot, event)
     if isinstance(type_, NoneType):
         return also
-    found = _choices(type_)
+    choices = _choices(type_)
     if isinstance(type_, ObjectType):
-        found = ", ".join(
+        choices = ", ".join(
             f"{path_text(path)}: {_choices(part)}" if path else _choices(part)
             for path, part in outer_parts(robot, event).items()
         )
-    found = f"{found}, or missing" if is_optional(robot, event) else found
-    return f"{found}; {also}" if also else found
+    choices = f"{choices}, or missing" if is_optional(robot, event) else choices
+    return f"{choices}; {also}" if also else choices
 
 
 def _words(type_: Type) -> str:

@@ -111,17 +111,17 @@ def judge(
                 f"{path} has no topic of {robot.name}: {_first(bag.topics)}; if names were"
                 f" remapped, give --remap {_likely(run.absent, bag.topics)}"
             )
-        found = Judgement(
+        judgement = Judgement(
             robot, str(path), 1 if bag.ros_1 else 2, bag.start, bag.end, sum(bag.counts.values())
         )
-        collector = _Collector(found)
+        collector = _Collector(judgement)
         for entry in run.entries(progress):
             collector.take(entry)
-        found.tracks = run.tracks
-        found.absent, found.unseen = tuple(run.absent), tuple(run.unseen)
-        found.unjudged = tuple(run.unjudged)
-        found.crossed = run.engine.recorder.counters["crossed"]
-    return found
+        judgement.tracks = run.tracks
+        judgement.absent, judgement.unseen = tuple(run.absent), tuple(run.unseen)
+        judgement.unjudged = tuple(run.unjudged)
+        judgement.crossed = run.engine.recorder.counters["crossed"]
+    return judgement
 
 
 def _first(topics: Sequence[str] | dict[str, str]) -> str:

@@ -113,8 +113,8 @@ class _Valuations:
             least = distance(one)
             for number in range(len(one)):
                 for other in self._changed(one, number):
-                    if (found := distance(other)) < least:
-                        one, least = other, found
+                    if (far := distance(other)) < least:
+                        one, least = other, far
             if least == 0:
                 return one
         return None
@@ -207,12 +207,12 @@ class Stepper:
 
     def _values_of(self, event: int) -> Iterable[Values]:
         """Return the values of an event, stored unless there are very many."""
-        found = self._values.get(event)
-        if found is None:
+        values = self._values.get(event)
+        if values is None:
             taken = self.plant.events[event]
             few = weight(taken) <= _MOST_KEPT
-            found = self._values[event] = tuple(valuations(taken)) if few else _Valuations(taken)
-        return found
+            values = self._values[event] = tuple(valuations(taken)) if few else _Valuations(taken)
+        return values
 
     def controlled(self, guards: Iterable[Guard]) -> list[CompiledEvent]:
         """Return all events of the plant under a supervisor, in model order."""

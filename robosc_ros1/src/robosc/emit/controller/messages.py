@@ -81,9 +81,9 @@ def corrected_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str,
     correction that says so; empty if it is not corrected."""
     if key not in robot.corrected:
         return ()
-    found = [provide for provide in robot.provides if provide.communication == key]
+    provides = [provide for provide in robot.provides if provide.communication == key]
     lines: list[str] = []
-    for provide in found:
+    for provide in provides:
         text = _fields(provide, robot.commands[key], attributes)
         told = f"{literal(fold_text(provide.span.text))}, {literal(place(provide.span))}"
         if provide.condition is None:
@@ -98,16 +98,16 @@ def corrected_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str,
 def provided_data(key: str, robot: Robot, attributes: Attributes) -> tuple[str, ...]:
     """The statements that return the fields that a command sets; empty if it provides none, or
     corrects what another controller provides."""
-    found = [p for p in robot.provides if p.communication == key and key not in robot.corrected]
+    provides = [p for p in robot.provides if p.communication == key and key not in robot.corrected]
     lines: list[str] = []
-    for provide in found:
+    for provide in provides:
         where, text = place(provide.span), _fields(provide, robot.commands[key], attributes)
         if provide.condition is None:
             lines += [f"# {where}", f"return {text}"]
         else:
             condition = attributes.text(provide.condition)
             lines += [f"if {condition}:  # {where}", f"    return {text}"]
-    if found and all(provide.condition is not None for provide in found):
+    if provides and all(provide.condition is not None for provide in provides):
         lines.append("return None")
     return tuple(lines)
 
@@ -157,13 +157,13 @@ def _data(data: Data, type_: Type, attributes: Attributes) -> str:
 
 
 def _property(type_: Type, name: str) -> Type:
-    found = type_.property(name) if isinstance(type_, ObjectType) else None
-    return NoneType() if found is None else found
+    property_ = type_.property(name) if isinstance(type_, ObjectType) else None
+    return NoneType() if property_ is None else property_
 
 
 def converting_enums(robot: Robot) -> list[EnumType]:
     """All enums that convert something, those that others use first."""
-    found: dict[EnumType, None] = {}
+    enums: dict[EnumType, None] = {}
 
     def visit(type_: Type) -> None:
         match type_:
@@ -171,7 +171,7 @@ def converting_enums(robot: Robot) -> list[EnumType]:
                 visit(type_.source)
                 for rule in type_.rules:
                     convert(condition_of(rule))
-                found.setdefault(type_, None)
+                enums.setdefault(type_, None)
             case ObjectType():
                 for _, inner in type_.properties:
                     visit(inner)
@@ -188,7 +188,7 @@ def converting_enums(robot: Robot) -> list[EnumType]:
             visit(getattr(communication, direction))
     for expr in all_expressions(robot):
         convert(expr)
-    return list(found)
+    return list(enums)
 
 
 def enum_view(enum: EnumType, attributes: Attributes) -> EnumView:

@@ -135,8 +135,8 @@ class TypeTable(KnownTypes):
                     or len(self._open) > 1
                 ):
                     self.scope.used_datatypes.add(name.text)
-                found = self._named(name.text, node)
-                return found if found is None else self._shallow(node, found)
+                named = self._named(name.text, node)
+                return named if named is None else self._shallow(node, named)
 
     def of_value(self, node: TypeNode) -> Type | None:
         """The type of a constant or parameter, which may also be a duration."""
@@ -158,8 +158,8 @@ class TypeTable(KnownTypes):
                     self._report.suggest(library.text, self.libraries, "libraries"),
                 )
             return None
-        found = table.known(node.name.text)
-        if found is None:
+        type_ = table.known(node.name.text)
+        if type_ is None:
             self._report.add(
                 "unknown-type",
                 node.name.span,
@@ -169,7 +169,7 @@ class TypeTable(KnownTypes):
             return None
         self.scope.names.use(library, table.scope.node)
         self.scope.names.use(node.name, table.scope.datatypes[node.name.text])
-        return found
+        return type_
 
     def _ros_type(self, node: RosTypeNode) -> Type | None:
         package, name = node.package, node.type
@@ -184,20 +184,20 @@ class TypeTable(KnownTypes):
                 f"write {package.text}/{name.text} or {package.text}/{node.folder}/{name.text}",
             )
             return None
-        found = self.type_declarations.ros.part(package.text, name.text, node.folder, node.part)
-        if isinstance(found, Missing):
+        type_ = self.type_declarations.ros.part(package.text, name.text, node.folder, node.part)
+        if isinstance(type_, Missing):
             if node.part == 0:
-                self._missing.of_interface(found, node, kind)
+                self._missing.of_interface(type_, node, kind)
             return None
-        return found
+        return type_
 
-    def _shallow(self, node: NamedTypeNode, found: Type) -> Type | None:
+    def _shallow(self, node: NamedTypeNode, type_: Type) -> Type | None:
         """The type, or None after reporting that datatypes are nested too deep."""
         depth = self._depths.get(node.name.text, 0) + 1
         if self._open:
             self._depths[self._open[-1]] = max(depth, self._depths.get(self._open[-1], 0))
         if depth <= limits.NESTED_TYPES:
-            return found
+            return type_
         self._report.add(
             "too-deep",
             node.span,
@@ -265,10 +265,10 @@ class TypeTable(KnownTypes):
             return self._shallow(use, NoneType()) if use is not None else None
         self._open.append(name)
         node = self.scope.datatypes[name]
-        found = self._object(node) if isinstance(node, ObjectNode) else self._enum(node)
+        type_ = self._object(node) if isinstance(node, ObjectNode) else self._enum(node)
         self._open.pop()
-        self._types[name] = found
-        return found
+        self._types[name] = type_
+        return type_
 
     def _object(self, node: ObjectNode) -> ObjectType:
         seen: dict[str, Span] = {}

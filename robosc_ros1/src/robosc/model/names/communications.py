@@ -55,20 +55,20 @@ def _bare(
     access: Access, symbols: SymbolTable, scope: FileScope, report: Report
 ) -> CommunicationInfo | None:
     name = access.root.text
-    found = symbols.communications(name)
-    if found:
-        scope.names.use(access.root, found[0].node, found[0].instance.name)
-    if len(found) == 1:
-        return found[0]
-    if found:
-        local = [i for i in found if i.instance.imported is None and i.instance.node.copy is None]
-        if len(local) == len(found):
-            return found[0]  # all in this file: the duplicate name was reported
+    infos = symbols.communications(name)
+    if infos:
+        scope.names.use(access.root, infos[0].node, infos[0].instance.name)
+    if len(infos) == 1:
+        return infos[0]
+    if infos:
+        local = [i for i in infos if i.instance.imported is None and i.instance.node.copy is None]
+        if len(local) == len(infos):
+            return infos[0]  # all in this file: the duplicate name was reported
         report.add(
             "ambiguous-name",
             access.span,
-            f"there are {len(found)} communications '{name}'",
-            write_one([i.key for i in found]),
+            f"there are {len(infos)} communications '{name}'",
+            write_one([i.key for i in infos]),
         )
         return None
     # It may be one of a component that could not be imported.
@@ -100,14 +100,14 @@ def _qualified(
                 report.suggest(root, symbols.components),
             )
         return None
-    found = component.communications.get(member.text)
-    if found is not None:
-        scope.names.use(member, found.node, component.name)
-    if found is None and not scope.is_unresolved(member.text, *_KEYWORDS):
+    info = component.communications.get(member.text)
+    if info is not None:
+        scope.names.use(member, info.node, component.name)
+    if info is None and not scope.is_unresolved(member.text, *_KEYWORDS):
         report.add(
             "unknown-communication",
             member.span,
             f"{root} has no communication '{member.text}'",
             report.suggest(member.text, component.communications, "it has"),
         )
-    return found
+    return info

@@ -49,20 +49,20 @@ class GroupResolver:
         commands ``left_out`` are no part. In a library, ``all`` may be nobody: its commands are
         those of the robot that imports it.
         """
-        found, whole = self._resolved(
+        keys, whole = self._resolved(
             group,
             lambda access: self.command(access, code, why),
             left_out=left_out,
             may_be_empty=may_be_empty,
         )
-        return tuple(found) if whole else None
+        return tuple(keys) if whole else None
 
     def reports(self, group: Group) -> dict[str, str]:
         """By the keys of the calls in a group that are named without an answer, the keys of the
         feedback that the controller gives of them."""
         named = (item for item in group if isinstance(item, Access))
-        found = (info for item in named for info in communications_named(item, self._symbols))
-        pairs = ((info, info.feedback_command()) for info in found)
+        infos = (info for item in named for info in communications_named(item, self._symbols))
+        pairs = ((info, info.feedback_command()) for info in infos)
         return {info.key: report.key for info, report in pairs if report is not None}
 
     def listed(self, group: Group) -> tuple[list[tuple[Access, CommunicationInfo]], bool]:
@@ -70,8 +70,8 @@ class GroupResolver:
 
         Each is there with what names it first. Outgoing messages are named one by one.
         """
-        found, whole = self._resolved(group, self._communication)
-        return list(found.values()), whole
+        members, whole = self._resolved(group, self._communication)
+        return list(members.values()), whole
 
     def _resolved(
         self,
@@ -85,35 +85,35 @@ class GroupResolver:
 
         ``named`` resolves the name of one of them.
         """
-        found: _Members = {}
+        resolved: _Members = {}
         own_names: dict[str, Span] = {}
         whole = True
         for item in group:
             if isinstance(item, ExceptNode):
-                return self._without(found, item, named) if whole else (found, False)
+                return self._without(resolved, item, named) if whole else (resolved, False)
             members = self._members(item)
             if members is not None:
                 whole &= may_be_empty or self._has_commands(item, members)
-                new = [m for m in members if m.key not in {*found, *left_out}]
-                found.update((m.key, (item, m)) for m in new)
+                new = [m for m in members if m.key not in {*resolved, *left_out}]
+                resolved.update((m.key, (item, m)) for m in new)
             elif (info := named(item)) is None:
                 whole = False
             elif info.key in own_names:
                 report_repeated(item, own_names[info.key], self._report)
             else:
                 own_names[info.key] = item.span
-                found.setdefault(info.key, (item, info))
-        return found, whole
+                resolved.setdefault(info.key, (item, info))
+        return resolved, whole
 
     def _without(
         self,
-        found: _Members,
+        members: _Members,
         node: ExceptNode,
         named: Callable[[Access], CommunicationInfo | None],
     ) -> tuple[_Members, bool]:
         """What is left of a group."""
         others, whole = self._resolved(node.communications, named, may_be_empty=True)
-        left = {key: member for key, member in found.items() if key not in others}
+        left = {key: member for key, member in members.items() if key not in others}
         if whole and not left and self._scope.node.kind == "robot":
             self._report.add("unknown-communication", node.span, "nothing is left of the group")
             return left, False

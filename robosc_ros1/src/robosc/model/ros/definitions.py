@@ -101,12 +101,12 @@ class MessageDefinitions:
         Its parts are the message; request and response of a service; or goal, result and feedback
         of an action, of which the type ``TAction`` also finds ``T.action``.
         """
-        found = self._interface(package, type_, folder)
+        definition = self._interface(package, type_, folder)
         stem = type_.removesuffix("Action")
-        if folder == "action" and stem not in ("", type_) and _has_no_file(found):
+        if folder == "action" and stem not in ("", type_) and _has_no_file(definition):
             shorter = self._interface(package, stem, folder)
-            return found if _has_no_file(shorter) else shorter
-        return found
+            return definition if _has_no_file(shorter) else shorter
+        return definition
 
     def fields(self, type_: FieldType) -> Definition | Missing | None:
         """The definition of a field's type, if that is a message; None for built-in types."""
@@ -117,16 +117,16 @@ class MessageDefinitions:
         if self._ros_version is not None and type_.base in _IN_ROS_1:
             return _TIMES[self._ros_version][_IN_ROS_1[type_.base]]
         package, _, name = type_.base.partition("/")
-        found = self.interface(package, name, "msg")
-        return found if isinstance(found, Missing) else found.parts[0]
+        interface = self.interface(package, name, "msg")
+        return interface if isinstance(interface, Missing) else interface.parts[0]
 
     def _interface(self, package: str, type_: str, folder: Folder) -> Interface | Missing:
         key = (package, type_, folder)
         if key not in self._interfaces:
-            found = self._read(package, type_, folder)
+            interface = self._read(package, type_, folder)
             if key == ("std_msgs", "Header", "msg") and self._ros_version == "2":
-                found = _without_sequence(found)
-            self._interfaces[key] = found
+                interface = _without_sequence(interface)
+            self._interfaces[key] = interface
         return self._interfaces[key]
 
     def _is_ros2_package(self, folder: Path) -> bool:
@@ -183,8 +183,8 @@ class MessageDefinitions:
         return Missing("file", package, tuple(sorted(names)))
 
 
-def _has_no_file(found: Interface | Missing) -> bool:
-    return isinstance(found, Missing) and found.reason == "file"
+def _has_no_file(interface: Interface | Missing) -> bool:
+    return isinstance(interface, Missing) and interface.reason == "file"
 
 
 def _without_sequence(header: Interface | Missing) -> Interface | Missing:

@@ -66,9 +66,9 @@ class Packages:
             if (direct / _MANIFEST).is_file() and not (direct / "CATKIN_IGNORE").exists():
                 return direct
             if place.deep or not is_share(place.folder):
-                found = self._search(place).get(name)
-                if found is not None:
-                    return found
+                folder = self._search(place).get(name)
+                if folder is not None:
+                    return folder
         # Debian installs definitions without the manifest, which comes with what C++ needs.
         shares = (place.folder / name for place in self.places if is_share(place.folder))
         return next((s for s in shares if any((s / kind).is_dir() for kind in KINDS)), None)
@@ -89,8 +89,8 @@ class Packages:
 
     def with_file(self, file: str) -> list[str]:
         """Names of packages that have a definition file such as ``msg/Twist.msg``, for hints."""
-        found = {p.parents[1].name for place in self.places for p in place.folder.glob(f"*/{file}")}
-        return sorted(found)
+        names = {p.parents[1].name for place in self.places for p in place.folder.glob(f"*/{file}")}
+        return sorted(names)
 
     def library_folders(self) -> Sequence[Path]:
         """The folders that packages export with ``<robosc libraries="…"/>``."""
@@ -203,12 +203,12 @@ def _packages_in(root: Path) -> Mapping[str, Path]:
         homes = [home for home in homes if not (home / "CATKIN_IGNORE").exists()]
     except OSError:
         return {}
-    found: dict[str, Path] = {}
+    packages: dict[str, Path] = {}
     for home in homes:
         names = {home.name: home} if is_share(root) else _listed(home)
         for name in names:
-            found.setdefault(name, home)
-    return found
+            packages.setdefault(name, home)
+    return packages
 
 
 def _listed(root: Path) -> Mapping[str, Path]:
@@ -216,11 +216,11 @@ def _listed(root: Path) -> Mapping[str, Path]:
     rospack = _rospack()
     if rospack is None:
         return {root.name: root} if (root / _MANIFEST).is_file() else {}
-    found: dict[str, str] = {}
+    folders: dict[str, str] = {}
     # rospkg raises these for unreadable manifests, and for those without a name.
     with contextlib.suppress(ParseError, OSError, AttributeError):
-        rospack.list_by_path(_MANIFEST, str(root), found)
-    return {name: Path(path) for name, path in found.items()}
+        rospack.list_by_path(_MANIFEST, str(root), folders)
+    return {name: Path(path) for name, path in folders.items()}
 
 
 @cache

@@ -29,8 +29,8 @@ class SentData:
     def field_of(self, command: Command, path: Sequence[str | int]) -> Field | None:
         """The field of a command's data at a path; None if no definition is installed."""
         communication = command.communication
-        found = self._interface(communication.binding, communication.sort.folder)
-        definition = None if found is None else _sent_part(found, command)
+        interface = self._interface(communication.binding, communication.sort.folder)
+        definition = None if interface is None else _sent_part(interface, command)
         field: Field | None = None
         for step in path or (command.field or "",):
             if isinstance(step, int):
@@ -45,18 +45,18 @@ class SentData:
     def _interface(self, binding: Binding, folder: Folder) -> Interface | None:
         if not binding.found:
             return None
-        found = self._definitions.interface(binding.package, binding.type, folder)
-        if isinstance(found, Missing) and folder == "msg":
-            found = next((i for i in BASIC.values() if i.type == binding.type), found)
-        return None if isinstance(found, Missing) else found
+        interface = self._definitions.interface(binding.package, binding.type, folder)
+        if isinstance(interface, Missing) and folder == "msg":
+            interface = next((i for i in BASIC.values() if i.type == binding.type), interface)
+        return None if isinstance(interface, Missing) else interface
 
     def check(self, data: Data, command: Command) -> None:
         """Check the data of a provide statement for a command."""
         communication = command.communication
-        found = self._interface(communication.binding, communication.sort.folder)
-        if found is None:
+        interface = self._interface(communication.binding, communication.sort.folder)
+        if interface is None:
             return
-        definition = _sent_part(found, command)
+        definition = _sent_part(interface, command)
         carrier = command.field
         if isinstance(data, DataObject):
             self._object(data, definition)

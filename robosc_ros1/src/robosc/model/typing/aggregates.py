@@ -121,8 +121,8 @@ class Aggregates:
                     return Counted(None)
                 if _is_array(many, listed[0]):
                     return None
-                found = self._compared(many, many.array, operator, bound, *listed)
-                return Counted(None if found is None else replace(found, span=node.span))
+                comparison = self._compared(many, many.array, operator, bound, *listed)
+                return Counted(None if comparison is None else replace(comparison, span=node.span))
         return None
 
     def _through(
@@ -210,10 +210,10 @@ class Aggregates:
             if conditions is None:
                 return None
             return replace(chain(operator, conditions, node.span, known), span=node.span)
-        found = self._asked_of(node, elements, type_)
-        if found is None:
+        asked = self._asked_of(node, elements, type_)
+        if asked is None:
             return None
-        numbers, condition = found
+        numbers, condition = asked
         fault = self._fault(name, _kind(array), numbers, condition)
         if fault is not None:
             self._report.add("not-over-components", node.span, *fault)
@@ -267,25 +267,25 @@ class Aggregates:
             message = f"the number of {_kind(array)} can only be compared with a whole number"
             self._report.add("not-over-components", bound.span, message)
             return None
-        found = compared(conditions, operator, value)
-        if found is None:
+        condition = compared(conditions, operator, value)
+        if condition is None:
             message = "this count has too many cases to be expanded"
             hint = f"compare it with a smaller number, or count fewer {_kind(array)}"
             self._report.add("not-over-components", many.span, message, hint)
-        return found
+        return condition
 
     def _conditions(
         self, node: AggregateNode, elements: Sequence[Expr], type_: Type
     ) -> list[Expr] | None:
         """The condition on each element, its ``if`` included; an undefined one does not count."""
-        found = self._asked_of(node, elements, type_)
-        if found is None:
+        asked = self._asked_of(node, elements, type_)
+        if asked is None:
             return None
         undefined_is = node.function.text == "all"
         cache = self._defined[undefined_is]
         return [
             cache.of(condition, lambda condition: _without_undefined(condition, undefined_is))
-            for condition in found[0]
+            for condition in asked[0]
         ]
 
     def _asked_of(

@@ -85,10 +85,10 @@ def typed_declared_call(
     pairs = zip(node.arguments, types, strict=True)
     given = [(check(part, expected_type(type_), name), type_) for part, type_ in pairs]
     known = [coerce(part, type_) for part, type_ in given if part is not None]
-    found = scope.typer.call(function, known) if len(known) == len(types) else None
-    if found is None and not report.has_errors:
+    typed = scope.typer.call(function, known) if len(known) == len(types) else None
+    if typed is None and not report.has_errors:
         report.add("type-mismatch", node.span, f"{name} has no value for these arguments")
-    return found
+    return typed
 
 
 def typed_conversion(
@@ -157,9 +157,9 @@ def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:
         report.add("type-mismatch", node.operand.span, message)
         operand = None
     expected = ANY if operand is None else equal_to(operand.type)
-    found = [check(value, expected, "'in'") for value in node.values]
-    values = [value for value in found if value is not None]
-    if operand is None or len(values) < len(found):
+    checked = [check(value, expected, "'in'") for value in node.values]
+    values = [value for value in checked if value is not None]
+    if operand is None or len(values) < len(checked):
         return None
     equal = [Binary("=", operand, v, BooleanType(), node.span) for v in values]
     return chain("or", equal, node.span)
@@ -201,19 +201,19 @@ def typed_elements(
 
     All have the type of the first if none is ``expected``. ``place`` is a text for messages.
     """
-    found: list[Expr] = []
+    elements: list[Expr] = []
     for element in node.elements:
         if isinstance(element, DataObjectNode):
             report.add("type-mismatch", element.span, _OF_LISTS)
             return None
-        of_first = equal_to(found[0].type) if found and expected is None else ANY
+        of_first = equal_to(elements[0].type) if elements and expected is None else ANY
         expr = check(element, expected or of_first, place)
         if expr is None:
             return None
-        found.append(expr)
-    types = [expr.type for expr in found]
+        elements.append(expr)
+    types = [expr.type for expr in elements]
     type_ = result_type(Result.NUMBER, types) if types and is_number(types[0]) else None
-    return found, type_ or (types[0] if types else IntegerType())
+    return elements, type_ or (types[0] if types else IntegerType())
 
 
 def typed_list(node: ArrayNode, check: Check, report: Report) -> Literal | None:

@@ -78,11 +78,13 @@ def _by_values(expr: Expr, read: Sequence[Leaf], given: Mapping[Leaf, Value]) ->
     first, *others = read
     cases: dict[Expr, list[Expr]] = {}
     for value in domain(first.type) or ():
-        found = _by_values(expr, others, {**given, first: value})
-        cases.setdefault(found, []).append(has_value(first, value))
+        condition = _by_values(expr, others, {**given, first: value})
+        cases.setdefault(condition, []).append(has_value(first, value))
     if len(cases) == 1:
         return next(iter(cases))
-    return disjunction(conjunction([disjunction(values), found]) for found, values in cases.items())
+    return disjunction(
+        conjunction([disjunction(values), condition]) for condition, values in cases.items()
+    )
 
 
 def has_value(leaf: Leaf, value: Value) -> Expr:
@@ -150,8 +152,8 @@ def _of_none(expr: Aggregate) -> Literal | None:
 
 
 def _literal(value: Any, type_: Type) -> Literal:
-    found: Any = tuple(value) if isinstance(value, list) else value
-    return Literal(found, type_)
+    plain: Any = tuple(value) if isinstance(value, list) else value
+    return Literal(plain, type_)
 
 
 def _present(expr: Holds, operand: Expr) -> Expr:
@@ -159,11 +161,11 @@ def _present(expr: Holds, operand: Expr) -> Expr:
     arrays: dict[Expr, None] = {}
 
     def strict(node: Operation, operands: tuple[Expr, ...]) -> Expr:
-        found = with_operands(node, operands)
-        known = _of_none(found) if isinstance(found, Aggregate) else None
-        if known is not None and isinstance(found, Aggregate):
-            arrays.setdefault(found.array)
-        return known or _shortened(found)
+        made = with_operands(node, operands)
+        known = _of_none(made) if isinstance(made, Aggregate) else None
+        if known is not None and isinstance(made, Aggregate):
+            arrays.setdefault(made.array)
+        return known or _shortened(made)
 
     def bound(node: Aggregate, array: Expr, visit: Callable[[Expr], Expr]) -> Expr:
         return strict(node, (array, *node.operands[1:]))

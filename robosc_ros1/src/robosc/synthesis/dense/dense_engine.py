@@ -299,13 +299,13 @@ class DenseEngine:
         parts = junction(expr, polarity)
         if parts is None or not (parts.conjunctive or self.compiler.is_wide(expr)):
             return self._regions(states, self.compiler.condition(expr, polarity))
-        found = states if parts.conjunctive else self.layout.nothing()
+        met = states if parts.conjunctive else self.layout.nothing()
         for part, own in parts.parts:
             if parts.conjunctive:
-                found = self.meeting(found, part, own)
+                met = self.meeting(met, part, own)
             else:
-                np.bitwise_or(found, self.meeting(states, part, own), out=found)
-        return found
+                np.bitwise_or(met, self.meeting(states, part, own), out=met)
+        return met
 
     def _regions(self, states: Bitset, conditions: Iterable[Condition]) -> Bitset:
         """Return those of ``states`` that satisfy one of the conditions, as a new array."""
@@ -321,10 +321,10 @@ class DenseEngine:
         """Return in which of ``states`` all outcomes of a controllable event are in ``states``."""
         if not step.event.branches:
             return self._sources_of(step.required, states, states)
-        found = preimage(step.required, states)
+        allowed = preimage(step.required, states)
         lost = preimage(step.required, np.bitwise_not(states))
-        np.bitwise_and(found, np.bitwise_not(lost), out=found)
-        return np.bitwise_and(found, states, out=found)
+        np.bitwise_and(allowed, np.bitwise_not(lost), out=allowed)
+        return np.bitwise_and(allowed, states, out=allowed)
 
     def required(self, step: EventOperations, states: Bitset) -> int:
         """Return in how many of ``states`` the plant under requirements allows an event."""

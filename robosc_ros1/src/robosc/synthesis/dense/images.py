@@ -31,10 +31,10 @@ def preimage(stages: Stages, states: Bitset) -> Bitset:
     for stage in reversed(stages):
         before = np.zeros_like(states)
         for op in stage:
-            found = op.moved_back(_targets(op, states))
+            origins = op.moved_back(_targets(op, states))
             for source in op.sources:
                 here = op.at(before, source.offset)
-                np.bitwise_or(here, op.masked(source, found), out=here)
+                np.bitwise_or(here, op.masked(source, origins), out=here)
         states = before
     return states
 
@@ -47,10 +47,10 @@ def forward(op: Operation, states: Bitset, after: Bitset, within: Bitset | None)
     sources = op.changing if states is after else op.sources
     if not sources:
         return
-    found = op.moved(_sources(op, states, sources))
+    reached = op.moved(_sources(op, states, sources))
     for target in op.targets:
         here = op.at(after, target)
-        new = found if within is None else found & op.at(within, target)
+        new = reached if within is None else reached & op.at(within, target)
         np.bitwise_or(here, new, out=here)
 
 
@@ -59,10 +59,10 @@ def backward(op: Operation, states: Bitset, within: Bitset | None) -> None:
     sources = op.changing
     if not sources:
         return
-    found = op.moved_back(_targets(op, states))
+    origins = op.moved_back(_targets(op, states))
     for source in sources:
         here = op.at(states, source.offset)
-        new = op.masked(source, found)
+        new = op.masked(source, origins)
         if within is not None:
             new = new & op.at(within, source.offset)
         np.bitwise_or(here, new, out=here)
@@ -82,12 +82,12 @@ def uncontrolled(op: Operation, good: Bitset) -> None:
 
 def applying(ops: Iterable[Operation], states: Bitset, within: Bitset | None = None) -> Bitset:
     """Return from which of ``states`` operations lead, into ``within`` if given, as a new array."""
-    found = np.zeros_like(states)
+    places = np.zeros_like(states)
     for op in ops:
         for source in op.sources:
-            into = op.at(found, source.offset)
+            into = op.at(places, source.offset)
             np.bitwise_or(into, _origins(op, source, states, within), out=into)
-    return found
+    return places
 
 
 def _origins(op: Operation, source: SourceSlice, states: Bitset, within: Bitset | None) -> Bitset:
@@ -95,10 +95,10 @@ def _origins(op: Operation, source: SourceSlice, states: Bitset, within: Bitset 
 
     An operation without targets leads nowhere; all states that it applies to are returned.
     """
-    found = op.masked(source, op.at(states, source.offset)) & op.held
+    origins = op.masked(source, op.at(states, source.offset)) & op.held
     if within is not None:
-        found = found & op.moved_back(op.at(within, op.targets[0]))
-    return found
+        origins = origins & op.moved_back(op.at(within, op.targets[0]))
+    return origins
 
 
 def measure(op: Operation, states: Bitset, within: Bitset | None = None) -> int:

@@ -104,10 +104,10 @@ class DenseSystem:
         return places(layer) if layer.dtype == WORD else layer.astype(np.intp, copy=False)
 
     def _path(self, number: int, place: int) -> tuple[PlantState, ...]:
-        found = [place]
+        places = [place]
         for distance in reversed(range(number)):
-            found.append(self._predecessor(self._stored(distance), found[-1]))
-        return tuple(self.layout.state(each) for each in reversed(found))
+            places.append(self._predecessor(self._stored(distance), places[-1]))
+        return tuple(self.layout.state(each) for each in reversed(places))
 
     def _predecessor(self, layer: Indexes, target: int) -> int:
         """Return a state of a layer from which an event leads to the target, the first event first.
@@ -158,8 +158,8 @@ class DenseSystem:
         after = batch.places
         for number in {self.layout.home[variable][0] for variable in batch.written}:
             dim, stride = self.layout.dims[number], self.layout.strides[number]
-            found = dim.find([batch.columns[variable] for variable in dim.variables])
-            after = after + (found - self.layout.position(number, batch.places)) * stride
+            positions = dim.find([batch.columns[variable] for variable in dim.variables])
+            after = after + (positions - self.layout.position(number, batch.places)) * stride
         return after
 
 
@@ -209,11 +209,11 @@ class _Batch:
     def _changed(self, variable: int, new: Indexes) -> _Batch:
         """Return the batch with new values by old one; states where it is -1 or missing go."""
         values = self.columns[variable]
-        found = np.full(len(values), -1)
+        indexes = np.full(len(values), -1)
         known = values < len(new)
-        found[known] = new[values[known]]
-        batch = self._only(found >= 0)
-        columns = {**batch.columns, variable: found[found >= 0]}
+        indexes[known] = new[values[known]]
+        batch = self._only(indexes >= 0)
+        columns = {**batch.columns, variable: indexes[indexes >= 0]}
         return _Batch(batch.places, columns, self.written | {variable})
 
     def _only(self, kept: Bools) -> _Batch:

@@ -105,10 +105,10 @@ class Compiler:
     # --- conditions
 
     def _all_of(self, parts: Iterable[tuple[Expr, bool]]) -> tuple[Condition, ...]:
-        found: list[Condition] = [ALWAYS]
+        conditions: list[Condition] = [ALWAYS]
         for part, polarity in parts:
-            found = _conjoin(found, self._cases(part, polarity))
-        return tuple(found)
+            conditions = _conjoin(conditions, self._cases(part, polarity))
+        return tuple(conditions)
 
     def _cases(self, expr: Expr, polarity: bool) -> tuple[Condition, ...]:
         if isinstance(expr, Unary):
@@ -139,8 +139,8 @@ class Compiler:
         """Return the condition that a test holds, or () if it never does; ``key`` identifies it."""
         if key not in self._tests:
             self._tests[key] = self._new_test(variables, test)
-        found = self._tests[key]
-        return () if found is None else (found,)
+        condition = self._tests[key]
+        return () if condition is None else (condition,)
 
     def _new_test(
         self, variables: tuple[int, ...], test: Callable[[IndexArrays], Bools]
@@ -191,7 +191,7 @@ class Compiler:
         edges: dict[int, list[Edge]] = {}
         for edge in automaton.edges:
             edges.setdefault(edge.source, []).append(edge)
-        found: dict[
+        places: dict[
             tuple[tuple[Expr, ...], Expr | None, tuple[tuple[int, Expr], ...]],
             list[tuple[int, int]],
         ] = {}
@@ -199,14 +199,14 @@ class Compiler:
             fails: tuple[Expr, ...] = ()
             for edge in edges.get(location, ()):
                 key = fails, edge.guard, edge.updates
-                found.setdefault(key, []).append((location, edge.target))
+                places.setdefault(key, []).append((location, edge.target))
                 if edge.guard is None:
                     break
                 fails = (*fails, edge.guard)
             else:
                 if not automaton.blocking:
-                    found.setdefault((fails, None, ()), []).append((location, location))
-        return [_Option(automaton.variable, tuple(t), *key) for key, t in found.items()]
+                    places.setdefault((fails, None, ()), []).append((location, location))
+        return [_Option(automaton.variable, tuple(t), *key) for key, t in places.items()]
 
     def _choice(
         self,
@@ -253,7 +253,7 @@ class Compiler:
         updates = [update for option in options for update in option.updates]
         written = Counter(variable for variable, _ in updates)
         parameters = {parameter.path: parameter.values for parameter in event.parameters}
-        found: dict[int, Writes] = {}
+        writes: dict[int, Writes] = {}
         for variable, expr in updates:
             if not isinstance(expr, ValueRef) or read[expr.path] > 1 or written[variable] > 1:
                 continue
@@ -261,8 +261,8 @@ class Compiler:
             if any(value is None or value not in values for value in incoming):
                 continue
             targets = tuple(sorted({values.index(value) for value in incoming}))
-            found[variable] = ((tuple(range(len(values))), targets),)
-        return found
+            writes[variable] = ((tuple(range(len(values))), targets),)
+        return writes
 
     def _updates(
         self, options: Sequence[_Option], chosen: PartValues

@@ -34,8 +34,8 @@ def lasting_counts(plant: Plant, invariant: Expr) -> tuple[Expr, ...]:
     """
 
     def find(invariant: Expr) -> tuple[Expr, ...]:
-        found = (_lasting(plant, count) for count in counts(invariant))
-        tight = (tighter(count) for count in found if count is not None)
+        lasting = (_lasting(plant, count) for count in counts(invariant))
+        tight = (tighter(count) for count in lasting if count is not None)
         return tuple(dict.fromkeys(expr for expr in tight if expr is not None))
 
     return plant.lasting_counts.of(invariant, find)
@@ -44,10 +44,10 @@ def lasting_counts(plant: Plant, invariant: Expr) -> tuple[Expr, ...]:
 def _lasting(plant: Plant, count: Count) -> Count | None:
     conditions = []
     for condition in count.conditions:
-        found = _lasting_condition(plant, condition, count.negated)
-        if found is None:
+        lasting = _lasting_condition(plant, condition, count.negated)
+        if lasting is None:
             return None
-        conditions.append(found)
+        conditions.append(lasting)
     kept = tuple(conditions)
     return None if kept == count.conditions else replace(count, conditions=kept)
 
@@ -67,12 +67,12 @@ def _lasting_condition(plant: Plant, condition: Expr, may: bool) -> Expr | None:
         return None
     states = [_state(plant, order, values) for values in product(*map(range, shape))]
     targets = {state for state in states if holds(plant, condition, state) == may}
-    found = reaching(targets, (step for e in events for step in _steps(plant, e, states)))
-    if len(found) == len(targets):
+    reached = reaching(targets, (step for e in events for step in _steps(plant, e, states)))
+    if len(reached) == len(targets):
         return condition
     for variable in reversed(order):
-        inside = {state[variable] for state in found}
-        outside = {state[variable] for state in states if state not in found}
+        inside = {state[variable] for state in reached}
+        outside = {state[variable] for state in states if state not in reached}
         if outside and inside.isdisjoint(outside):
             lasting = condition_on(plant, variable, inside if may else outside)
             return None if isinstance(lasting, Binary) and lasting.operation.is_lazy else lasting
@@ -86,15 +86,15 @@ def _component(plant: Plant, read: Sequence[int]) -> tuple[set[int], list[Event]
     variables that those read or write. It is cut short once it is too large to be explored.
     """
     variables = set(read)
-    found: list[Event] = []
+    events_of: list[Event] = []
     left = [event for event in plant.events if not event.controllable]
     while True:
         further = [event for event in left if not event.writes.isdisjoint(variables)]
         left = [event for event in left if event.writes.isdisjoint(variables)]
-        found += further
+        events_of += further
         variables = variables.union(*(event_support(plant, event) for event in further))
         if not further or prod(plant.sizes(variables)) > _MOST_STEPS:
-            return variables, found
+            return variables, events_of
 
 
 def _state(plant: Plant, variables: Sequence[int], values: Sequence[int]) -> PlantState:

@@ -150,10 +150,10 @@ class Diagrams:
         if upper == self._full[depth]:
             everything = tuple((full, full) for full in map(full_mask, self.sizes[depth:]))
             return ((everything, upper),), upper
-        sum_ = self._sums.get((lower, upper))
-        if sum_ is None:
-            sum_ = self._sums[lower, upper] = self._new_sum(lower, upper, depth)
-        return sum_
+        products = self._sums.get((lower, upper))
+        if products is None:
+            products = self._sums[lower, upper] = self._new_sum(lower, upper, depth)
+        return products
 
     def _new_sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[_Term, ...], int]:
         self._steps += self.sizes[depth]

@@ -102,14 +102,14 @@ class ExplicitVerifier:
 
         def work_out(event: int, state: PlantState) -> _Work | None:
             # Range violations last, so only the last one has to be checked.
-            found = sorted(self._events[event].successors(state), key=lambda step: step[1] is None)
-            if not found:
+            steps = sorted(self._events[event].successors(state), key=lambda step: step[1] is None)
+            if not steps:
                 return None
             required, guard = conditions[event]
             label = self._labels[event]
             free = label < self._controllable_from or (guard is not None and guard(state))
             permitted = required is None or required(state)
-            return label, tuple(found), free, permitted
+            return label, tuple(steps), free, permitted
 
         return grouped(self._plant, ((e, self._variables(e)) for e in self._order), work_out)
 
@@ -176,10 +176,10 @@ class ExplicitVerifier:
                 assert change is not None  # the state is safe
                 allowed += free
                 if change or not free:
-                    found = code + change
-                    target = number.setdefault(found, len(codes))
+                    after = code + change
+                    target = number.setdefault(after, len(codes))
                     if target == len(codes):
-                        codes.append(found)
+                        codes.append(after)
                     graph.targets.append(target)
                     graph.labels.append(label + values if free else ~(label + values))
         graph.allowed.append(allowed)
@@ -198,18 +198,18 @@ class ExplicitVerifier:
     def _refuse(self) -> None:
         """Raise StateSpaceError before the search if the supervisor's sizes exceed the limits."""
         supervisor = self._supervisor
-        for found, what, most in (
+        for number, what, most in (
             (supervisor.controlled_states, "states", self._limit),
             (supervisor.controlled_transitions, "transitions", limits.VERIFIED_TRANSITIONS),
         ):
-            if found > most:
+            if number > most:
                 raise StateSpaceError(
-                    f"the controlled system has {found} {what}; verification stops at {most}"
+                    f"the controlled system has {number} {what}; verification stops at {most}"
                     f" without the symbolic engine; {remedy()}"
                 )
 
-    def _stop_at_limit(self, found: int, steps: int = 0) -> None:
-        if found > self._limit:
+    def _stop_at_limit(self, states: int, steps: int = 0) -> None:
+        if states > self._limit:
             raise StateSpaceError(f"verification stops at {self._limit} states; there are more")
         if steps > limits.VERIFIED_TRANSITIONS:
             raise StateSpaceError(
@@ -337,8 +337,8 @@ class ExplicitVerifier:
         seen = set(todo)
         while todo:
             code = todo.pop()
-            for found in changes(self._coding.decode(code)):
-                for change in found:
+            for changed in changes(self._coding.decode(code)):
+                for change in changed:
                     if code + change not in seen:
                         seen.add(code + change)
                         todo.append(code + change)
