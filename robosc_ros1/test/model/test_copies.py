@@ -12,6 +12,7 @@ from robosc.expr.tree import Expr, StateRef
 from robosc.model.entities import Robot
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
+from robosc.names import Copy
 from robosc.plant.build import lower
 from robosc.source import Source
 
@@ -279,3 +280,22 @@ def test_ranges_in_each_other_that_make_too_many_statements_are_told_once(statem
     errors = [d for d in found if d.code == "bad-index"]
     assert [d.message for d in errors] == ["this makes more than 100,000 statements"]
     assert errors[0].span.start == errors[0].span.source.text.index("1..1000")
+
+
+def test_copies_know_what_they_are_copies_of() -> None:
+    robot = resolved(
+        f"{STATION} component Bell {{ incoming message ring with type: none }}"
+        " for i in 1..2 { requirement Station[i].go needs Station[i].waiting"
+        " requirement ring needs Station[i].idle }"
+        " for i in 3..3 { requirement Station[i].go needs Station[i].waiting }"
+        " requirement ring needs Station[1].idle"
+    )
+    assert [c.copy for c in robot.components] == [*(Copy("Station", n) for n in (1, 2, 3)), None]
+    repeated = [requirement.repeated for requirement in robot.requirements]
+    assert [r and r.values for r in repeated] == [
+        *((("i", n),) for n in (1, 1, 2, 2, 3)),
+        None,
+    ]
+    assert len({r.block for r in repeated[:4] if r is not None}) == 1
+    assert repeated[3] is not None and repeated[4] is not None
+    assert repeated[3].block != repeated[4].block
