@@ -18,9 +18,10 @@ from std_msgs.msg import String
 from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import QUEUE, RosPort
-from .ros_actions import FAILURES, RESULT_TIMEOUT, Action, Ends, GoalCaller, end_of, new_goal_id
+from .ros_actions import Action, Ends, GoalCaller, new_goal_id
 from .ros_arriving import corrected, maker, serialised
 from .ros_calls import Service
+from .ros_goal_tracker import FAILURES, RESULT_TIMEOUT, end_of
 
 INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
@@ -168,6 +169,8 @@ class ActionRelay(GoalCaller):
         self._stamp = rospy.Time()  # of the goal, as its server has it
         self._accepted = False
         self._ended = None  # when its status showed its end
+        self._is_sent = False
+        self._replaced = {}  # by id: the tokens of replaced goals, and when they went on last
         self._unended = {}  # the ids of cancelled goals that the server has not ended, with times
         self._recalled = set()  # those of which the server has the cancel, and maybe not the goal
         self._send_goal = self._publisher(self._robot + "/goal", self._goal_type)
@@ -223,14 +226,18 @@ class ActionRelay(GoalCaller):
     # The engine's side
 
     def start(self, data, token, timeout):
-        goal_id, message = data
+        self.begin(data, token, timeout)
+
+    def identify(self, goal):
+        goal_id, _ = goal
         self._goal_id = goal_id.id
         # A server stamps a goal without stamp on arrival.
         self._stamp = goal_id.stamp if goal_id.stamp else rospy.Time.now()
-        self.begin(message, token, timeout)
 
     def transmit(self, goal, token):
-        self._send_goal.publish(goal)
+        _, message = goal
+        self._is_sent = True
+        self._send_goal.publish(message)
 
     def transmit_cancel(self):
         self._send_cancel.publish(GoalID(id=self._goal_id))
@@ -242,14 +249,27 @@ class ActionRelay(GoalCaller):
     def keep(self):
         self._unended = {**self._unended, self._goal_id: time.monotonic()}
 
+    def retire(self, token):
+        if self._is_sent:
+            self._replaced[self._goal_id] = (token, time.monotonic())
+        return self._is_sent
+
+    def cancel_replaced(self, token):
+        for known, (other, _) in self._replaced.items():
+            if other == token:
+                self._send_cancel.publish(GoalID(id=known))
+                self._unended = {**self._unended, known: time.monotonic()}
+
     def forget(self):
-        self._accepted = False
+        self._accepted = self._is_sent = False
         self._ended = None
 
     # The robot's side
 
     def _on_status(self, array):
-        self._look_for_unended({s.goal_id.id: s.status for s in array.status_list})
+        statuses = {s.goal_id.id: s.status for s in array.status_list}
+        self._look_for_unended(statuses)
+        self._look_for_replaced(statuses)
         self.on_status()
         with self._lock:
             if self._token is None:
@@ -286,12 +306,29 @@ class ActionRelay(GoalCaller):
             self._unended = {k: since for k, since in self._unended.items() if goes_on(k, since)}
             self._recalled = {k for k in self._unended if statuses.get(k) == GoalStatus.RECALLING}
 
+    def _look_for_replaced(self, statuses):
+        """Report the end of replaced goals of which no result has come for some time."""
+        now = time.monotonic()
+        with self._lock:
+            for known, (token, since) in list(self._replaced.items()):
+                if statuses.get(known) in UNENDED:
+                    self._replaced[known] = (token, now)
+                elif now - since > RESULT_TIMEOUT:
+                    self._end_replaced(known)
+
+    def _end_replaced(self, known):
+        token, _ = self._replaced.pop(known)
+        self.report(token, "error", "it was replaced")
+
     def _on_feedback(self, message):
         token = self._token_of(message)
         if token is not None:
             self.report(token, "feedback", message.feedback)
 
     def _on_result(self, message):
+        with self._lock:
+            if message.status.goal_id.id in self._replaced:
+                self._end_replaced(message.status.goal_id.id)
         token = self._token_of(message)
         if token is None:
             return

@@ -11,22 +11,19 @@ import uuid
 
 import actionlib
 import rospy
-from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from actionlib_msgs.msg import GoalID, GoalStatusArray
 
-from ._runtime.calls import FAILED, LOST, REJECTED, Failure
+from .ros_goal_tracker import GoalTracker
 from .ros_messages import clean, compose
 from .ros_port import Caller
 from .ros_watch import ask
 
-RESULT_TIMEOUT = 2.0
-"""Seconds after the status shows the end of a goal, after which its result counts as lost."""
 SETTLED = 2.0
 """Seconds after which a connection is used even if the other end does not list it."""
 REPEAT = 1.0
 """Seconds after which a goal that goes on is cancelled again, and is shown as a fault."""
 GONE = 5.0
 """Seconds without a server after which a cancelled goal counts as ended."""
-BEGUN = (actionlib.CommState.ACTIVE, actionlib.CommState.PREEMPTING)
 UNENDED = (
     actionlib.CommState.WAITING_FOR_GOAL_ACK,
     actionlib.CommState.PENDING,
@@ -34,35 +31,6 @@ UNENDED = (
     actionlib.CommState.RECALLING,
     actionlib.CommState.PREEMPTING,
 )
-
-FAILURES = {
-    GoalStatus.RECALLED: "recalled",
-    GoalStatus.REJECTED: "rejected",
-    GoalStatus.PREEMPTED: "preempted",
-    GoalStatus.ABORTED: "aborted",
-    GoalStatus.LOST: "lost by the server",
-}
-WORDS = {GoalStatus.REJECTED: REJECTED, GoalStatus.LOST: LOST}
-"""What models call the reasons of these ends; that of all others is "failed"."""
-
-
-def end_of(status, result, text="", cancelled=False, begun=True):
-    """Return how a goal ended, as the kind of report and what it brings.
-
-    ``cancelled``: this node has cancelled it, ``begun``: its server had accepted it. A goal that
-    was cancelled before it began has ended by that, even if its server says that it was rejected,
-    or forgets it.
-    """
-    if status == GoalStatus.SUCCEEDED and result is not None:
-        return "response", result
-    reason = FAILURES.get(status, "ended without result")
-    reason = "%s: %s" % (reason, text) if text else reason
-    known = status in (GoalStatus.ABORTED, GoalStatus.PREEMPTED)  # else it was never started
-    ended = [GoalStatus.RECALLED, GoalStatus.PREEMPTED]
-    if cancelled:
-        ended += [GoalStatus.REJECTED] if begun else [GoalStatus.REJECTED, GoalStatus.LOST]
-    kind = "cancelled" if status in ended else "error"
-    return kind, Failure(reason, result if known else None, WORDS.get(status, FAILED))
 
 
 def new_goal_id():
@@ -129,12 +97,14 @@ def _forget_goals(manager):
 
 
 class GoalCaller(Caller):
-    """Goals of one action, at most one of them current, which wait until the server is connected.
+    """Goals of one action, at most one of them current, which wait until the server is connected. A
+    goal may replace one that goes on, whose end is still reported.
 
     ``canceller`` is the publisher of cancels; ``ends`` are the publishers and subscribers that must
     be connected. Subclasses define ``transmit`` and ``transmit_cancel``, which are called with
-    ``_lock``. A cancelled goal moves the robot until its server has ended it: it is cancelled
-    again, its end is reported, and no other goal is sent until then.
+    ``_lock``, and what is asked of replaced goals. A cancelled goal moves the robot until its
+    server has ended it: it is cancelled again, its end is reported, and no other goal is sent until
+    then.
     """
 
     def __init__(self, name, canceller, ends):
@@ -156,6 +126,9 @@ class GoalCaller(Caller):
         """Cancel the current goal, if it was sent."""
         raise NotImplementedError
 
+    def identify(self, goal):
+        """Take notice of the goal that is current now, and is to be sent. With ``_lock``."""
+
     def forget(self):
         """Forget the previous goal."""
 
@@ -166,6 +139,15 @@ class GoalCaller(Caller):
 
     def keep(self):
         """Keep the current goal, which is cancelled, among the unended ones. With ``_lock``."""
+        raise NotImplementedError
+
+    def retire(self, token):
+        """Keep the current goal, which goes on and is to be replaced, among the replaced ones.
+        Return whether it was sent. With ``_lock``."""
+        raise NotImplementedError
+
+    def cancel_replaced(self, token):
+        """Cancel a goal that was replaced, and keep it among the unended ones; with ``_lock``."""
         raise NotImplementedError
 
     def is_served(self):
@@ -203,8 +185,11 @@ class GoalCaller(Caller):
     def begin(self, goal, token, timeout):
         """Send a goal now, or when the server is connected."""
         with self._lock:
+            if self._token is not None and not self._cancelled and not self.retire(self._token):
+                self.report(self._token, "cancelled", "replaced before it was sent")
             self._token, self._cancelled = token, False
             self.forget()
+            self.identify(goal)
         if self.may_begin():
             self._send(goal, token)
         else:
@@ -222,6 +207,8 @@ class GoalCaller(Caller):
                 self._cancelled = True
                 self.transmit_cancel()
                 self.drop()
+            else:
+                self.cancel_replaced(token)
 
     def abandon(self, token):
         self.cancel(token)  # abandoned goals must not continue
@@ -286,6 +273,7 @@ class Action(GoalCaller):
         self._handle = None
         self._tracker = None
         self._unended = []  # cancelled goals
+        self._replaced = {}  # by token: goals that were replaced, with their trackers
         topic = self.label + "/status"
         self._watch = rospy.Subscriber(topic, GoalStatusArray, lambda _: self.on_status())
 
@@ -296,16 +284,16 @@ class Action(GoalCaller):
         return super().may_begin() and self._client.last_status_msg is not None
 
     def transmit(self, goal, token):
-        tracker = self._tracker = _GoalTracker(token, self.report)
+        tracker = self._tracker = GoalTracker(token, self.report)
         _forget_goals(self._client.manager)
         with clean(self._client.pub_goal):
             self._handle = self._client.send_goal(goal, tracker.on_transition, tracker.on_feedback)
 
     def on_status(self):
         super().on_status()
-        tracker = self._tracker
-        if tracker is not None:
-            tracker.look()
+        for _, tracker in [(None, self._tracker), *self._replaced.values()]:
+            if tracker is not None:
+                tracker.look()
 
     def transmit_cancel(self):
         # Not by the handle, whose state would never be that of an ended goal again if the goal
@@ -324,53 +312,27 @@ class Action(GoalCaller):
         goals = self._unended if self._handle is None else [*self._unended, self._handle]
         self._unended = [goal for goal in goals if goal.get_comm_state() in UNENDED]
 
+    def retire(self, token):
+        done = actionlib.CommState.DONE
+        kept = [(t, g) for t, g in self._replaced.items() if g[0].get_comm_state() != done]
+        self._replaced = dict(kept)
+        if self._handle is not None:
+            self._replaced[token] = (self._handle, self._tracker)
+        return self._handle is not None
+
+    def cancel_replaced(self, token):
+        handle, tracker = self._replaced.get(token, (None, None))
+        if handle is None or tracker.cancelled:
+            return
+        tracker.cancelled = True
+        if handle.get_comm_state() in UNENDED:
+            self._canceller.publish(GoalID(id=_id_of(handle)))
+            self._dropped = self._asked = time.monotonic()
+            self._unended.append(handle)
+
     def forget(self):
         self._handle = self._tracker = None
 
 
 def _id_of(handle):
     return handle.comm_state_machine.action_goal.goal_id.id
-
-
-class _GoalTracker:
-    """Tracks one goal and reports its progress and end."""
-
-    def __init__(self, token, report):
-        self._token = token
-        self._report = report
-        self._accepted = False
-        self._ended = None  # when the status showed its end, while its result is awaited
-        self._status = None  # that one
-        self.cancelled = False
-
-    def on_feedback(self, _, feedback):
-        self._report(self._token, "feedback", feedback)
-
-    def on_transition(self, handle):
-        state = handle.get_comm_state()
-        if state in BEGUN and not self._accepted:
-            self._accepted = True
-            self._report(self._token, "accepted")
-        elif state == actionlib.CommState.WAITING_FOR_RESULT:
-            # A new server may have sent the result before it was connected.
-            self._status, self._ended = handle.get_goal_status(), time.monotonic()
-        elif state == actionlib.CommState.DONE:
-            self._ended = None
-            self._end(handle)
-
-    def look(self):
-        """End a goal whose result has not come in time."""
-        ended = self._ended
-        if ended is not None and time.monotonic() - ended > RESULT_TIMEOUT:
-            self._ended = None
-            lack = "it ended, but its result did not arrive"
-            kind, _ = self._end_of(self._status, None)
-            self._report(self._token, kind, lack)
-
-    def _end(self, handle):
-        text = handle.get_goal_status_text()
-        end = self._end_of(handle.get_terminal_state(), handle.get_result(), text)
-        self._report(self._token, *end)
-
-    def _end_of(self, status, result, text=""):
-        return end_of(status, result, text, self.cancelled, self._accepted)

@@ -185,8 +185,11 @@ class ActionRelay(Action):
         self._engine.request(self._key, asked, request, answer, repacked)
         return GoalResponse.ACCEPT if await decided else GoalResponse.REJECT
 
-    def _cancel_asked(self, _):
-        self._engine.withdraw(self._key)
+    def _cancel_asked(self, onward):
+        asked = self._passed.get(id(onward.request))
+        latest = max((goal.token for goal in self._passed.values()), default=0)
+        if asked is None or asked.token == latest:  # one that was replaced is cancelled anyway
+            self._engine.withdraw(self._key)
         return CancelResponse.ACCEPT
 
     async def _execute(self, onward):

@@ -99,7 +99,7 @@ class Service(Caller):
 
 
 class Action(Caller):
-    """Goals of one action, at most one of them current."""
+    """Goals of one action, at most one of them current, which may replace others that go on."""
 
     def __init__(self, node, executor_thread, name, type_):
         self.report = None
@@ -162,11 +162,12 @@ class Action(Caller):
             self._executor_thread.poll((self, goal.token), lambda: self._try(goal))
 
     def _try(self, goal):
-        """Send the goal if the server is available and has ended the goals before; False: try
-        again."""
+        """Send the goal if the server is available and has ended those that were cancelled; False:
+        try again. One that was not cancelled is replaced."""
         if goal.token not in self._goals:
             return True
-        unended = [g for g in self._goals.values() if g is not goal and g.handle is not None]
+        others = (g for g in self._goals.values() if g is not goal and g.handle is not None)
+        unended = [g for g in others if g.dropped is not None]
         if unended or not self._client.server_is_ready():
             return False
         goal.sent, goal.servers = True, self._servers()

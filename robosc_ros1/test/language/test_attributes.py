@@ -19,6 +19,7 @@ HAVE = {
     "timeout": (Value.DURATION, ("outgoing", "service", "action"), False),
     "within": (Value.DURATION, ("action",), False),
     "expect": (Value.CONDITION, ("service", "action"), False),
+    "goals": (Value.REPLACE, ("action",), False),
     "rate": (Value.RATE, ("incoming", *CALLS), False),
     "type": (Value.TYPE, ("incoming", "outgoing"), True),
     "request": (Value.TYPE, CALLS, True),
@@ -28,6 +29,7 @@ HAVE = {
 TEXTS = {
     Value.STRING: '"/name"', Value.DURATION: "2 s", Value.CONDITION: "true", Value.TYPE: "none",
     Value.RATE: "20 Hz",
+    Value.REPLACE: "replace",
 }  # fmt: skip
 
 

@@ -36,6 +36,7 @@ def _build_generated(folder: Path) -> None:
         "shared",
         "hoist",
         "sonar",
+        "courier",
         *CALLED,
     ):
         write(package_of(model), folder / "src")

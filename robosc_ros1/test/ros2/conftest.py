@@ -33,6 +33,7 @@ MODELS = {
     GOLDEN / "models" / "missions.rscd": "missions_controller",
     GOLDEN / "models" / "hoist.rscd": "hoist_controller",
     GOLDEN / "models" / "sonar.rscd": "sonar_controller",
+    GOLDEN / "models" / "courier.rscd": "courier_controller",
 }
 
 

@@ -63,6 +63,10 @@ def test_declarations_of_a_robot(text: str, tree: str) -> None:
             "Message(incoming, a, -, none, -)",
         ),
         (
+            "action a with goals: replace, request: none, response: none, feedback: none links l",
+            "Action(a, -, none, none, none, l, -, -, -, -, replace)",
+        ),
+        (
             "incoming message a with rate: 20 Hz, type: none",
             "Message(incoming, a, -, none, -, -, Rate(20))",
         ),

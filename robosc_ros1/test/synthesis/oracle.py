@@ -231,7 +231,11 @@ class Oracle(OraclePlant):
 
     def sent(self, state: OracleState, events: list[Event]) -> list[Event]:
         """The events without the requests that another one is preferred to, now."""
-        enabled = {e.key for e in self.enabled(state) if e.kind in SENT}
+        enabled = {
+            e.key
+            for e in self.enabled(state)
+            if e.kind in SENT and not self._would_replace(e, state)
+        }
 
         def held_back(event: Event) -> bool:
             return event.kind in SENT and any(
@@ -240,6 +244,10 @@ class Oracle(OraclePlant):
             )
 
         return [event for event in events if not held_back(event)]
+
+    def _would_replace(self, event: Event, state: OracleState) -> bool:
+        replaces = self.robot.communications[event.key].goals == "replace"
+        return replaces and self.get(state, "phase", event.key) == "busy"
 
     def _wake(self, start: OracleState) -> set[OracleState]:
         """All that internal transitions in any order lead to."""

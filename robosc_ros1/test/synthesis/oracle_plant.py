@@ -106,6 +106,8 @@ class OraclePlant(OracleEvents):
             return
         if event.kind in (EventKind.REQUEST, EventKind.CALL):
             follows = {"idle": "busy"}
+            if self.robot.communications[event.key].goals == "replace":
+                follows["busy"] = "busy"
         elif event.kind in (EventKind.FEEDBACK, EventKind.PROGRESS):
             follows = {"busy": "busy"}
         elif event.kind is EventKind.RECALL:

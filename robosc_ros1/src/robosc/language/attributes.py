@@ -50,6 +50,8 @@ ATTRIBUTES = (
               "the time after which an accepted goal is cancelled"),
     Attribute("expect", Value.CONDITION, _CALLS, False,
               "what must hold of the answer of a service or action; any other answer is an error"),
+    Attribute("goals", Value.REPLACE, ("action",), False,
+              "`replace`: a goal may be requested while another one is busy, and replaces it"),
     Attribute("rate", Value.RATE, ("incoming", *_CALLS, *_SERVED), False,
               "how often a command is sent while it is allowed, or that it is sent `once`"),
     Attribute("type", Value.TYPE, _MESSAGES, True, "the type of a message"),

@@ -27,6 +27,8 @@ from robosc.lsp.statement_offers import ALL_COMMANDS, SENT, StatementOffers
 _TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
 _DURATIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.DURATION)
 _CONDITIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.CONDITION)
+_WORDS = {"goals": "replace", "rate": "once"}
+"""The words that are values of attributes."""
 _LABELS = {
     word: tuple(attribute.name for attribute in _TYPES if word in attribute.communications)
     for word in ("service", "action", "outgoing service", "outgoing action")
@@ -105,6 +107,8 @@ class _Completer(StatementOffers):
             yield from self._value()
         elif last == ":" and self._context.word(-2) in _DURATIONS:
             yield from self._durations()
+        elif last == ":" and self._context.word(-2) in _WORDS:
+            yield Candidate(_WORDS[self._context.word(-2)], "keyword")
         elif self._is_expectation():
             yield from self._received()
         elif last == "links":

@@ -155,9 +155,11 @@ class _Lowering:
         if communication.phases is not None:
             names = communication.phases.names
             index = names.index
+            replaces = kind is EventKind.REQUEST and communication.goals is not None
+            sources = (*sort.sources, "busy") if replaces else sort.sources
             phase = PhaseStep(
                 self.variable_index[VariableKind.PHASE, key],
-                tuple(index(name) for name in sort.sources if name in names),
+                tuple(index(name) for name in sources if name in names),
                 index(communication.phase_after(sort)),
             )
         automata += tuple(self._assumptions(key, kind))

@@ -11,6 +11,7 @@ from robosc.expr.evaluation import evaluate
 from robosc.expr.traversal import all_names
 from robosc.expr.tree import Expr, Leaf, ValueRef
 from robosc.expr.types import Value
+from robosc.language.events import EventKind
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.runtime.values import Undefined
 
@@ -86,6 +87,16 @@ def outcome(plant: Plant, event: Event, values: Values, state: PlantState) -> Ou
         elif automaton.blocking:
             return Verdict.IMPOSSIBLE
     return tuple(after) if inside else Verdict.OUT_OF_RANGE
+
+
+def is_replacing(event: Event, state: PlantState) -> bool:
+    """Whether a request would replace a goal, which is no reason to hold back other commands."""
+    phase = event.phase
+    return (
+        phase is not None
+        and event.kind is EventKind.REQUEST
+        and state[phase.variable] == phase.target
+    )
 
 
 def holds(plant: Plant, condition: Expr, state: PlantState) -> bool:

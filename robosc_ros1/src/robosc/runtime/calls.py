@@ -4,12 +4,13 @@
 A request gets a token when it begins. Reports about it carry the token and are ignored unless the
 token is current, so that an answer after the deadline is dropped and no request ends twice. A goal
 that is cancelled, by a command or because it missed a deadline, is in progress until its server has
-ended it. Deadlines are seconds on the steady clock of the machine, not ROS time.
+ended it. A goal may replace another one: then the request ends when both have ended. Deadlines are
+seconds on the steady clock of the machine, not ROS time.
 """
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 _LOOK = 0.25
 """Seconds between two looks whether the server of a cancelled goal is still there."""
@@ -49,9 +50,12 @@ class Missed(NamedTuple):
 
 
 class _Call:
-    __slots__ = ("accepted", "deadline", "is_goal", "missed", "token", "watch", "withdrawn")
+    __slots__ = (
+        "accepted", "deadline", "end", "is_goal", "missed", "replaced", "token", "watch",
+        "withdrawn",
+    )  # fmt: skip
 
-    def __init__(self, token: int, deadline: float, is_goal: bool) -> None:
+    def __init__(self, token: int, deadline: float, is_goal: bool, replaced: Set[int]) -> None:
         self.token = token
         self.is_goal = is_goal
         self.deadline: Optional[float] = deadline
@@ -59,6 +63,8 @@ class _Call:
         self.withdrawn = False  # its server was asked to end it
         self.missed: Optional[Missed] = None  # the deadline that it missed
         self.watch: Optional[float] = None  # when to look next whether the server is there
+        self.replaced = replaced  # the goals before it that have not ended
+        self.end: Any = None  # how it ended, while these have not
 
 
 class Calls:
@@ -86,7 +92,12 @@ class Calls:
 
     def begin(self, key: str, now: float, is_goal: bool = False) -> int:
         self._last_token += 1
-        self._calls[key] = _Call(self._last_token, now + self._timeout(key), is_goal)
+        old = self._calls.get(key)
+        replaced = set() if old is None else old.replaced
+        if old is not None and old.end is None:
+            replaced = {*replaced, old.token}
+        deadline = now + self._timeout(key)
+        self._calls[key] = _Call(self._last_token, deadline, is_goal, replaced)
         self._plan()
         return self._last_token
 
@@ -95,11 +106,37 @@ class Calls:
         self._calls[key].deadline = now + self._timeout(key)
         self._plan()
 
-    def end(self, key: str) -> Optional[int]:
-        """Remove the request and return its token; None if there was none."""
-        call = self._calls.pop(key, None)
+    def end(self, key: str) -> List[int]:
+        """Remove the request and return the tokens of its goals; none if there was none."""
+        found = self.tokens(key)
+        self._calls.pop(key, None)
         self._plan()
-        return None if call is None else call.token
+        return found
+
+    def keep(self, key: str, end: Any, now: float) -> List[int]:
+        """Keep how the request ended until the goals that it replaced have ended, too; return
+        their tokens."""
+        self._calls[key].end = end
+        self._withdraw(key, now, None)
+        return sorted(self._calls[key].replaced)
+
+    def kept(self, key: str) -> Any:
+        """Return what is kept of the end of a request; None: nothing."""
+        call = self._calls.get(key)
+        return None if call is None else call.end
+
+    def replaced(self, key: str) -> Set[int]:
+        """Return the tokens of the goals that the current one replaced and that have not ended."""
+        call = self._calls.get(key)
+        return set() if call is None else call.replaced
+
+    def tokens(self, key: str) -> List[int]:
+        """Return the tokens of the goals of a request that have not ended, the current one
+        first."""
+        call = self._calls.get(key)
+        if call is None:
+            return []
+        return [*([call.token] if call.end is None else []), *sorted(call.replaced)]
 
     def accept(self, key: str, token: int, now: float) -> None:
         """Record that the server accepted the goal; other deadlines apply from now on."""
@@ -113,14 +150,15 @@ class Calls:
             call.watch = now + self._lost_after
         self._plan()
 
-    def cancel(self, key: str, now: float) -> Optional[int]:
-        """Record that the goal is cancelled, and return its token; None if there is none.
+    def cancel(self, key: str, now: float) -> List[int]:
+        """Record that the goal is cancelled, and return its token and those of the goals that it
+        replaced.
 
         Only its server, or the loss of it, ends it from now on.
         """
         return self._withdraw(key, now, None)
 
-    def miss(self, missed: Missed, now: float) -> Optional[int]:
+    def miss(self, missed: Missed, now: float) -> List[int]:
         """Record that the goal has missed a deadline and is cancelled, as :meth:`cancel`.
 
         One that was not accepted ends after some time even if its server says nothing.
@@ -131,13 +169,12 @@ class Calls:
         awaits = call is not None and not call.accepted
         return self._withdraw(missed.key, now, now + self._lost_after if awaits else None)
 
-    def _withdraw(self, key: str, now: float, deadline: Optional[float]) -> Optional[int]:
+    def _withdraw(self, key: str, now: float, deadline: Optional[float]) -> List[int]:
         call = self._calls.get(key)
-        if call is None:
-            return None
-        call.withdrawn, call.deadline, call.watch = True, deadline, now + _LOOK
-        self._plan()
-        return call.token
+        if call is not None:
+            call.withdrawn, call.deadline, call.watch = True, deadline, now + _LOOK
+            self._plan()
+        return self.tokens(key)
 
     def missed(self, key: str) -> Optional[Missed]:
         """Return the deadline that a request in progress has missed; None if it has missed
@@ -149,7 +186,7 @@ class Calls:
         return call is not None and call.token == token
 
     def running(self) -> Iterator[Tuple[str, int]]:
-        return iter([(key, call.token) for key, call in self._calls.items()])
+        return iter([(key, token) for key in self._calls for token in self.tokens(key)])
 
     def expired(self, now: float) -> List[Missed]:
         """Return the requests that have missed a deadline by now. Changes none of them."""

@@ -164,9 +164,13 @@ class Intake:
         if kind in ("error", "cancelled") and not isinstance(payload, Failure):
             payload = Failure(str(payload))
         if kind == "accepted":
-            self._turns.put(lambda: self._calls.accept(key, token, self._steady()))
+            self._turns.put(lambda: self._accepted(key, token))
         else:
             self._turns.put(((self._inputs[key, kind],), payload, token))
+
+    def _accepted(self, key: str, token: int) -> None:
+        """Take notice that a server has accepted a goal."""
+        raise NotImplementedError
 
     def invoke(self, function: Callable[[], None]) -> None:
         """Call the function in the engine's thread between two events."""

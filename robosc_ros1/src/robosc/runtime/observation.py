@@ -147,6 +147,7 @@ class SeenActionOfRos2:
         self._engine = engine
         self._key = key
         self._last: Dict[bytes, int] = {}
+        self._latest = b""
         self._has_begun = False
         self.handlers: Dict[str, Handler] = {
             "/_action/status": self._status,
@@ -168,14 +169,16 @@ class SeenActionOfRos2:
             if old == status or (old is None and not (self._has_begun or status in _RUNNING_2)):
                 continue  # it ended before anybody listened
             if old is None:
+                self._latest = goal
                 self._engine.see(self._key, "request")
-            if status == _CANCELING_2:
+            former = bool(self._latest) and goal != self._latest  # it was replaced
+            if status == _CANCELING_2 and not former:
                 self._engine.see(self._key, "cancel")
             elif status == _SUCCEEDED_2:
-                self._engine.answer(self._key, "response")
+                self._engine.answer(self._key, "response", None, former)
             elif status in _FAILURES_2:
                 kind = "cancelled" if status == _CANCELLED_2 else "error"
-                self._engine.answer(self._key, kind, Failure(_FAILURES_2[status]))
+                self._engine.answer(self._key, kind, Failure(_FAILURES_2[status]), former)
         self._has_begun = True
 
     def _feedback(self, message: Any) -> None:

@@ -92,8 +92,7 @@ class RelayedCalls(JudgingEngine):
             self._call_off(entry.key)
 
     def _call_off(self, key: str) -> None:
-        token = self._calls.cancel(key, self._steady())
-        if token is not None:
+        for token in self._calls.cancel(key, self._steady()):
             self._port.cancel(key, token)
 
     def _refuse_waiting(self, reason: str) -> None:
@@ -109,8 +108,7 @@ class RelayedCalls(JudgingEngine):
         elif missed.word == TIMEOUT and self._port.works(key):
             self._calls.prolong(key, self._steady())  # the controller may take its time
         else:
-            token = self._calls.end(key)
-            if token is not None:
+            for token in self._calls.end(key):
                 self._port.abandon(key, token)
                 self._fail(key, missed.reason)
 

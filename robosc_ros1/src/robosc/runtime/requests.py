@@ -5,13 +5,16 @@ A goal that is cancelled goes on until its server has ended it, so its request d
 it is what its server says: "cancelled", or a response or an error if it came to that before. If it
 was not the controller that cancelled it, but a deadline, a safe stop or somebody else, the end is
 an error: the controller did not ask for it.
+
+A goal may replace one that goes on: the server is asked to end that one as soon as the new one is
+accepted, or has failed, and the request ends when all of its goals have ended.
 """
 
 from __future__ import annotations
 
-from typing import Any, Optional, Tuple
+from typing import Any, Iterable, Optional, Tuple
 
-from .calls import REFUSED, Failure, Missed
+from .calls import ABSENT, FAILED, LOST, REFUSED, REJECTED, TIMEOUT, Failure, Missed
 from .intake import BoundInput, Inputs, Intake
 from .scheduler import ScheduledCommand
 from .values import UNREADABLE
@@ -30,9 +33,7 @@ class Requests(Intake):
     def _dispatch(self, command: ScheduledCommand, data: Any) -> None:
         """Send a command. Raises any exception if it was not sent."""
         if command.kind == "cancel":
-            token = self._calls.cancel(command.key, self._steady())
-            if token is not None:
-                self._port.cancel(command.key, token)
+            self._cancel_goals(command.key, self._calls.cancel(command.key, self._steady()))
             return
         if command.sort == "incoming":
             self._port.send(command.key, data)
@@ -48,13 +49,54 @@ class Requests(Intake):
 
     def _reported(self, entry: BoundInput, message: Any, token: Any) -> None:
         """Apply what was reported of a request, if it is still awaited."""
+        replaced = self._calls.replaced(entry.key)
+        if token in replaced:
+            if entry.ends is not None:
+                replaced.remove(token)
+                self._end_kept(entry.key)
+            return
         if not self._calls.is_current(entry.key, token) or self._is_ignored(entry):
             self.recorder.counters["late"] += 1
-            return
-        if entry.ends is not None:
-            entry, message = self._end_of(entry, message, self._calls.missed(entry.key))
-            self._calls.end(entry.key)
+        elif entry.ends is None:
+            self._input((entry,), message)
+        elif replaced:
+            self._keep_end(entry, message)
+        else:
+            self._end(entry, message)
+
+    def _accepted(self, key: str, token: int) -> None:
+        """Take notice that a server has accepted a goal: those that it replaced are to end."""
+        self._calls.accept(key, token, self._steady())
+        if self._calls.is_current(key, token):
+            self._cancel_goals(key, sorted(self._calls.replaced(key)))
+
+    def _keep_end(self, entry: BoundInput, message: Any) -> None:
+        """Keep the end of a goal until those that it replaced have ended, which are cancelled."""
+        if entry.kind == "error" and message.word in (ABSENT, REJECTED):
+            # Something was begun, though not by this goal.
+            reason = message.reason + "; the goal before it was cancelled"
+            message = message._replace(reason=reason, word=FAILED)
+        replaced = self._calls.keep(entry.key, (entry, message), self._steady())
+        self._scheduler.suspend(entry.key, True)
+        self._cancel_goals(entry.key, replaced)
+
+    def _end_kept(self, key: str) -> None:
+        """End a request of which only goals were awaited that it replaced, if they have ended."""
+        kept = self._calls.kept(key)
+        if kept is not None and not self._calls.replaced(key):
+            self._end(*kept)
+
+    def _end(self, entry: BoundInput, message: Any) -> None:
+        """End a request, all goals of which have ended."""
+        key = entry.key
+        entry, message = self._end_of(entry, message, self._calls.missed(key))
+        self._calls.end(key)
+        self._scheduler.suspend(key, False)
         self._input((entry,), message)
+
+    def _cancel_goals(self, key: str, tokens: Iterable[int]) -> None:
+        for token in tokens:
+            self._port.cancel(key, token)
 
     def _is_ignored(self, entry: BoundInput) -> bool:
         """Whether an event says nothing any more: a cancelled goal reports how far it got."""
@@ -72,6 +114,8 @@ class Requests(Intake):
         by_controller = self._phase(entry.key) == "cancelling"
         if entry.kind == "cancelled" and by_controller:
             return entry, None
+        if by_controller and message.word == TIMEOUT:  # it was cancelled after that
+            return self._inputs[entry.key, "cancelled"], None
         if missed is not None and not by_controller:
             message = missed.failure
         return self._inputs[entry.key, "error"], message
@@ -91,14 +135,23 @@ class Requests(Intake):
     def _miss(self, missed: Missed) -> None:
         """End a request that has missed its deadline; a goal is only cancelled, and then ends."""
         if missed.awaited:
-            token = self._calls.miss(missed, self._steady())
-            if token is not None:
+            tokens = self._calls.miss(missed, self._steady())
+            if tokens:
                 text = "%s is cancelled: %s" % (self._names[missed.key], missed.reason)
                 # Of another subject than its end, which may come at once and is told, too.
                 self._log("warning", "deadline of " + missed.key, text)
-                self._port.cancel(missed.key, token)
+                self._cancel_goals(missed.key, tokens)
             return
-        token = self._calls.end(missed.key)
-        if token is not None:
-            self._port.abandon(missed.key, token)
-            self._input((self._inputs[missed.key, "error"],), missed.failure)
+        key, error = missed.key, self._inputs[missed.key, "error"]
+        kept = self._calls.kept(key)
+        tokens = self._calls.tokens(key)
+        if kept is None and missed.word != LOST and tokens[1:]:
+            self._port.abandon(key, tokens[0])
+            self._keep_end(error, missed.failure)
+            return
+        for token in tokens:
+            self._port.abandon(key, token)
+        if kept is not None:
+            self._end(*kept)
+        elif self._calls.end(key):
+            self._input((error,), missed.failure)

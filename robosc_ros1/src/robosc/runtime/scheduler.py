@@ -14,7 +14,8 @@ in this round, waits for the period, too.
 Periods count from the last time that the command was performed. Cancels precede requests.
 
 A command with ``rate: once`` is due when it becomes allowed, and again when its data have changed
-or its request has failed: at the earliest a period after it was performed last.
+or its request has failed: at the earliest a period after it was performed last. One with ``goals:
+replace`` is treated so while its goal is busy: only other data replace it.
 
 Only the start evaluates all commands: an event causes the evaluation of those that read what it
 writes. Commands wait in two heaps, ordered by time and by turn.
@@ -39,8 +40,9 @@ class ScheduledCommand:
 
     __slots__ = (
         "_state", "allowed", "apply", "authorised", "changed", "count", "data", "due", "index",
-        "is_cancel", "is_once", "key", "kind", "period", "reads", "ready", "rising", "round", "row",
-        "sent", "sort", "synchronisation", "turn", "waits_for", "was", "writes",
+        "is_cancel", "is_once", "key", "kind", "period", "reads", "ready", "replaces", "rising",
+        "round", "row", "sent", "sort", "suspended", "synchronisation", "turn", "waits_for", "was",
+        "writes",
     )  # fmt: skip
 
     def __init__(
@@ -70,7 +72,6 @@ class ScheduledCommand:
         self.is_cancel = command.kind == "cancel"
         self.data = method(command.data)
         self.apply = method(command.apply)
-        self.reads = frozenset((*command.reads, *command.during, *command.unless))
         self.writes = frozenset(command.writes)
         self.index = index
         self.period = 1.0 / rate
@@ -82,8 +83,14 @@ class ScheduledCommand:
         self.ready = False  # whether it is in the heap of due commands
         self.waits_for: Optional[float] = None  # its time in the heap of waiting commands
         self.count = 0
+        is_request = command.kind == "request"
         self.is_once = communication.rate == ONCE and command.kind != "cancel"
+        # The attribute that tells whether it would replace a goal; empty: it never does.
+        self.replaces = communication.flags[0] if communication.goals and is_request else ""
+        phases = [*command.during, *command.unless, *filter(None, [self.replaces])]
+        self.reads = frozenset((*command.reads, *phases))
         self.sent: Any = NOTHING  # what it was sent with since it became allowed
+        self.suspended = False  # its request has ended, though not all of its goals
         self.changed = False  # whether it would be sent with something else now
 
     def yield_to(self, preferred: List[ScheduledCommand]) -> None:
@@ -92,7 +99,10 @@ class ScheduledCommand:
             self.reads |= other.reads
         self.allowed = lambda: (
             self.authorised()
-            and not any(other.possible and other.authorised() for other in preferred)
+            and not any(
+                other.possible and not other.is_replacing and other.authorised()
+                for other in preferred
+            )
         )
 
     @property
@@ -103,17 +113,28 @@ class ScheduledCommand:
     @property
     def waits(self) -> bool:
         """Whether it is to be sent, now or in its time."""
-        is_new = not self.is_once or self.sent is NOTHING or self.changed
-        return is_new and self.was and self.possible
+        is_repeated = not self.is_once and not self.is_replacing
+        is_new = is_repeated or self.sent is NOTHING or self.changed
+        return is_new and self.was and self.possible and not self.suspended
+
+    @property
+    def is_replacing(self) -> bool:
+        """Whether it would replace a goal now."""
+        return bool(self.replaces) and bool(self._state[self.replaces])
 
     def send(self, data: Any) -> None:
         """Record that it was sent with these data."""
-        if self.is_once:
+        if self.is_once or self.replaces:
             self.sent, self.changed = data, False
+
+    def renew(self) -> None:
+        """Record that what it was sent with says nothing any more, unless that may be replaced."""
+        if not self.is_replacing:
+            self.sent = NOTHING
 
     def look(self) -> None:
         """Look whether what would be sent has changed."""
-        if self.is_once and self.sent is not NOTHING and self.data is not None:
+        if self.sent is not NOTHING and self.data is not None:
             with contextlib.suppress(Undefined):
                 self.changed = self.data() != self.sent
 
@@ -154,7 +175,7 @@ class CommandScheduler:
             elif row.yields_to:
                 others = [self.commands[other] for other in row.yields_to]
                 self.commands[index].yield_to([o for o in others if o.row.read is None])
-        self._once = {command.index for command in self.commands if command.is_once}
+        self._by_data = {c.index for c in self.commands if c.is_once or c.replaces}
         self._readers: Dict[str, List[ScheduledCommand]] = {}
         for command in self.commands:
             for name in command.reads:
@@ -182,8 +203,10 @@ class CommandScheduler:
         """Return the commands that an event with these writes may enable or disable."""
         found = self._affected.get(writes)
         if found is None:
-            # Anything may change what is sent once.
-            readers = {c.index for name in writes for c in self._readers.get(name, ())} | self._once
+            # Anything may change the data of what is not just repeated.
+            readers = {
+                c.index for name in writes for c in self._readers.get(name, ())
+            } | self._by_data
             found = tuple(self.commands[index] for index in sorted(readers))
             self._affected[writes] = found
         return found
@@ -198,7 +221,7 @@ class CommandScheduler:
                 command.due += command.period * (1 + (now - command.due) // command.period)
             if not command.allowed():
                 command.was = command.rising = False
-                command.sent = NOTHING
+                command.renew()
                 continue
             command.look()
             possible = command.possible
@@ -215,6 +238,12 @@ class CommandScheduler:
         for command in self.commands:
             if command.key == key:
                 command.sent = NOTHING
+
+    def suspend(self, key: str, suspended: bool) -> None:
+        """Keep a request from being sent, or no longer, from the next event on."""
+        for command in self.commands:
+            if (command.key, command.kind) == (key, "request"):
+                command.suspended = suspended
 
     def next(self, now: float) -> Optional[ScheduledCommand]:
         """Return the command to perform now; None: no more in this round."""

@@ -143,7 +143,9 @@ def state_document(
     if "withheld" in counters or not {"blocked", "forbidden"} & counters:  # they choose commands
         for row, shown in zip(controller.COMMANDS, commands):
             preferred = [commands[n] for n in row.yields_to] if shown["enabled"] else []
-            shown["waits_for"] = [c["event"]["name"] for c in preferred if c["enabled"]]
+            enabled = [c["event"]["name"] for c in preferred if c["enabled"]]
+            # What would replace a goal is waited for by none.
+            shown["waits_for"] = [name for name in enabled if phases.get(name) != "busy"]
     variables = controller.variables()
     variables, shortened = (jsonable(variables), []) if whole else _short_values(variables)
     document = {

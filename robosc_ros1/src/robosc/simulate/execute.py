@@ -230,7 +230,7 @@ class Execution:
             )
             for c in self._controller.COMMANDS
         ]
-        return with_preferences(commands, self.plant.robot)
+        return with_preferences(commands, self.plant.robot, self.state.phases)
 
     def _reasons(self, command: runtime.Command) -> tuple[Reason, ...]:
         found = [Reason(**r) for r in blocked_by(self._controller, command)]

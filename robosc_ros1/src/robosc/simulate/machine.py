@@ -81,12 +81,17 @@ class CommandState:
         return not self.reasons
 
 
-def with_preferences(commands: list[CommandState], robot: Robot) -> list[CommandState]:
-    """Return the commands, each with those that it waits for."""
+def with_preferences(
+    commands: list[CommandState], robot: Robot, phases: Mapping[str, str]
+) -> list[CommandState]:
+    """Return the commands, each with those that it waits for. ``phases`` are those of the
+    communications by key: what would replace a goal is waited for by none."""
     enabled = {
         command.event.key: command.event.name
         for command in commands
-        if command.enabled and command.event.kind.sent
+        if command.enabled
+        and command.event.kind.sent
+        and not _is_replacing(command.event, robot, phases)
     }
 
     def waits_for(event: Event) -> tuple[str, ...]:
@@ -96,6 +101,11 @@ def with_preferences(commands: list[CommandState], robot: Robot) -> list[Command
         return tuple(name for key, name in enabled.items() if key in preferred)
 
     return [replace(command, waits_for=waits_for(command.event)) for command in commands]
+
+
+def _is_replacing(event: Event, robot: Robot, phases: Mapping[str, str]) -> bool:
+    """Whether a request would replace a goal."""
+    return bool(robot.communications[event.key].goals) and phases[event.key] == "busy"
 
 
 @dataclass(frozen=True)

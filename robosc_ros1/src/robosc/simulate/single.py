@@ -178,7 +178,7 @@ class SingleEvents:
             for event in self.plant.events
             if (guard := self._guards.get(event.identity)) is not None
         ]
-        return with_preferences(commands, self.plant.robot)
+        return with_preferences(commands, self.plant.robot, self.state.phases)
 
     def _sent(self, event: Event, state: SystemState) -> dict[str, Any] | None:
         """What a request carries now; None for other events."""

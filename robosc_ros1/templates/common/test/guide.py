@@ -335,7 +335,7 @@ class Guide:
             if is_action and shadow.is_possible("recall", key):
                 yield ("recall", key), [("recall", key, None)]
         for kind, key in self.cases.commands:
-            if shadow.is_possible(kind, key):
+            if shadow.may_be_due(kind, key):
                 sort = "request" if kind in AGREED else kind
                 yield (sort, key), [(kind, key, None)]
         for key in shadow.watched:

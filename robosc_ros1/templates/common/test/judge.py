@@ -359,10 +359,10 @@ class Judge:
         return not any(state.assumed_away(kind, key, content(key)) for key in keys)
 
     def _drops(self, key):
-        """Whether the controller may have dropped an answer: late, or after a cancel."""
-        name = PLANT_COMMUNICATIONS[key]["name"]
-        ends = (self.events.get((kind, name, 0)) for kind in ("cancel", "error"))
-        return key not in self.served and any(ends)
+        """Whether the controller may have dropped an answer: late, replaced, after a cancel."""
+        one = PLANT_COMMUNICATIONS[key]
+        ends = (self.events.get((kind, one["name"], 0)) for kind in ("cancel", "error"))
+        return key not in self.served and ("replaces" in one or any(ends))
 
     def compare_messages(self):
         """Check that the messages that arrived at the robot match the events.

@@ -220,7 +220,17 @@ class Shadow(Delays):
 
     def is_possible(self, kind, key):
         """Whether the phase of a communication permits an event."""
+        if kind == "request" and self.is_replacing(key):
+            return True
         return key not in self.phase or is_possible(kind, self.phase[key])
+
+    def may_be_due(self, kind, key):
+        """Whether a command is possible whatever its data were before."""
+        return self.is_possible(kind, key) and not (kind == "request" and self.is_replacing(key))
+
+    def is_replacing(self, key):
+        """Whether a request would replace a goal."""
+        return "replaces" in self.communications[key] and self.phase[key] == "busy"
 
     def transitions(self, component, kind, key, content):
         """Return the transitions that a component takes; assignments of later ones take precedence.
@@ -335,7 +345,8 @@ class Shadow(Delays):
         if not self.is_safe(kind, key, content):
             raise Wrong("%s, which synthesis forbids: %s" % (what, self.states))
         for other in self.preferences.get(command_key(kind, key), ()) if kind in SENT else ():
-            if self.is_enabled(*self.sends[other]):
+            sent = self.sends[other]
+            if not self.is_replacing(sent[1]) and self.is_enabled(*sent):
                 raise Wrong("%s while %s is enabled, which is preferred" % (what, other))
 
     def is_enabled(self, kind, key, content=None):

@@ -179,6 +179,7 @@ def _plant_communication(
         **({} if age is None else {"max_age": _tree(age, enums)}),
         "expect": None if communication.expect is None else _tree(communication.expect, enums),
         **({"heard": True} if communication.heard else {}),
+        **({"replaces": True} if communication.goals else {}),
         "identifier": communication.identifier,
         "interface": [binding.package, binding.type],
         "request": part("request", communication.request),

@@ -98,6 +98,8 @@ class Performing:
                 found += self._with(EventKind.CANCELLED, [self._goes(EventKind.CANCELLED, DUE)])
             for kind in (EventKind.FEEDBACK, EventKind.CANCEL):
                 found += self._with(kind, [])
+            if self.command.replaces:
+                found += self._with(EventKind.REQUEST, [self._stays(EventKind.REQUEST)])
             name = f"{self.path}.{UNDER_WAY}"
             yield replace(
                 outer, name=name, initial=False, marked=False, transitions=tuple(found),
@@ -122,6 +124,9 @@ class Performing:
     def _goes(self, kind: EventKind, stage: str) -> ResultTransition:
         goto = f"{self.path}.{stage}"
         return ResultTransition(kind, self.command.key, None, (), goto, span=self.node.span)
+
+    def _stays(self, kind: EventKind) -> ResultTransition:
+        return ResultTransition(kind, self.command.key, None, (), None, span=self.node.span)
 
     def _anew(self, taken: ResultTransition) -> ResultTransition:
         if self.retries is None:
@@ -275,16 +280,18 @@ def with_performed(robot: Robot) -> Robot:
         if key not in robot.communications:
             continue  # its declaration has an error
         if key in robot.together:
-            added.append(_needed(robot, key, DUE, "is performed in", to_start=True))
+            replaced = robot.communications[key].goals is not None
+            stages = (DUE, UNDER_WAY) if replaced else (DUE,)
+            added.append(_needed(robot, key, stages, "is performed in", to_start=True))
         if robot.communications[key].kind is Kind.ACTION:
-            added.append(_needed(robot, key, UNDER_WAY, "goes on in", to_cancel=True))
+            added.append(_needed(robot, key, (UNDER_WAY,), "goes on in", to_cancel=True))
     return replace(robot, requirements=(*robot.requirements, *added))
 
 
 def _needed(
     robot: Robot,
     key: str,
-    stage: str,
+    stages: Sequence[str],
     what: str,
     *,
     to_start: bool = False,
@@ -295,7 +302,7 @@ def _needed(
     return Requirement(
         "needs",
         (key,),
-        chain("or", [StateRef(component, f"{path}.{stage}") for component, path in places]),
+        chain("or", [StateRef(c, f"{path}.{stage}") for c, path in places for stage in stages]),
         f"{robot.display_names[key]} {what} {names}",
         to_start,
         to_cancel=to_cancel,

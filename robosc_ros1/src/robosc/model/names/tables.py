@@ -27,6 +27,7 @@ from robosc.model.names.data_directions import types_of
 from robosc.names import Copy
 from robosc.remedies import Change, Remedy
 from robosc.syntax.nodes import (
+    ActionNode,
     BehaviourNode,
     CommunicationNode,
     ComponentNode,
@@ -79,6 +80,11 @@ class CommunicationInfo:
     @property
     def phases(self) -> Phases | None:
         return self.sort.phases_of(self.has_timeout)
+
+    @property
+    def replaces(self) -> bool:
+        """Whether a goal may replace the one that is busy."""
+        return isinstance(self.node, ActionNode) and self.node.goals is not None
 
     @property
     def events(self) -> tuple[EventKind, ...]:

@@ -18,7 +18,7 @@ from typing import TypeAlias
 
 from robosc import limits
 from robosc.language.events import EventKind
-from robosc.plant.automaton import PlantState
+from robosc.plant.automaton import Event, PlantState
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
@@ -127,8 +127,15 @@ class SymbolicController:
             preferred = self.plant.robot.yields_to.get(taken.command, ())
             for number, other in enumerate(self.plant.events):
                 if other.kind.sent and other.command in preferred:
-                    here = here & ~enabled[number]
+                    here = here & ~(enabled[number] & ~self._replacing(other))
         return here
+
+    def _replacing(self, event: Event) -> Bdd:
+        """Return the states in which a request would replace a goal."""
+        phase = event.phase
+        if phase is None or event.kind is not EventKind.REQUEST:
+            return self._false
+        return self.encoding.holds(self.plant.variables[phase.variable].phase(phase.target))
 
     def _after(self, steps: _Steps, states: Bdd) -> Bdd:
         """Return the image of an input; an event that changes nothing leads nowhere."""

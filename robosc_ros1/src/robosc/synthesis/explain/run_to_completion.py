@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.step import is_replacing
 from robosc.supervisor import Guard
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
 from robosc.synthesis.explore import reaching
@@ -98,7 +99,8 @@ class ExplicitController:
         """Yield what may happen at rest, with a path to each state that it leads to."""
         for events in self._inputs:
             preferred = self.preferred.get(events[0].number, ())
-            if not any(True for other in preferred for _ in other.targets(rest)):
+            sent = (o for o in preferred if not is_replacing(self.plant.events[o.number], rest))
+            if not any(True for other in sent for _ in other.targets(rest)):
                 yield from ((events, path) for path in _paths(events, rest))
 
     # --- the search

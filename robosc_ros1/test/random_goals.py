@@ -1,0 +1,123 @@
+"""Random servers of the courier's action, on both versions of ROS, and what must hold of its goals.
+
+A server accepts or rejects a goal, carries it out for a random time, or until it is cancelled or
+replaced, and heeds or ignores what is asked of it; goals may also run side by side, or queue up. It
+wishes for other places, and wants goals or not, at random times. It writes when goals begin and end
+into a file; the controller's event log says what the controller knew of that.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import time
+from bisect import bisect_left
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TextIO
+
+ENDS = ("response", "error", "cancelled")
+
+
+class RandomServer:
+    """What a server does with its goals; the time that it says is before what it does is seen."""
+
+    def __init__(self, seed: int, log: Path, goals: int) -> None:
+        self.random = random.Random(seed)
+        self.left = goals
+        self._log: TextIO = log.open("w")
+        self._latest = 0
+        self._running: set[int] = set()
+
+    def tell(self, what: str, number: int) -> None:
+        if what == "end":
+            self._running.discard(number)
+        self._log.write(f"{what} {number} {time.time()!r}\n")
+        self._log.flush()
+
+    def asked(self) -> int | None:
+        """The number of a goal that has come, if it is to be accepted."""
+        self.left -= 1
+        self._latest += 1
+        refuses = self.random.random() < (0.3 if self._running else 0.05)
+        if refuses:
+            return None
+        self._running.add(self._latest)
+        self.tell("begin", self._latest)
+        return self._latest
+
+    def carry_out(self, number: int, is_cancelled: Callable[[], bool]) -> str:
+        """Carry out a goal until it ends: ``succeed``, ``abort`` or ``cancel``."""
+        end = time.monotonic() + self.random.uniform(0.0, 0.05)
+        heeds = self.random.random() < 0.7
+        replaces = self.random.random() < 0.5
+        queues = self.random.random() < 0.3
+        while queues and min(self._running) < number:
+            time.sleep(0.001)
+        while time.monotonic() < end:
+            if heeds and is_cancelled():
+                return "cancel"
+            if replaces and self._latest != number:
+                return "abort"
+            time.sleep(0.001)
+        return self.random.choice(("succeed", "succeed", "abort"))
+
+    def wishes(self, place: Callable[[float], Any], wanted: Callable[[bool], Any]) -> None:
+        """Wish and want at random until enough goals have come; in the end nothing is wanted."""
+        while self.left > 0:
+            place(float(self.random.randint(0, 3)))
+            wanted(self.random.random() < 0.8)
+            time.sleep(self.random.uniform(0.0, 0.03))
+        wanted(False)
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What happened: how often each event, how often a goal was replaced, and what was wrong."""
+
+    counts: dict[str, int]
+    replaced: int
+    wrong: tuple[str, ...]
+
+
+def followed(events: Path, goals: Path) -> Followed:
+    """Compare the event log of the controller with what its server says."""
+    lines = [line.split() for line in goals.read_text().splitlines()]
+    begun = {int(number): float(at) for what, number, at in lines if what == "begin"}
+    ended = {int(number): float(at) for what, number, at in lines if what == "end"}
+    wrong = [f"goal {number} has not ended" for number in begun if number not in ended]
+    order = sorted(begun, key=lambda number: begun[number])
+    starts = [begun[number] for number in order]
+    longest = max((ended.get(n, 0.0) - begun[n] for n in order), default=0.0)
+    phase, counts, replaced = "idle", dict.fromkeys((*ENDS, "request", "cancel"), 0), 0
+    for line in events.read_text().splitlines():
+        document = json.loads(line)
+        kind, name = document["event"]["kind"], document["event"]["name"]
+        if name != "go" or kind not in counts:
+            continue
+        if document["outcome"] != "applied":
+            wrong.append(f"{kind}: {document['outcome']}")
+            continue
+        counts[kind] += 1
+        if kind in ENDS:
+            if phase == "idle":
+                wrong.append(f"{kind} while idle")
+            at = document["time"] - 0.0005  # it is rounded
+            first = bisect_left(starts, at - longest)
+            last = bisect_left(starts, at)
+            running = [n for n in order[first:last] if ended.get(n, at + 1) > at + 0.001]
+            wrong += [f"{kind} at {at!r} while goal {number} runs" for number in running]
+            phase = "idle"
+        elif kind == "request":
+            if phase == "cancelling":
+                wrong.append("request while cancelling")
+            replaced += phase == "busy"
+            phase = "busy"
+        else:
+            if phase != "busy":
+                wrong.append(f"cancel while {phase}")
+            phase = "cancelling"
+    if phase != "idle":
+        wrong.append(f"it is {phase} in the end")
+    return Followed(counts, replaced, tuple(wrong))
