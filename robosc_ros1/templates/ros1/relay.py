@@ -348,7 +348,7 @@ class ActionRelay(GoalCaller):
 
     def _refuse(self, goal, kind, payload):
         """Report to the controller, on behalf of the robot, that its goal failed."""
-        if kind == "error" and payload in FAILURES.values():
+        if kind == "error" and str(payload).partition(";")[0] in FAILURES.values():
             return  # reported by the robot itself
         result = self._result_type()
         result.header.stamp = rospy.Time.now()

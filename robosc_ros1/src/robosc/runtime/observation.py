@@ -44,6 +44,7 @@ class SeenAction:
     def __init__(self, engine: MonitorEngine, key: str) -> None:
         self._engine = engine
         self._key = key
+        self._replaces = _replaces(engine, key)
         self._id = ""
         self._stamp = 0.0
         self._going_on = False
@@ -79,6 +80,8 @@ class SeenAction:
         stamp = seconds_of(message.stamp)
         meant = self._stamp <= stamp if stamp else not message.id
         if self._before and message.id == self._before:
+            if self._replaces:
+                return  # the goal that took its place goes on
             self._before = ""
         elif message.id == self._id or meant:
             self._going_on = False
@@ -146,6 +149,7 @@ class SeenActionOfRos2:
     def __init__(self, engine: MonitorEngine, key: str) -> None:
         self._engine = engine
         self._key = key
+        self._replaces = _replaces(engine, key)
         self._last: Dict[bytes, int] = {}
         self._latest = b""
         self._has_begun = False
@@ -171,7 +175,7 @@ class SeenActionOfRos2:
             if old is None:
                 self._latest = goal
                 self._engine.see(self._key, "request")
-            former = bool(self._latest) and goal != self._latest  # it was replaced
+            former = self._replaces and bool(self._latest) and goal != self._latest
             if status == _CANCELING_2 and not former:
                 self._engine.see(self._key, "cancel")
             elif status == _SUCCEEDED_2:
@@ -205,6 +209,11 @@ class SeenServiceOfRos2:
         elif not is_request and not self._calls.get(call, True):
             self._calls[call] = True
             self._engine.answer(self._key, "response", next(iter(message.response), None))
+
+
+def _replaces(engine: MonitorEngine, key: str) -> bool:
+    """Whether a goal may replace the one that is busy."""
+    return any(c.key == key and bool(c.goals) for c in engine.controller.COMMUNICATIONS)
 
 
 def _goal_of(status: Any) -> bytes:
