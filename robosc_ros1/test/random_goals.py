@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import random
+import threading
 import time
 from bisect import bisect_left
 from collections.abc import Callable
@@ -29,23 +30,30 @@ class RandomServer:
         self._log: TextIO = log.open("w")
         self._latest = 0
         self._running: set[int] = set()
+        self._lock = threading.Lock()
 
     def tell(self, what: str, number: int) -> None:
-        if what == "end":
-            self._running.discard(number)
-        self._log.write(f"{what} {number} {time.time()!r}\n")
-        self._log.flush()
+        with self._lock:
+            (self._running.discard if what == "end" else self._running.add)(number)
+            self._log.write(f"{what} {number} {time.time()!r}\n")
+            self._log.flush()
 
     def asked(self) -> int | None:
         """The number of a goal that has come, if it is to be accepted."""
-        self.left -= 1
-        self._latest += 1
-        refuses = self.random.random() < (0.3 if self._running else 0.05)
+        with self._lock:
+            self.left -= 1
+            self._latest += 1
+            number = self._latest
+            refuses = self.random.random() < (0.3 if self._running else 0.05)
         if refuses:
             return None
-        self._running.add(self._latest)
-        self.tell("begin", self._latest)
-        return self._latest
+        self.tell("begin", number)
+        return number
+
+    def _is_first(self, number: int) -> bool:
+        """Whether no goal runs that came before."""
+        with self._lock:
+            return min(self._running) >= number
 
     def carry_out(self, number: int, is_cancelled: Callable[[], bool]) -> str:
         """Carry out a goal until it ends: ``succeed``, ``abort`` or ``cancel``."""
@@ -53,7 +61,7 @@ class RandomServer:
         heeds = self.random.random() < 0.7
         replaces = self.random.random() < 0.5
         queues = self.random.random() < 0.3
-        while queues and min(self._running) < number:
+        while queues and not self._is_first(number):
             time.sleep(0.001)
         while time.monotonic() < end:
             if heeds and is_cancelled():
