@@ -36,6 +36,8 @@ def courier(
         robot = graph.peer()
         if policy is not None:
             robot.act(*GO, **policy)
+        # It is wanted once, which must not be lost.
+        given["qos__wanted__reliability"] = "reliable"
         controller("courier_controller", event_log=str(log), **given)
         robot.publish("wanted", "std_msgs/msg/Bool", {"data": True})
         return robot, log
