@@ -40,9 +40,7 @@ class RandomBehaviours(RandomExpressions):
             type_ = communication.request if kind == "incoming" else communication.response
             links = " links link" if type_.kind == "object" else ""
             return f"{kind} message {name} with {identifier}type: {type_.text}{links}"
-        # Not drawn, so that other models stay as they are.
-        goals = "goals: replace, " if kind == "action" and name.endswith("1") else ""
-        text = f"{kind} {name} with {identifier}{goals}request: {communication.request.text}"
+        text = f"{kind} {name} with {identifier}request: {communication.request.text}"
         text += f", response: {communication.response.text}"
         if kind.endswith("action"):
             text += f", feedback: {communication.feedback.text}"
