@@ -7,6 +7,7 @@ the option it is about a minute's worth.
 from __future__ import annotations
 
 import random
+import re
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -56,6 +57,19 @@ def test_random_robots_by_seed(engine: str, pytestconfig: pytest.Config) -> None
     first = pytestconfig.getoption("--first-model", default=0)
     for seed in range(first, first + (45 if count is None else count)):
         check(random_model(random.Random(seed), 1 + seed % 3), engine, seed)
+
+
+def test_random_robots_whose_goals_are_replaced() -> None:
+    """The oracle reads by itself that a busy action takes a request."""
+    tried = 0
+    for seed in range(40):
+        text = random_model(random.Random(seed), 1 + seed % 2)
+        replaced = re.sub(r"(action \w+ with )", r"\1goals: replace, ", text)
+        if replaced != text:
+            tried += 1
+            for engine in ENGINES if available() else ("dense",):
+                check(replaced, engine, seed)
+    assert tried > 5
 
 
 @engines
