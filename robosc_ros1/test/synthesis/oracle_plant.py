@@ -52,6 +52,9 @@ class OraclePlant(OracleEvents):
         changed = list(state)
         for slot, value in after.items():
             changed[self.where[slot]] = value
+        for lasting in self.robot.lasting:  # one behind those that it reads
+            if not self.holds(lasting.condition, tuple(changed)):
+                changed[self.where["at", lasting.name]] = "waiting"
         return tuple(changed)
 
     def _step_tau(self, state: OracleState, event: Event, after: dict[Any, Any]) -> None:

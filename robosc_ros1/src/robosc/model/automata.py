@@ -180,3 +180,20 @@ class Behaviour:
             for taken in (tau.transition for tau in place.taus):
                 if is_in(taken.goto or place.name, place.name):
                     yield taken
+
+
+@dataclass(frozen=True, slots=True)
+class Lasting:
+    """A named condition that holds where ``condition`` has held for ``delay`` without a break.
+
+    ``name`` is that of a component without a text in the model, which is in the state
+    :data:`HOLDING` where it holds, else in :data:`RESTING`.
+    """
+
+    name: str
+    condition: Expr
+    delay: Expr
+    span: Span = span_field()
+
+
+RESTING, HOLDING = "waiting", "holding"

@@ -26,7 +26,7 @@ from robosc.language.events import (
     Phases,
     command_key,
 )
-from robosc.model.automata import Behaviour, ResultTransition, State, Variable, span_field
+from robosc.model.automata import Behaviour, Lasting, ResultTransition, State, Variable, span_field
 from robosc.model.diagnostics import Report
 from robosc.names import Copy
 from robosc.source import Span
@@ -60,9 +60,9 @@ class Communication:
     ``timeout`` is the silence after which a message is silent, or the deadline of a service or
     action; ``within`` that of an accepted goal; ``max_age`` the greatest age of a message on
     arrival; ``expect`` what must hold of a response. ``rate`` is how often a command is sent, in
-    Hz, or ``once``; ``goals`` is ``replace`` if a goal may replace a busy one. ``heard``: it is
-    asked whether the message has ever arrived. ``request`` is what the controller sends,
-    ``response`` what it receives. ``identifier`` is the name in ROS, prefix included.
+    Hz, or ``once``; ``goals`` is ``replace`` if a goal may replace a busy one. ``heard``: somebody
+    asks whether it ever arrived. ``request`` is what the controller sends, ``response`` what it
+    receives. ``identifier`` is the name in ROS, prefix included.
     """
 
     name: str
@@ -338,6 +338,7 @@ class Robot:
     """The key of the message that is sent at a safe stop and when the node ends."""
     goals: tuple[Goal, ...] = ()
     assumptions: tuple[Assumption, ...] = ()
+    lasting: tuple[Lasting, ...] = ()
     supervises: bool = False
     """Whether the data of commands are those that another controller sends."""
     conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)
@@ -380,10 +381,7 @@ class Robot:
 
     @cached_property
     def together(self) -> dict[str, frozenset[str]]:
-        """The components that perform a command, by its key, where several do.
-
-        None of them blocks its request.
-        """
+        """The components that perform a command, by its key, where several do; none blocks it."""
         performers = {key: {c for c, _ in found} for key, found in self.performed.items()}
         return {key: frozenset(names) for key, names in performers.items() if len(names) > 1}
 

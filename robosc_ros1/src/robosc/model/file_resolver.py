@@ -8,6 +8,7 @@ from typing import TypeAlias, TypeVar
 
 from robosc.expr.tree import Expr, RosParameter
 from robosc.expr.types import EnumType, Type
+from robosc.model.automata import Lasting
 from robosc.model.checks.cancels import check_cancels
 from robosc.model.checks.command_data import with_command_data
 from robosc.model.checks.freshness import check_freshness
@@ -29,6 +30,7 @@ from robosc.model.declarations.components import (
     join,
 )
 from robosc.model.declarations.datatypes import Given, TypeTable
+from robosc.model.declarations.lasting import with_lasting
 from robosc.model.declarations.named_values import NamedValueTyper
 from robosc.model.declarations.parameters import check_parameters
 from robosc.model.declarations.performing import with_performed
@@ -122,6 +124,14 @@ class FileResolver:
             yield from instance.types.values.parameters
         for table in self.types.all_libraries.values():
             yield from table.values.parameters
+
+    def _lasting(self) -> Iterator[Lasting]:
+        """The lasting conditions of the file, its components, and the libraries that it needs."""
+        yield from self.types.values.lasting
+        for instance in self.component_table.instances.values():
+            yield from instance.types.values.lasting
+        for table in self.types.all_libraries.values():
+            yield from table.values.lasting
 
     def _robot(self) -> Robot:
         self.types.resolve_all()
@@ -373,7 +383,7 @@ class FileResolver:
         if node.kind == "library":
             return robot
         robot = with_feedback_where_provided(with_one_request_per_server(robot))
-        robot = with_performed(robot)
+        robot = with_lasting(with_performed(robot), tuple(self._lasting()))
         return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
 
     def _add_statements(self, instance: Instance, found: Statements) -> None:

@@ -91,7 +91,13 @@ def gates_of(event: Event) -> tuple[LocalAutomaton, ...]:
 def components_of(event: Event) -> tuple[LocalAutomaton, ...]:
     """Return the automata of an event that are those of components."""
     gates = gates_of(event)
-    return tuple(a for a in event.automata if not any(a is gate for gate in gates))
+    others = (*gates, *resets_of(event))
+    return tuple(a for a in event.automata if not any(a is other for other in others))
+
+
+def resets_of(event: Event) -> tuple[LocalAutomaton, ...]:
+    """Return the automata of an event that set lasting conditions back."""
+    return tuple(a for a in event.automata if a.resets)
 
 
 def phase_of(event: Event) -> PhaseStep | None:

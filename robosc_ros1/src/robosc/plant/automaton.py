@@ -161,6 +161,9 @@ class LocalAutomaton:
     variable: int
     edges: tuple[Edge, ...]
     blocking: bool
+    resets: bool = False
+    """It is that of a lasting condition (:class:`~robosc.model.automata.Lasting`), which an event
+    may set back; its edges lead to rest."""
 
     @property
     def expressions(self) -> Iterator[Expr]:

@@ -9,6 +9,7 @@ from robosc.errors import StateSpaceError
 from robosc.expr.presence import known_condition
 from robosc.expr.traversal import operands
 from robosc.expr.tree import (
+    FALSE,
     TRUE,
     Binary,
     ChoiceRef,
@@ -19,7 +20,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import BooleanType, Value, domain
 from robosc.language.events import EventKind, EventSort, command_key
-from robosc.model.automata import After, Behaviour, ResultTransition, Tau, is_in
+from robosc.model.automata import HOLDING, RESTING, After, Behaviour, ResultTransition, Tau, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
 from robosc.plant.acceptance import acceptance, is_left_to_components
 from robosc.plant.answers import divided_phase
@@ -43,6 +44,7 @@ from robosc.plant.data.values import values_of_term
 from robosc.plant.data.view import FiniteView, may_be_missing, reference_to
 from robosc.plant.event_values import values_read
 from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.lasting import Reset, resets
 from robosc.plant.precedence import Taken, result_transitions, taken_in
 
 
@@ -121,6 +123,10 @@ class _Lowering:
         self.variables = tuple(_state_variables(robot, self.view, self.restrictions))
         self.variable_index = {(v.kind, v.name): i for i, v in enumerate(self.variables)}
         self.provided = {provide.communication for provide in robot.provides}
+        self.resets: dict[tuple[EventKind, str, int], list[Reset]] = {}
+        """What an event may set back, by its identity."""
+        for identity, reset in resets(robot):
+            self.resets.setdefault(identity, []).append(reset)
         self.listeners: dict[tuple[EventKind, str], dict[str, Component]] = {}
         """Components that mention an event of a communication, by name, in model order."""
         for component in robot.components:
@@ -162,6 +168,7 @@ class _Lowering:
                 tuple(index(name) for name in sources if name in names),
                 index(communication.phase_after(sort)),
             )
+        automata += tuple(self._resets(kind, key))
         automata += tuple(self._assumptions(key, kind))
         if kind is EventKind.CALL and phase is not None:
             accepts = acceptance(key, phase, automata, self.variables, communication.span)
@@ -194,6 +201,17 @@ class _Lowering:
             guard = self.view.expression(joined(assumed))
             edge = Edge(0, guard, (), (), 0, False, (), (), assumed[0].assumption.span)
             yield LocalAutomaton(ASSUMPTIONS, variable, (edge,), True)
+
+    def _resets(self, kind: EventKind, key: str, index: int = 0) -> Iterator[LocalAutomaton]:
+        """The automata of lasting conditions that an event may set back."""
+        for reset in self.resets.get((kind, key, index), ()):
+            variable = self.variable_index[VariableKind.LOCATION, reset.lasting.name]
+            places = self.variables[variable].values
+            guard = self.view.expression(negation(reset.kept))
+            ends = places.index(HOLDING), places.index(RESTING)
+            edge = Edge(ends[0], guard, (), (), ends[1], True, (), (), reset.lasting.span)
+            edges = () if guard == FALSE else (edge,)
+            yield LocalAutomaton(reset.lasting.name, variable, edges, False, resets=True)
 
     def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:
         if not kind.restricted:
@@ -319,8 +337,11 @@ class _Lowering:
         taken = Taken(transition, guards, ())
         edges = tuple(self._edge(component, location, taken) for location in locations)
         variable = self.variable_index[VariableKind.LOCATION, component.name]
-        automaton = LocalAutomaton(component.name, variable, edges, kind.synchronised)
-        parameters = tuple(self._parameters((automaton,), (kind, component.name)))
+        automata = (
+            LocalAutomaton(component.name, variable, edges, kind.synchronised),
+            *self._resets(kind, component.name, source.index),
+        )
+        parameters = tuple(self._parameters(automata, (kind, component.name)))
         if parameters and kind is EventKind.TAU:
             where = f"{transition.span.source.path}:{transition.span.line}"
             raise StateSpaceError(
@@ -335,7 +356,7 @@ class _Lowering:
             controllable=kind.controllable,
             parameters=parameters,
             phase=None,
-            automata=(automaton,),
+            automata=automata,
             requirement=None,
             requirements=(),
             span=transition.span,

@@ -49,6 +49,7 @@ from robosc.expr.types import (
 )
 from robosc.language.keywords import escape
 from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY, Spelled
+from robosc.model.automata import HOLDING
 from robosc.model.entities import Robot
 from robosc.names import copy_name
 from robosc.plant.composites import with_composites
@@ -149,6 +150,7 @@ def to_dsl(
     ``is_part``: the text is to be used within a requirement, not as the whole condition.
     """
     component_names = {component.name for component in robot.components}
+    lasting = {condition.name for condition in robot.lasting}
 
     def leaf(node: Leaf) -> str:
         match node:
@@ -158,6 +160,9 @@ def to_dsl(
                 return name
             case ReasonRef():
                 return "reason"
+            case StateRef(component=component, state=name) if component in lasting:
+                path = ".".join(map(escape, component.split(".")))
+                return path if name == HOLDING else f"!{path}"
             case (
                 VariableRef(component=component, variable=name)
                 | StateRef(component=component, state=name)

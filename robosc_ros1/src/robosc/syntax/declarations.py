@@ -251,6 +251,8 @@ def value_rules() -> dict[str, Rule]:
         t.name("a name for the condition")
         - symbol("=", "'=' after the name of the condition")
         - Expression("a condition after '='")
+        # One with 'in' or ',' behind its name begins a statement.
+        - maybe(keyword("for (?! NAME (?: in | ',' ) )") - t.duration("a duration after 'for'"))
     )
     argument = built(
         t.name("a name for an argument")

@@ -96,7 +96,7 @@ _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     ConstantNode: ("constant {name}: {type} = | {value}",),
     ParameterNode: ("parameter {name}: {type}", "? = | {value}"),
     FunctionNode: ("function {name}{parameters}: {type} = | {value}",),
-    ConditionNode: ("condition {name} = | {value}",),
+    ConditionNode: ("condition {name} = | {value}", "? | for {duration}"),
     BehaviourNode: ("behaviour {items}",),
     VariableNode: ("variable {name}: {type}", "? | = {initial}"),
     StateNode: (*_STATE, " {items}"),

@@ -362,10 +362,11 @@ class ParameterNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class ConditionNode(_Node):
-    """``condition name = value``."""
+    """``condition name = value``, or ``condition name = value for duration``."""
 
     name: Name
     value: ExprNode
+    duration: ExprNode | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from typing import Any
 
 from robosc.expr.traversal import path_text
 from robosc.expr.types import Value
+from robosc.model.automata import HOLDING
 from robosc.plant.automaton import Event, EventParameter, Plant, PlantState, VariableKind
 from robosc.plant.formulas import to_dsl
 from robosc.source import Span
@@ -131,7 +132,7 @@ def _any_value(plant: Plant, event: Event) -> dict[str, Any]:
     """Return a controllable event's document; a tau has a value if it has only one transition."""
     value = None
     if event.kind.of_component:
-        (automaton,) = event.automata
+        automaton, *_ = event.automata
         ends = {(edge.source, edge.target) for edge in automaton.edges}
         names = plant.variables[automaton.variable].values
         if len(ends) == 1:
@@ -146,6 +147,9 @@ def _state(plant: Plant, number: int, state: PlantState) -> dict[str, Any]:
     found: dict[VariableKind, dict[str, Any]] = {kind: {} for kind in VariableKind}
     for variable, value in zip(plant.variables, state, strict=True):
         found[variable.kind][variable.name] = variable.shown(value)
+    for lasting in plant.robot.lasting:
+        state_of = found[VariableKind.LOCATION].pop(lasting.name)
+        found[VariableKind.DATA][lasting.name] = state_of == HOLDING
     return {
         "id": number,
         "components": found[VariableKind.LOCATION],

@@ -8,6 +8,10 @@ INEXACT = 0.05
 adjusted."""
 
 
+RESTING = "waiting"
+"""The state of a condition that has not held for long enough."""
+
+
 def stands_in(state, place):
     """Whether a state is the one with the path ``place`` or stands in it; None: in every state."""
     return place is None or state == place or state.startswith(place + ".")
@@ -48,6 +52,19 @@ class Delays(Expressions):
             if stands_in(transition["goto"], place) and not stays:
                 self.entered[component, place] = self.now
                 self.lapsed[component, place] = ()
+
+    def lasting(self):
+        """Return which conditions that must have held for some time hold now, by name."""
+        return {name: self.comes_true(tree, None) for name, tree in self.plant.get("lasting", ())}
+
+    def follow_lasting(self, before):
+        """Begin those conditions anew that hold now and did not, as they did ``before``, or the
+        other way round."""
+        for name, tree in self.plant.get("lasting", ()):
+            if self.comes_true(tree, None) != before[name]:
+                self.entered[name, RESTING], self.lapsed[name, RESTING] = self.now, ()
+                if before[name]:
+                    self.states[name] = RESTING
 
     def waiting(self, component):
         """Return the delayed transitions of a component that are pending in its state."""

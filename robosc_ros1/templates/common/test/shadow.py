@@ -139,7 +139,7 @@ class Shadow(Delays):
         self._apply(kind, key, content)
 
     def _apply(self, kind, key, content):
-        states, variables = dict(self.states), dict(self.variables)
+        states, variables, lasting = dict(self.states), dict(self.variables), self.lasting()
         moved = []
         for component in self.mentions.get((kind, key), ()):
             taken = self.transitions(component, kind, key, content)
@@ -150,6 +150,7 @@ class Shadow(Delays):
         before, self.states, self.variables = self.states, states, variables
         for component, transition in moved:
             self.enter(component, transition, before[component])
+        self.follow_lasting(lasting)
 
     def assumed_away(self, kind, key, content):
         """Return the assumptions that an event of the robot breaks, as texts."""
@@ -176,10 +177,11 @@ class Shadow(Delays):
                 continue
             if self.states[component] != before or (tau["goto"] or before) != after:
                 continue
-            found = self.effect(component, tau)
+            found, lasting = self.effect(component, tau), self.lasting()
             if found is not None:
                 self.states, self.variables = found
                 self.enter(component, tau, before)
+                self.follow_lasting(lasting)
                 return
         raise Wrong("%s: %s is not possible" % (step_text("tau", component, index), path))
 
@@ -207,10 +209,12 @@ class Shadow(Delays):
                 raise Wrong("%s is taken twice" % step_text("after", component, index))
             if self._possible([waiting], None):
                 states, variables = dict(self.states), dict(self.variables)
+                lasting = self.lasting()
                 self._follow(component, [waiting], None, states, variables)
                 self.states, self.variables = states, variables
                 self.lapsed[component, waiting["from"]] += (index,)
                 self.enter(component, waiting, before)
+                self.follow_lasting(lasting)
                 return
         raise Wrong("%s: %s is not possible" % (step_text("after", component, index), path))
 

@@ -19,6 +19,7 @@ from robosc.emit.controller.comments import PERMITTED, PHASES, described
 from robosc.emit.controller.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.controller.guard_methods import GuardTexts, holds_where
 from robosc.emit.controller.indexed_copies import with_copies
+from robosc.emit.controller.lasting import lasting_views
 from robosc.emit.controller.messages import (
     converting_enums,
     corrected_data,
@@ -138,6 +139,7 @@ class _Builder:
             refusals=tuple(refusals(self.robot, self.attributes, self.names)),
             taus=tuple(t for t in taus if t.body),
             afters=tuple(afters),
+            lasting=lasting_views(self.robot, self.attributes),
             guard_parts=tuple(map(self._part, self.part_names.used(self.shown))),
             parameters=tuple(
                 AttributeView(
@@ -326,7 +328,7 @@ class _Builder:
             for after in place.afters
             if after.index == event.index
         )
-        (automaton,) = event.automata
+        automaton, *_ = event.automata
         condition = self.reactions.condition(automaton)
         reaction = self.reactions.reaction(event, tested=len(alike(automaton.edges)) == 1)
         location = self.attributes.locations[event.key]
@@ -341,7 +343,7 @@ class _Builder:
         return AfterView(
             event.name,
             event.index,
-            self.names.take(f"after_{event.index}_of_{snake_case(event.key)}"),
+            self.names.take(f"after_{event.index}_of_{snake_case(event.key.replace('.', '_'))}"),
             place(event.span),
             state.name,
             literal(delay),
@@ -357,7 +359,7 @@ class _Builder:
 
     def _tau(self, guard: Guard) -> TauView:
         event = guard.event
-        (automaton,) = event.automata
+        automaton, *_ = event.automata
         variable = self.plant.variables[automaton.variable]
         location = self.attributes.locations[event.key]
         conditions: list[PythonCode] = []
@@ -389,7 +391,7 @@ class _Builder:
         return TauView(
             event.name,
             event.index,
-            self.names.take(f"step_{event.index}_of_{snake_case(event.key)}"),
+            self.names.take(f"step_{event.index}_of_{snake_case(event.key.replace('.', '_'))}"),
             place(event.span),
             (*body, "return None") if body else (),
             _read_by(conditions),

@@ -42,7 +42,11 @@ def attributes_of(
         for p in robot.parameters
     }
     parts = {part.name: names.take(part.name) for part in part_names.definitions}
-    return Attributes(locations, variables, phases, functions, entries, parameters, parts)
+    lasting = {}
+    for one in robot.lasting:
+        word = snake_case(one.name)
+        lasting[one.name] = names.take(f"is_{word}"), names.take(f"follow_{word}")
+    return Attributes(locations, variables, phases, functions, entries, parameters, parts, lasting)
 
 
 def word_of(key: str, robot: Robot) -> str:

@@ -8,7 +8,7 @@ variable of its name.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from robosc.emit.controller.naming import PythonNames, place
@@ -20,7 +20,7 @@ from robosc.expr.tree import Binary, Expr, Leaf, Literal
 from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
 from robosc.model.automata import Variable
-from robosc.plant.acceptance import acceptance_of, components_of, phase_of
+from robosc.plant.acceptance import acceptance_of, components_of, phase_of, resets_of
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.plant.formulas import exact, may_be_huge, to_dsl
 
@@ -98,7 +98,22 @@ class Reactions:
                 if not was if becomes else number in phase.sources:
                     body.append(f"self.{flag} = {becomes}")
                     changed[flag] = None
-        return ReactionView(tuple(body), tuple(changed))
+        return ReactionView(*self._with_resets(event, body, tuple(changed)))
+
+    def _with_resets(
+        self, event: Event, body: Sequence[str], changed: tuple[str, ...]
+    ) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """What an event does and writes, with what follows for lasting conditions."""
+        before: list[str] = []
+        after: list[str] = []
+        written = dict.fromkeys(changed)
+        for number, automaton in enumerate(resets_of(event), 1):
+            method, follow = self.attributes.lasting[automaton.component]
+            before.append(f"before_{number} = self.{method}()")
+            after.append(f"self.{follow}(before_{number})")
+            written[self.attributes.locations[automaton.component]] = None
+            written[self.attributes.entries[automaton.component]] = None
+        return (*before, *body, *after), tuple(written)
 
     def _assumed(self, event: Event) -> Iterator[str]:
         """The statements that refuse an event of the robot, with the reason, where it is assumed
@@ -154,10 +169,10 @@ class Reactions:
 
     def effects(self, event: Event, edges: list[Edge]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The statements of an event's one transition, where it is taken, and what they write."""
-        (automaton,) = event.automata
+        (automaton,) = components_of(event)
         branch = replace(self._branch(event, automaton, edges), condition=PythonCode(""))
         _, *lines = _body([_LocalReaction(automaton.component, (branch,))])
-        return tuple(lines), tuple(effect.attribute for effect in branch.effects)
+        return self._with_resets(event, lines, tuple(e.attribute for e in branch.effects))
 
     def _branch(self, event: Event, automaton: LocalAutomaton, edges: list[Edge]) -> _Branch:
         edge = edges[0]
@@ -262,6 +277,8 @@ class Reactions:
         self, event: Event, ranges: bool = True
     ) -> Iterator[tuple[str, PythonCode]]:
         for automaton in event.automata:
+            if automaton.resets:
+                continue
             location = self.plant.variables[automaton.variable]
             ways = []
             free = True

@@ -190,6 +190,20 @@ class RequirementView:
 
 
 @dataclass(frozen=True)
+class LastingView:
+    """A condition that must have held for some time: the method for what it is about, and that for
+    what an event does to it."""
+
+    name: str
+    place: str
+    method: str
+    condition: str
+    follow: str
+    location: str
+    entries: str
+
+
+@dataclass(frozen=True)
 class GuardPartView:
     """What several guards have in common: a method of its own."""
 
@@ -249,6 +263,7 @@ class ControllerContext(CopyView):
     enums: tuple[EnumView, ...]
     guard_parts: tuple[GuardPartView, ...] = ()
     refusals: tuple[RefusalView, ...] = ()
+    lasting: tuple[LastingView, ...] = ()
     parameters: tuple[AttributeView, ...] = ()
     parameter_rows: tuple[str, ...] = ()
     """The entries of the table of parameters, as arguments."""

@@ -88,6 +88,7 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
         **({"refusals": refusals} if refusals else {}),
         **_of_others(robot, guards, judged, corrected, enums),
         **_assumed(robot, enums),
+        **_lasting(robot, enums),
         "enums": _enum_tables(enums),
         **({"together": _together(robot)} if robot.together else {}),
         "preferences": {key: list(others) for key, others in robot.yields_to.items()},
@@ -124,6 +125,12 @@ def _of_others(
         ],
     }
     return {name: entries for name, entries in found.items() if entries}
+
+
+def _lasting(robot: Robot, enums: dict[str, EnumType]) -> dict[str, Json]:
+    """What lasting conditions are about, each behind those that it reads, if there are some."""
+    found: list[Json] = [[one.name, _tree(one.condition, enums)] for one in robot.lasting]
+    return {"lasting": found} if found else {}
 
 
 def _assumed(robot: Robot, enums: dict[str, EnumType]) -> dict[str, Json]:

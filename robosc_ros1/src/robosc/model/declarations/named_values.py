@@ -9,15 +9,16 @@ from typing import Any, cast
 from robosc import limits
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.evaluation import constant
-from robosc.expr.tree import Aggregate, Expr, Literal, ParameterRef, RosParameter
+from robosc.expr.tree import Aggregate, Expr, Literal, ParameterRef, RosParameter, StateRef
 from robosc.expr.types import ArrayType, DurationType, EnumType, ObjectType, Type, Value
+from robosc.model.automata import HOLDING, Lasting
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Data, DataArray, DataObject
 from robosc.model.names.tables import SymbolTable
 from robosc.model.typing.compatibility import coerce, completed, describe, example, is_basic
 from robosc.model.typing.data import DataTyper
-from robosc.model.typing.durations import is_long_enough
+from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.incoming import no_value
@@ -56,13 +57,26 @@ class NamedValueTyper:
                     reason = "a named condition is about the state, not about a received value"
                     typer = Typer(self.report, self.types, self.symbols(), no_value(reason))
                     found = typer.check(node.value, BOOLEAN, f"condition '{name}'")
-                    return None if found is None else self._bounded(found, node)
+                    bounded = None if found is None else self._bounded(found, node)
+                    return self._lasting(bounded, node, typer) if bounded is not None else None
                 case ConstantNode():
                     return self._literal(node, f"constant '{name}'")
                 case ParameterNode():
                     return self._parameter(node, f"parameter '{name}'")
         finally:
             self._open.remove(name)
+
+    def _lasting(self, condition: Expr, node: ConditionNode, typer: Typer) -> Expr | None:
+        """The condition, or where it has held as long as its declaration says."""
+        if node.duration is None:
+            return condition
+        delay = typer.check(node.duration, DURATION, "'for'")
+        if delay is None or not is_long_enough(delay, "'for'", node.duration.span, self.report):
+            return None
+        name = f"{self.owner}.{node.name.text}" if self.owner else node.name.text
+        lasting = Lasting(name, condition, delay, span=node.name.span)
+        self.types.values.lasting.append(lasting)
+        return StateRef(name, HOLDING, span=node.name.span)
 
     def _bounded(self, condition: Expr, node: ConditionNode) -> Expr | None:
         """The condition; None after reporting that it is too large with those that it names."""

@@ -131,6 +131,13 @@ class _Writer:
             inner = scope.inside(node.variable.text, index)
             for statement in node.statements:
                 if isinstance(statement, ConditionNode):
+                    if statement.duration is not None:
+                        self._report.add(
+                            "misplaced",
+                            statement.duration.span,
+                            "a condition in a 'for' statement cannot have to last",
+                            "declare the condition in a component",
+                        )
                     value = self.node(statement.value, inner)
                     inner = inner.inside(statement.name.text, value)
                     continue

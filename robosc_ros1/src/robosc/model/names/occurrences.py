@@ -238,8 +238,9 @@ def _kind_and_detail(node: _Named) -> tuple[SymbolKind, str]:
             return SymbolKind.CONSTANT, f"constant: {type_.span.text}"
         case ParameterNode(type=type_):
             return SymbolKind.PARAMETER, f"parameter of the node: {type_.span.text}"
-        case ConditionNode(value=value):
-            return SymbolKind.CONDITION, f"condition = {value.span.text}"
+        case ConditionNode(value=value, duration=duration):
+            lasting = "" if duration is None else f" for {duration.span.text}"
+            return SymbolKind.CONDITION, f"condition = {value.span.text}{lasting}"
         case FunctionNode():
             return SymbolKind.FUNCTION, " ".join(node.span.text.split())
         case InterfaceNode(package=package, type=ros_type):

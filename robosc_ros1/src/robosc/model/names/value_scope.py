@@ -9,6 +9,7 @@ from typing import Protocol
 from robosc.expr.tree import Expr, ParameterRef, RosParameter
 from robosc.expr.types import Type
 from robosc.language.functions import AGGREGATES, FUNCTIONS, GEOMETRY
+from robosc.model.automata import Lasting
 from robosc.model.diagnostics import Report
 from robosc.model.names.scope import FileScope, report_duplicate
 from robosc.syntax.nodes import ConditionNode, ConstantNode, FunctionNode, ParameterNode, ValueNode
@@ -36,6 +37,8 @@ class ValueScope:
     typed: Callable[[ValueNode], Expr | None] = lambda node: None
     typer: Functions | None = None
     functions: dict[str, FunctionNode] = field(default_factory=dict)
+    lasting: list[Lasting] = field(default_factory=list)
+    """The conditions of this scope that must have held for some time, as they are typed."""
     _nodes: dict[str, ValueNode] = field(default_factory=dict)
     _meanings: dict[int, Expr | None] = field(default_factory=dict)
 

@@ -68,6 +68,7 @@ from robosc.plant.data.view import (
     update_key,
 )
 from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.plant.lasting import resets
 from robosc.plant.precedence import result_transitions
 
 
@@ -159,6 +160,7 @@ class ViewBuilder:
         yield from ((None, expr) for goal in self.robot.goals for expr in goal.conditions)
         for event, assumed in self.restrictions.items():
             yield from ((event, restriction.condition) for restriction in assumed)
+        yield from (((kind, key), reset.kept) for (kind, key, _), reset in resets(self.robot))
         for provide in self.robot.provides:
             if provide.condition is not None and not provide.corrects:
                 yield None, provide.condition

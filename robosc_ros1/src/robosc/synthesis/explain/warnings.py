@@ -81,9 +81,9 @@ class _Examiner:
 
     def _moves(self, tau: Guard) -> Expr:
         """Return the condition under which the controller takes an internal transition."""
-        (automaton,) = tau.event.automata
+        automaton, *resets = tau.event.automata
         moving = tuple(e for e in automaton.edges if e.source != e.target or e.updates)
-        event = replace(tau.event, automata=(replace(automaton, edges=moving),))
+        event = replace(tau.event, automata=(replace(automaton, edges=moving), *resets))
         return conjunction([tau.expr, possible(self.plant, event)])
 
     def _sent(self, key: str) -> Expr:

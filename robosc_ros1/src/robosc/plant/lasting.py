@@ -1,0 +1,71 @@
+"""Which events set lasting conditions back (docs/semantics.md, "Time")."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from robosc.expr.presence import known_condition
+from robosc.expr.traversal import rewritten
+from robosc.expr.tree import Expr, Leaf, Literal, StateRef
+from robosc.language.events import EventKind
+from robosc.model.automata import Lasting, ResultTransition
+from robosc.model.entities import Component, Robot
+from robosc.plant.formulas import conjunction, simplified
+from robosc.plant.preconditions import Case, Owner, after_event, cases_of, cases_of_step
+
+
+@dataclass(frozen=True)
+class Reset:
+    """That an event may change what a lasting condition is about: it does not set the condition
+    back where ``kept``, over the state before the event, holds."""
+
+    lasting: Lasting
+    kept: Expr
+
+
+def resets(robot: Robot) -> Iterator[tuple[tuple[EventKind, str, int], Reset]]:
+    """Yield what each event, by its identity in the plant, may set back."""
+    if not robot.lasting:
+        return
+    conditions = {one.name: one.condition for one in robot.lasting}
+    wanted = [(one, _spread(one.condition, conditions)) for one in robot.lasting]
+    for identity, cases in _events(robot):
+        for lasting, condition in wanted:
+            # Its own event happens only where its condition holds, and changes nothing in that.
+            after = condition if identity[1] == lasting.name else after_event(condition, cases)
+            if after != condition:
+                yield identity, Reset(lasting, simplified(known_condition(after)))
+
+
+def _spread(condition: Expr, conditions: Mapping[str, Expr]) -> Expr:
+    """A condition in which others that must last are also as they are after an event at once."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        if isinstance(node, StateRef) and node.component in conditions:
+            return conjunction([node, _spread(conditions[node.component], conditions)])
+        return node
+
+    return rewritten(condition, leaf)
+
+
+def _events(
+    robot: Robot,
+) -> Iterator[tuple[tuple[EventKind, str, int], Mapping[Owner, Sequence[Case]]]]:
+    for communication in robot.communications.values():
+        for sort in communication.sort.events_of(communication.timeout is not None):
+            cases = cases_of(robot, communication, sort.kind)
+            yield (sort.kind, communication.key, 0), cases
+    for component in robot.components:
+        for index, place, transition in _steps(component):
+            identity = transition.event, component.name, index
+            yield identity, cases_of_step(component, place, transition)
+
+
+def _steps(component: Component) -> Iterator[tuple[int, str | None, ResultTransition]]:
+    behaviour = component.behaviour
+    if behaviour is not None:
+        yield from ((tau.index, None, tau.transition) for tau in behaviour.taus)
+        for place in behaviour.places:
+            yield from ((tau.index, place.name, tau.transition) for tau in place.taus)
+            yield from ((after.index, place.name, after.transition) for after in place.afters)

@@ -1,0 +1,171 @@
+"""A condition on the state after an event, as one on the state before it.
+
+By Dijkstra's weakest precondition, which is exact: the components' transitions say what each event
+does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, field
+from itertools import product
+from typing import TypeAlias
+
+from robosc.expr.presence import defined, known_condition
+from robosc.expr.traversal import may_be_undefined, rewritten, walk, with_operands
+from robosc.expr.tree import (
+    FALSE,
+    TRUE,
+    Binary,
+    Expr,
+    Leaf,
+    Literal,
+    PhaseRef,
+    StateRef,
+    Unary,
+    VariableRef,
+)
+from robosc.expr.types import BooleanType
+from robosc.language.events import EventKind
+from robosc.model.automata import Assignment, ResultTransition
+from robosc.model.entities import Communication, Component, Robot
+from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.precedence import taken_in
+
+Owner: TypeAlias = str
+"""A component by its name, or a communication, whose phase is meant, by its key."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """What an event does to a component in the states ``here`` (or to a phase) where ``where``
+    holds; ``condition`` is both.
+
+    ``place`` is the state or the phase after it; None: as before.
+    """
+
+    condition: Expr
+    where: Expr = TRUE
+    here: Sequence[str] = ()
+    place: str | None = None
+    assigned: Mapping[str, Expr] = field(default_factory=dict)
+
+
+def cases_of(
+    robot: Robot, communication: Communication, kind: EventKind
+) -> Mapping[Owner, Sequence[Case]]:
+    """What an event of a communication does to all components, and to the communication."""
+    components = [c for c in robot.components if c.behaviour is not None]
+    cases: dict[Owner, Sequence[Case]] = {
+        c.name: _cases(c, communication.key, kind) for c in components
+    }
+    sort = communication.sort.event(kind)
+    assert sort is not None
+    return cases | {communication.key: [Case(TRUE, place=communication.phase_after(sort))]}
+
+
+def cases_of_step(
+    component: Component, place: str | None, transition: ResultTransition
+) -> dict[Owner, Sequence[Case]]:
+    """What a transition, which stands in a place and belongs to one component, does where it is
+    taken."""
+    here = [state.name for state in component.states if state.is_in(place)]
+    found = [
+        Case(conjunction([_in_states(component, here), *where]), conjunction(where), here,
+             transition.goto, dict(assigned))
+        for where, assigned in _defined(component, transition.assignments)
+    ]  # fmt: skip
+    return {component.name: found}
+
+
+def _cases(component: Component, key: str, kind: EventKind) -> list[Case]:
+    """What an event does to a component: exactly one of the cases holds."""
+    behaviour = component.behaviour
+    assert behaviour is not None
+    states: dict[_Effect, list[str]] = {}
+    for state in behaviour.states:
+        before: list[Expr] = []
+        for taken in taken_in(behaviour, state, kind, key):
+            guard = conjunction(map(known_condition, taken.guards))
+            place = None if taken.transition.goto == state.name else taken.transition.goto
+            for there, assigned in _defined(component, taken.transition.assignments):
+                where = conjunction([*before, guard, *there])
+                states.setdefault((where, place, assigned), []).append(state.name)
+            before.append(negation(guard))
+        states.setdefault((conjunction(before), None, ()), []).append(state.name)
+    return [
+        Case(conjunction([_in_states(component, here), where]), where, here, place, dict(assigned))
+        for (where, place, assigned), here in states.items()
+        if where != FALSE
+    ]
+
+
+_Effect: TypeAlias = tuple[Expr, str | None, tuple[tuple[str, Expr], ...]]
+"""Where something happens, the state after it, and what is assigned."""
+
+
+def _in_states(component: Component, names: Sequence[str]) -> Expr:
+    if len(names) == len(component.states):
+        return TRUE
+    return disjunction(StateRef(component.name, name) for name in names)
+
+
+def _defined(
+    component: Component, assignments: Sequence[Assignment]
+) -> Iterator[tuple[list[Expr], tuple[tuple[str, Expr], ...]]]:
+    """Yield what is assigned where it is defined and, as then nothing is assigned, where not."""
+    values = {f"{component.name}.{a.variable}": a.value for a in assignments}
+    unsure = {key: defined(value) for key, value in values.items() if may_be_undefined(value)}
+    for there in product((True, False), repeat=len(unsure)):
+        is_there = dict(zip(unsure, there, strict=True))
+        where = [unsure[key] if given else negation(unsure[key]) for key, given in is_there.items()]
+        yield where, tuple((key, v) for key, v in values.items() if is_there.get(key, True))
+
+
+def after_event(condition: Expr, cases: Mapping[Owner, Sequence[Case]]) -> Expr:
+    """A condition on the state after an event, as one on the state before it."""
+    match condition:
+        case StateRef(component=name, state=place) | PhaseRef(communication=name, phase=place):
+            return _place_after(condition, place, cases.get(name, ()))
+        case Unary() | Binary() if all(isinstance(o.type, BooleanType) for o in condition.operands):
+            return with_operands(
+                condition, tuple(after_event(o, cases) for o in condition.operands)
+            )
+    read = {leaf.key: leaf.component for leaf in walk(condition) if isinstance(leaf, VariableRef)}
+    assigned = {name: _by_assigned(cases.get(name, ()), read.keys()) for name in read.values()}
+    changed = [found for found in assigned.values() if any(values for values, _ in found)]
+    if not changed:
+        return condition
+    parts = []
+    for together in product(*changed):
+        values = {key: value for given, _ in together for key, value in given}
+
+        def leaf(node: Literal | Leaf, given: Mapping[str, Expr] = values) -> Expr:
+            return given.get(node.key, node) if isinstance(node, VariableRef) else node
+
+        parts.append(conjunction([*(where for _, where in together), rewritten(condition, leaf)]))
+    return disjunction(parts)
+
+
+def _place_after(node: StateRef | PhaseRef, place: str, cases: Sequence[Case]) -> Expr:
+    """Where a component is in a state, or a communication in a phase, after an event."""
+    if all(case.place is None for case in cases):
+        return node
+    parts = []
+    for case in cases:
+        if case.place == place:
+            parts.append(case.condition)
+        elif case.place is None and place in case.here:
+            parts.append(conjunction([case.where, node]))
+    return disjunction(parts)
+
+
+def _by_assigned(
+    cases: Sequence[Case], variables: Set[str]
+) -> list[tuple[tuple[tuple[str, Expr], ...], Expr]]:
+    """What a component assigns to these variables, and where."""
+    found: dict[tuple[tuple[str, Expr], ...], list[Expr]] = {}
+    for case in cases:
+        given = tuple((key, value) for key, value in case.assigned.items() if key in variables)
+        found.setdefault(given, []).append(case.condition)
+    return [(given, disjunction(where)) for given, where in found.items()]
