@@ -288,5 +288,6 @@ def _literal(expr: Expr) -> tuple[_Kind, int] | None:
 
 def _family_and_index(name: str) -> tuple[str, int | None]:
     """``Station[3]`` → ``Station`` and 3, any other component's name with None."""
-    family, bracket, index = name.partition("[")
-    return family, int(index[:-1]) if bracket else None
+    family, _, index = name.partition("[")
+    # A lasting condition of a copy, Station[1].still, is no copy.
+    return (family, int(index[:-1])) if index.endswith("]") else (name, None)

@@ -15,6 +15,7 @@ from robosc.model.automata import HOLDING, Lasting
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Data, DataArray, DataObject
+from robosc.model.names.scope import report_duplicate
 from robosc.model.names.tables import SymbolTable
 from robosc.model.typing.compatibility import coerce, completed, describe, example, is_basic
 from robosc.model.typing.data import DataTyper
@@ -74,6 +75,12 @@ class NamedValueTyper:
         if delay is None or not is_long_enough(delay, "'for'", node.duration.span, self.report):
             return None
         name = f"{self.owner}.{node.name.text}" if self.owner else node.name.text
+        other = self.symbols().declaration(name)
+        if other is not None:
+            report_duplicate(
+                "component or lasting condition", node.name, other.name.span, self.report
+            )
+            return None
         lasting = Lasting(name, condition, delay, span=node.name.span)
         self.types.values.lasting.append(lasting)
         return StateRef(name, HOLDING, span=node.name.span)
