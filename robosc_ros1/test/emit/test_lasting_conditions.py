@@ -138,12 +138,14 @@ def test_a_library_holds_it_for_each_of_its_components(tmp_path: Path) -> None:
         ("condition c = Base.on for 0 s", "out-of-range"),
         ("condition c = Base.on for Base.on", "type-mismatch"),
         ("condition c = c for 1 s", "initial-not-constant"),
+        ("condition Base = Other.on for 1 s", "duplicate-name"),
         ("for i in 1..2 { condition c = Base.on for 1 s requirement go needs c }", "misplaced"),
     ],
 )
 def test_what_is_wrong_with_it_is_told(condition: str, code: str) -> None:
     text = "component Base { incoming message go with type: none\n"
     text += "behaviour { initial marked state on {} } }\n"
+    text += "component Other { behaviour { initial marked state on {} } }\n"
     _, found = load(Source("model.rscd", f"robot R {{ {text} {condition} }}"))
     assert code in {d.code for d in found}
 
@@ -159,3 +161,36 @@ def test_a_statement_behind_a_condition_is_no_duration() -> None:
     robot, found = load(Source("model.rscd", text))
     assert robot is not None, found
     assert robot.lasting == ()
+
+
+STATIONS = """
+robot Row {
+    component Station[1..3] {
+        outgoing message part with timeout: 1 s, type: boolean
+        incoming message go with type: none
+        condition settled = there and !resting for 1 s
+        behaviour {
+            variable there: boolean
+            initial marked state working {
+                on response from part do there := value
+                after 1 s goto resting
+            }
+            marked state resting { after 2 s goto working }
+        }
+    }
+    condition two = count(s.settled for s in Station) >= 2 for 3 s
+    component Base { incoming message halt with type: none }
+    for i in 1..3 { requirement Station[i].go needs Station[i].settled }
+    requirement halt needs two
+}
+"""
+
+
+def test_copies_have_one_each() -> None:
+    robot, _ = load(Source("model.rscd", STATIONS))
+    assert robot is not None
+    assert sorted(one.name for one in robot.lasting) == [
+        *(f"Station[{i}].settled" for i in (1, 2, 3)), "two",
+    ]  # fmt: skip
+    check(robot)
+    walk_through(Twin(STATIONS), random.Random(1))
