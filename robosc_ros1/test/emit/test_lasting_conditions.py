@@ -194,3 +194,14 @@ def test_copies_have_one_each() -> None:
     ]  # fmt: skip
     check(robot)
     walk_through(Twin(STATIONS), random.Random(1))
+
+
+def test_a_value_that_may_be_stale_is_told() -> None:
+    text = MODEL.replace(
+        "outgoing message speed with timeout: 200 ms,", "outgoing message speed with"
+    )
+    text = text.replace(" and speed.fresh", "")
+    _, found = load(Source("model.rscd", text))
+    assert "stale-data" in {d.code for d in found}
+    _, found = load(Source("model.rscd", MODEL))
+    assert "stale-data" not in {d.code for d in found}

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 from robosc.errors import Note
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.traversal import reads_value, walk_all
-from robosc.expr.tree import Expr, PhaseRef, VariableRef
+from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
 from robosc.language.events import EventKind, Kind, command_key
 from robosc.model.automata import Behaviour
 from robosc.model.diagnostics import Report
@@ -28,11 +29,13 @@ def check_freshness(robot: Robot, report: Report) -> None:
     """Warn of commands whose requirements or data read values that may be stale."""
     communications, names = robot.communications, robot.display_names
     messages = _lasting_messages(robot.components, communications)
+    lasting = {one.name: one.condition for one in robot.lasting}
     behaviours = {c.name: c.behaviour for c in robot.components}
     stale: dict[str, dict[str, VariableRef]] = defaultdict(dict)
     known: ByIdentity[tuple[bool, tuple[VariableRef, ...]]] = ByIdentity()
     for command, expressions in _read_by_commands(robot).items():
-        read = [known.of(expr, _read) for expr in expressions]  # copies share their conditions
+        # Copies share their conditions.
+        read = [known.of(expr, partial(_read, lasting=lasting)) for expr in expressions]
         if any(names_freshness for names_freshness, _ in read):
             continue
         for ref in (ref for _, refs in read for ref in refs):
@@ -66,9 +69,15 @@ def _read_by_commands(robot: Robot) -> dict[str, list[Expr]]:
     return found
 
 
-def _read(expr: Expr) -> tuple[bool, tuple[VariableRef, ...]]:
-    """Whether an expression asks for the freshness of a message, and the variables it reads."""
+def _read(expr: Expr, lasting: Mapping[str, Expr]) -> tuple[bool, tuple[VariableRef, ...]]:
+    """Whether an expression asks for the freshness of a message, and the variables it reads.
+
+    ``lasting`` are the conditions that must have held for some time, by name.
+    """
     parts = list(walk_all([expr]))
+    for part in parts:
+        if isinstance(part, StateRef) and part.component in lasting:
+            parts += walk_all([lasting[part.component]])
     names_freshness = any(isinstance(part, PhaseRef) and part.phase in _FRESH for part in parts)
     return names_freshness, tuple(part for part in parts if isinstance(part, VariableRef))
 
