@@ -296,10 +296,12 @@ class Oracle(OraclePlant):
         def those(what: str) -> dict[str, Any]:
             return {n: v for (w, n), v in zip(self.slots, state, strict=True) if w == what}
 
+        lasting = {one.name for one in self.robot.lasting}
+        places = those("at")
         return {
             "id": number,
-            "components": those("at"),
-            "variables": those("var"),
+            "components": {n: place for n, place in places.items() if n not in lasting},
+            "variables": those("var") | {n: places[n] == "holding" for n in lasting},
             "communications": {
                 self.name(Event(EventKind.REQUEST, key)): phase
                 for key, phase in those("phase").items()
