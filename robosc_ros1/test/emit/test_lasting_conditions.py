@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from emit.test_controller_follows_the_plant import Twin, walk_through
 
 from robosc.model.resolve import load
 from robosc.plant.formulas import to_dsl
+from robosc.runtime.model import Controller
 from robosc.source import Source
 
 MODEL = """
@@ -85,11 +86,10 @@ def test_the_test_of_a_package_follows_it(judging: tuple[Any, str]) -> None:
 
 
 FAULTS = {
-    "never set back": ("            if before:\n", "            if False:\n"),
     "silence does not count": ("return self.speed_fresh and", "return"),
-    "the clock is not begun anew": ("self.base_still_entries += 1\n            if", "if"),
     "too early": ("delay=0.3", "delay=0.1"),
-    "holds at once": ("if self.is_base_still() != before", "if True"),
+    "an event is forgotten": ('self.follow("Base.still", before_2)\n', "pass\n"),
+    "another condition": ('"Base.still": (is_base_still,', '"Base.still": (is_safe,'),
 }
 
 
@@ -99,6 +99,31 @@ def test_the_test_of_a_package_finds(judging: tuple[Any, str], fault: str) -> No
     right, wrong = FAULTS[fault]
     assert right in source, source
     assert judged(judge, source.replace(right, wrong)).faults != []
+
+
+def _never_set_back(self: Controller, name: str, before: bool) -> None:
+    """Do nothing."""
+
+
+def _holds_on(self: Controller, name: str, before: bool) -> None:
+    holds, _, entries = self.LASTING[name]
+    if holds(self) != before:
+        setattr(self, entries, getattr(self, entries) + 1)
+
+
+def _clock_goes_on(self: Controller, name: str, before: bool) -> None:
+    holds, location, _ = self.LASTING[name]
+    if before and not holds(self):
+        setattr(self, location, "waiting")
+
+
+@pytest.mark.parametrize("fault", [_never_set_back, _holds_on, _clock_goes_on])
+def test_it_finds_a_fault_in_following(
+    judging: tuple[Any, str], fault: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    judge, source = judging
+    monkeypatch.setattr(Controller, "follow", fault)
+    assert judged(judge, source).faults != []
 
 
 def test_a_library_holds_it_for_each_of_its_components(tmp_path: Path) -> None:
@@ -192,7 +217,6 @@ def test_copies_have_one_each() -> None:
     assert sorted(one.name for one in robot.lasting) == [
         *(f"Station[{i}].settled" for i in (1, 2, 3)), "two",
     ]  # fmt: skip
-    check(robot)
     walk_through(Twin(STATIONS), random.Random(1))
 
 

@@ -28,7 +28,7 @@ from robosc.expr.types import BooleanType, IntegerType
 from robosc.language.events import EventKind
 from robosc.model.entities import Assumption, Communication, Robot
 from robosc.plant.formulas import conjunction, disjunction, negation, simplified
-from robosc.plant.preconditions import Case, after_event, cases_of
+from robosc.plant.preconditions import EventCase, after_event, cases_of
 
 EXCLUDED = (EventKind.RESPONSE, EventKind.FEEDBACK)
 """The events that are assumed away; those of time, of failures and of calls never are."""
@@ -97,7 +97,7 @@ def _lasting(robot: Robot, communication: Communication, kind: EventKind, condit
     return disjunction([negation(condition), lasting, *leaving])
 
 
-def _leaving(case: Case, robot: Robot) -> Iterator[Expr]:
+def _leaving(case: EventCase, robot: Robot) -> Iterator[Expr]:
     """Yield when a variable leaves its range."""
     for key, value in case.assigned.items():
         variable = robot.variables[key]

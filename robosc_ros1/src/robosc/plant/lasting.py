@@ -12,7 +12,7 @@ from robosc.language.events import EventKind
 from robosc.model.automata import Lasting, ResultTransition
 from robosc.model.entities import Component, Robot
 from robosc.plant.formulas import conjunction, simplified
-from robosc.plant.preconditions import Case, Owner, after_event, cases_of, cases_of_step
+from robosc.plant.preconditions import EventCase, Owner, after_event, cases_of, cases_of_step
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def _spread(condition: Expr, conditions: Mapping[str, Expr]) -> Expr:
 
 def _events(
     robot: Robot,
-) -> Iterator[tuple[tuple[EventKind, str, int], Mapping[Owner, Sequence[Case]]]]:
+) -> Iterator[tuple[tuple[EventKind, str, int], Mapping[Owner, Sequence[EventCase]]]]:
     for communication in robot.communications.values():
         for sort in communication.sort.events_of(communication.timeout is not None):
             cases = cases_of(robot, communication, sort.kind)

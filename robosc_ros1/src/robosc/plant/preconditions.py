@@ -37,7 +37,7 @@ Owner: TypeAlias = str
 
 
 @dataclass(frozen=True)
-class Case:
+class EventCase:
     """What an event does to a component in the states ``here`` (or to a phase) where ``where``
     holds; ``condition`` is both.
 
@@ -53,32 +53,32 @@ class Case:
 
 def cases_of(
     robot: Robot, communication: Communication, kind: EventKind
-) -> Mapping[Owner, Sequence[Case]]:
+) -> Mapping[Owner, Sequence[EventCase]]:
     """What an event of a communication does to all components, and to the communication."""
     components = [c for c in robot.components if c.behaviour is not None]
-    cases: dict[Owner, Sequence[Case]] = {
+    cases: dict[Owner, Sequence[EventCase]] = {
         c.name: _cases(c, communication.key, kind) for c in components
     }
     sort = communication.sort.event(kind)
     assert sort is not None
-    return cases | {communication.key: [Case(TRUE, place=communication.phase_after(sort))]}
+    return cases | {communication.key: [EventCase(TRUE, place=communication.phase_after(sort))]}
 
 
 def cases_of_step(
     component: Component, place: str | None, transition: ResultTransition
-) -> dict[Owner, Sequence[Case]]:
+) -> dict[Owner, Sequence[EventCase]]:
     """What a transition, which stands in a place and belongs to one component, does where it is
     taken."""
     here = [state.name for state in component.states if state.is_in(place)]
     found = [
-        Case(conjunction([_in_states(component, here), *where]), conjunction(where), here,
+        EventCase(conjunction([_in_states(component, here), *where]), conjunction(where), here,
              transition.goto, dict(assigned))
         for where, assigned in _defined(component, transition.assignments)
     ]  # fmt: skip
     return {component.name: found}
 
 
-def _cases(component: Component, key: str, kind: EventKind) -> list[Case]:
+def _cases(component: Component, key: str, kind: EventKind) -> list[EventCase]:
     """What an event does to a component: exactly one of the cases holds."""
     behaviour = component.behaviour
     assert behaviour is not None
@@ -94,7 +94,9 @@ def _cases(component: Component, key: str, kind: EventKind) -> list[Case]:
             before.append(negation(guard))
         states.setdefault((conjunction(before), None, ()), []).append(state.name)
     return [
-        Case(conjunction([_in_states(component, here), where]), where, here, place, dict(assigned))
+        EventCase(
+            conjunction([_in_states(component, here), where]), where, here, place, dict(assigned)
+        )
         for (where, place, assigned), here in states.items()
         if where != FALSE
     ]
@@ -122,7 +124,7 @@ def _defined(
         yield where, tuple((key, v) for key, v in values.items() if is_there.get(key, True))
 
 
-def after_event(condition: Expr, cases: Mapping[Owner, Sequence[Case]]) -> Expr:
+def after_event(condition: Expr, cases: Mapping[Owner, Sequence[EventCase]]) -> Expr:
     """A condition on the state after an event, as one on the state before it."""
     match condition:
         case StateRef(component=name, state=place) | PhaseRef(communication=name, phase=place):
@@ -147,7 +149,7 @@ def after_event(condition: Expr, cases: Mapping[Owner, Sequence[Case]]) -> Expr:
     return disjunction(parts)
 
 
-def _place_after(node: StateRef | PhaseRef, place: str, cases: Sequence[Case]) -> Expr:
+def _place_after(node: StateRef | PhaseRef, place: str, cases: Sequence[EventCase]) -> Expr:
     """Where a component is in a state, or a communication in a phase, after an event."""
     if all(case.place is None for case in cases):
         return node
@@ -161,7 +163,7 @@ def _place_after(node: StateRef | PhaseRef, place: str, cases: Sequence[Case]) -
 
 
 def _by_assigned(
-    cases: Sequence[Case], variables: Set[str]
+    cases: Sequence[EventCase], variables: Set[str]
 ) -> list[tuple[tuple[tuple[str, Expr], ...], Expr]]:
     """What a component assigns to these variables, and where."""
     found: dict[tuple[tuple[str, Expr], ...], list[Expr]] = {}

@@ -214,6 +214,9 @@ class Controller:
     """By key of a call that is served, what gives the fields of an answer that it failed."""
     PARAMETERS: Tuple[Parameter, ...] = ()
     """The parameters that the model declares."""
+    LASTING: Mapping[str, Tuple[Callable[[Any], bool], str, str]] = {}
+    """The conditions that must have held for some time, by name: the method for what one is about,
+    and the attributes with its state, "waiting" or "holding", and with how often it began anew."""
     STEP_BOUND: int
     """The step bound: more internal transitions after one event are a cycle."""
 
@@ -244,6 +247,18 @@ class Controller:
         flags = zip(communication.flags, communication.phases[1:])
         first = communication.phases[0] if communication.phases else ""
         return next((phase for flag, phase in flags if getattr(self, flag)), first)
+
+    def lasting(self, name: str) -> bool:
+        """Return whether a condition that must last holds, for however long."""
+        return self.LASTING[name][0](self)
+
+    def follow(self, name: str, before: bool) -> None:
+        """Begin a condition that must last anew where an event has changed whether it holds."""
+        holds, location, entries = self.LASTING[name]
+        if holds(self) != before:
+            setattr(self, entries, getattr(self, entries) + 1)
+            if before:
+                setattr(self, location, "waiting")
 
     def copy(self) -> Controller:
         """Return an independent controller in the same state."""

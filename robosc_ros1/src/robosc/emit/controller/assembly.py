@@ -69,7 +69,7 @@ _RESERVED = """
     Rows Tau Undefined annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS
     REQUIREMENTS PARAMETERS STEP_BOUND assigned components configure copied copy count_undefined
     given holds in_range kept i message now only_field optional parameters reason rows self state
-    undefined value variables
+    undefined value variables LASTING follow lasting
 """
 
 
@@ -197,8 +197,9 @@ class _Builder:
 
     def _phase_views(self) -> Iterator[AttributeView]:
         for (key, phase), attribute in self.attributes.phases.items():
-            comment = f"{self.robot.display_names[key]} {PHASES[phase]}"
-            yield AttributeView(attribute, "False", comment)
+            yield AttributeView(
+                attribute, "False", f"{self.robot.display_names[key]} {PHASES[phase]}"
+            )
 
     def _requirement(self, number: int) -> RequirementView:
         requirement = self.robot.requirements[number]
@@ -343,7 +344,7 @@ class _Builder:
         return AfterView(
             event.name,
             event.index,
-            self.names.take(f"after_{event.index}_of_{snake_case(event.key.replace('.', '_'))}"),
+            self.names.take(f"after_{event.index}_of_{snake_case(event.key)}"),
             place(event.span),
             state.name,
             literal(delay),
@@ -391,7 +392,7 @@ class _Builder:
         return TauView(
             event.name,
             event.index,
-            self.names.take(f"step_{event.index}_of_{snake_case(event.key.replace('.', '_'))}"),
+            self.names.take(f"step_{event.index}_of_{snake_case(event.key)}"),
             place(event.span),
             (*body, "return None") if body else (),
             _read_by(conditions),

@@ -42,10 +42,7 @@ def attributes_of(
         for p in robot.parameters
     }
     parts = {part.name: names.take(part.name) for part in part_names.definitions}
-    lasting = {}
-    for one in robot.lasting:
-        word = snake_case(one.name)
-        lasting[one.name] = names.take(f"is_{word}"), names.take(f"follow_{word}")
+    lasting = {one.name: names.take(f"is_{snake_case(one.name)}") for one in robot.lasting}
     return Attributes(locations, variables, phases, functions, entries, parameters, parts, lasting)
 
 

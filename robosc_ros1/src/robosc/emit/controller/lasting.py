@@ -14,9 +14,8 @@ def lasting_views(robot: Robot, attributes: Attributes) -> tuple[LastingView, ..
         LastingView(
             one.name,
             place(one.span),
-            attributes.lasting[one.name][0],
+            attributes.lasting[one.name],
             attributes.text(one.condition),
-            attributes.lasting[one.name][1],
             attributes.locations[one.name],
             attributes.entries[one.name],
         )

@@ -106,8 +106,8 @@ class Attributes:
     entries: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
     parts: Mapping[str, str] = field(default_factory=dict)
-    lasting: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    """The methods for what a lasting condition is about, and for what an event does to it."""
+    lasting: Mapping[str, str] = field(default_factory=dict)
+    """The methods for what lasting conditions are about, by their names."""
 
     def text(self, expr: Expr) -> str:
         """An expression over the controller's state and an event's ``value``.

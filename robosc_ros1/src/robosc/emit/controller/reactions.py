@@ -108,9 +108,9 @@ class Reactions:
         after: list[str] = []
         written = dict.fromkeys(changed)
         for number, automaton in enumerate(resets_of(event), 1):
-            method, follow = self.attributes.lasting[automaton.component]
-            before.append(f"before_{number} = self.{method}()")
-            after.append(f"self.{follow}(before_{number})")
+            name = literal(automaton.component)
+            before.append(f"before_{number} = self.lasting({name})")
+            after.append(f"self.follow({name}, before_{number})")
             written[self.attributes.locations[automaton.component]] = None
             written[self.attributes.entries[automaton.component]] = None
         return (*before, *body, *after), tuple(written)

@@ -191,14 +191,13 @@ class RequirementView:
 
 @dataclass(frozen=True)
 class LastingView:
-    """A condition that must have held for some time: the method for what it is about, and that for
-    what an event does to it."""
+    """A condition that must have held for some time: the method for what it is about, and the
+    attributes of its automaton."""
 
     name: str
     place: str
     method: str
     condition: str
-    follow: str
     location: str
     entries: str
 
