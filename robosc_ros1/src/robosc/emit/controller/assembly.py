@@ -6,7 +6,7 @@ condition; the template only writes it down.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 from robosc.emit.controller import python_literals
@@ -34,6 +34,7 @@ from robosc.emit.controller.python import (
     duration,
     joined,
     literal,
+    read_by,
     readable,
 )
 from robosc.emit.controller.reactions import Reactions, alike
@@ -302,7 +303,7 @@ class _Builder:
             data_body=data,
             applier=self.names.take(f"{kind}_{word}") if changes else None,
             reaction=reaction,
-            reads=_read_by([text.rest, synchronisation], text.read),
+            reads=read_by([text.rest, synchronisation], text.read),
             requirements=event.requirements,
             reason=text.reason,
             partners=self.reactions.partners(event, f"{kind}_of_{word}", self.names),
@@ -354,7 +355,7 @@ class _Builder:
                 f"{event.key}.{state.name}", self.attributes.entries.get(event.key, "")
             ),
             tuple(body),
-            _read_by([condition]),
+            read_by([condition]),
             reaction.writes,
         )
 
@@ -395,10 +396,6 @@ class _Builder:
             self.names.take(f"step_{event.index}_of_{snake_case(event.key)}"),
             place(event.span),
             (*body, "return None") if body else (),
-            _read_by(conditions),
+            read_by(conditions),
             tuple(writes),
         )
-
-
-def _read_by(codes: Iterable[PythonCode], more: Iterable[str] = ()) -> tuple[str, ...]:
-    return tuple(sorted(joined("and", codes).reads.union(more)))

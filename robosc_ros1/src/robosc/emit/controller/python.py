@@ -156,6 +156,11 @@ class Attributes:
                     yield self.phases[key, phase]
 
 
+def read_by(codes: Iterable[PythonCode], more: Iterable[str] = ()) -> tuple[str, ...]:
+    """The attributes that some code reads, and ``more``."""
+    return tuple(sorted(joined("and", codes).reads.union(more)))
+
+
 def _ranged(type_: Type) -> bool:
     return isinstance(type_, IntegerType) and type_.bounds is not None
 
