@@ -88,7 +88,7 @@ def test_the_test_of_a_package_follows_it(judging: tuple[Any, str]) -> None:
 FAULTS = {
     "silence does not count": ("return self.speed_fresh and", "return"),
     "too early": ("delay=0.3", "delay=0.1"),
-    "an event is forgotten": ('self.follow("Base.still", before_2)\n', "pass\n"),
+    "an event is forgotten": ('self.follow("Base.still", before_1)\n', "pass\n"),
     "another condition": ('"Base.still": (is_base_still,', '"Base.still": (is_safe,'),
 }
 
