@@ -12,7 +12,16 @@ from large_model import large_model
 from syntax_support import expression, parsed, read
 
 from robosc.source import Source, Span
-from robosc.syntax.nodes import Access, AssignmentNode, BinaryNode, Name, ResultTransitionNode
+from robosc.syntax.nodes import (
+    Access,
+    ActionNode,
+    AssignmentNode,
+    BinaryNode,
+    MessageNode,
+    Name,
+    ResultTransitionNode,
+    ServiceNode,
+)
 from robosc.syntax.parser import parse
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*/*.rscd"))
@@ -112,10 +121,11 @@ def _parts(node: Any) -> list[Any]:
 
 
 def _in_order(node: Any) -> bool:
-    # 'e disables c' holds the communications before the condition, a communication its timeout last,
-    # a component the numbers of its copies, a state what it performs.
-    last = any(getattr(node, name, None) for name in ("timeout", "indexes", "performs"))
-    return getattr(node, "kind", "") != "disables" and not last
+    # 'e disables c' holds the communications before the condition, a component the numbers of its
+    # copies last, a state what it performs; the attributes of a communication may stand in any order.
+    last = any(getattr(node, name, None) for name in ("indexes", "performs"))
+    free = isinstance(node, MessageNode | ServiceNode | ActionNode)
+    return getattr(node, "kind", "") != "disables" and not last and not free
 
 
 def test_names_span_their_text_without_the_escape() -> None:

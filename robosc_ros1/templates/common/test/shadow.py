@@ -121,9 +121,7 @@ class Shadow(Delays):
         return found
 
     def happen(self, kind, key, content=None):
-        """Apply an event of a communication.
-
-        Raises: Wrong: it is not possible or not allowed."""
+        """Apply an event of a communication; raise ``Wrong`` if it is not possible or allowed."""
         if not self.is_possible(kind, key):
             raise Wrong("%s of %s while it is %s" % (kind, key, self.phase[key]))
         for text in self.assumed_away(kind, key, content):
@@ -208,8 +206,7 @@ class Shadow(Delays):
             if index in self.lapsed[component, waiting["from"]]:
                 raise Wrong("%s is taken twice" % step_text("after", component, index))
             if self._possible([waiting], None):
-                states, variables = dict(self.states), dict(self.variables)
-                lasting = self.lasting()
+                states, variables, lasting = dict(self.states), dict(self.variables), self.lasting()
                 self._follow(component, [waiting], None, states, variables)
                 self.states, self.variables = states, variables
                 self.lapsed[component, waiting["from"]] += (index,)
@@ -224,9 +221,8 @@ class Shadow(Delays):
 
     def is_possible(self, kind, key):
         """Whether the phase of a communication permits an event."""
-        if kind == "request" and self.is_replacing(key):
-            return True
-        return key not in self.phase or is_possible(kind, self.phase[key])
+        replaces = kind == "request" and self.is_replacing(key)
+        return replaces or key not in self.phase or is_possible(kind, self.phase[key])
 
     def may_be_due(self, kind, key):
         """Whether a command is possible whatever its data were before."""

@@ -10,11 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from robosc.emit.controller import python_literals
-from robosc.emit.controller.attribute_names import (
-    attributes_of,
-    counting_entries,
-    word_of,
-)
+from robosc.emit.controller.attribute_names import attributes_of, counting_entries, word_of
 from robosc.emit.controller.comments import PERMITTED, PHASES, described
 from robosc.emit.controller.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.controller.guard_methods import GuardTexts, holds_where
