@@ -134,7 +134,12 @@ class MonitorJudge(Judge):
         if {reason["kind"] for reason in event["blocked_by"]} not in ({"number"}, {"data"}):
             # What is told as corrected may differ by less than this test can tell.
             corrected = any(reason["kind"] == "correction" for reason in event["blocked_by"])
-            if not corrected and self._is_right(self.shadow, kind, key, content):
+            made = self._as_made(key, content)
+            if (
+                not corrected
+                and self._is_right(self.shadow, kind, key, content)
+                and self.shadow.is_enabled(kind, key, made)
+            ):
                 self.faults.append("event %d: %s, but it is allowed" % (self.number, what))
             self._judge_corrected(what, event, key, content)
         if self.shadow.takes_request(key, content):
@@ -144,21 +149,27 @@ class MonitorJudge(Judge):
         """Check the reasons; those of a command that would have been corrected are why not what
         was sent, and what it would have become."""
         reasons, sent = event["blocked_by"], event["event"]
-        found = None if content is None else correction(self.shadow, key, content)
-        wanted = dict(leaves(found or {}))
-        if not wanted:
+        made = self._as_made(key, content)
+        if made is content:
             self._judge_reasons(what, sent, reasons, self.shadow)
             return
         told = [reason for reason in reasons if reason["kind"] == "requirement"]
-        as_made = under_both_names(key, {**under_both_names(key, content.parts), **wanted})
         if any(reason["kind"] == "correction" for reason in reasons):
             violated = self.shadow.violated(key, "request", content)
             if {"%(text)s (%(place)s)" % reason for reason in told} != set(violated):
                 self.faults.append("%s, violated: %s" % (what, ", ".join(violated)))
-            if not self.shadow.is_enabled("request", key, Told(as_made)):
+            if not self.shadow.is_enabled("request", key, made):
                 self.faults.append("%s, but what it would become is, too" % what)
         else:
-            self._judge_reasons(what, {**sent, "value": as_made}, reasons, self.shadow)
+            self._judge_reasons(what, {**sent, "value": made.parts}, reasons, self.shadow)
+
+    def _as_made(self, key, content):
+        """Return what a command would become; the same if nothing corrects it."""
+        found = None if content is None else correction(self.shadow, key, content)
+        wanted = dict(leaves(found or {}))
+        if not wanted:
+            return content
+        return Told(under_both_names(key, {**under_both_names(key, content.parts), **wanted}))
 
     def _is_right(self, state, kind, key, content):
         """Whether a command would have been passed on as it is."""
