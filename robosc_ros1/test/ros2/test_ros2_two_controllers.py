@@ -28,7 +28,8 @@ class Fleet:
     def dispatch(self) -> None:
         self._start(DISPATCHER, qos__job__reliability="reliable")
         self._robot.watch(DISPATCHER)
-        self._robot.expect_state(DISPATCHER, lambda _: True)
+        # A carrier that is not connected yet would fail the job that it is given.
+        self._robot.expect_state(DISPATCHER, lambda s: "/order" not in str(s["unconnected"]))
 
     def carrier(self, number: int, again: bool = False) -> Process:
         """A carrier, whose door is open. ``again``: one of this name was killed, whom others may
