@@ -29,13 +29,14 @@ def run(*verb: str) -> int:
     code = main([*verb, *sys.argv[1:]])
     if heeded:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # Python's own end is no time for exceptions
-    if "oxidd" in sys.modules:
+    if code == _INTERRUPTED or "oxidd" in sys.modules:
         _leave(code)
     return code
 
 
 def _leave(code: int) -> None:
-    """End the process, and do not free decision diagrams first, which takes half a second."""
+    """End the process, and do not free decision diagrams or a large model first, which takes up to
+    a second."""
     import atexit
 
     atexit._run_exitfuncs()
