@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache, partial
@@ -278,8 +279,9 @@ def value_rules() -> dict[str, Rule]:
     }
 
 
+@functools.cache
 def data_part() -> ParserElement:
-    """An expression, an object or an array, nested to a limit."""
+    """An expression, an object or an array, nested to a limit; made once, as it is large."""
     return nested(_datum, limits.NESTED_DATA, "objects are")
 
 
