@@ -32,7 +32,8 @@ def qos_profile(reliability, depth, durability="volatile"):
 
 def advertise(node, message_type, topic, profile):
     """Return a publisher without rclpy's own events, each of which costs time in every cycle of the
-    executor; the watch of the graph tells what does not fit."""
+    executor. The watch of the graph tells which of the robot's topics do not fit; of the node's own
+    topics only the subscriber is told."""
     events = PublisherEventCallbacks(use_default_callbacks=False)
     return node.create_publisher(message_type, topic, profile, event_callbacks=events)
 

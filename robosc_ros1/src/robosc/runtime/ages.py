@@ -25,6 +25,10 @@ class Ages:
     ) -> None:
         self._most = {c.key: seconds(c.max_age) for c in communications if c.max_age is not None}
 
+    def __bool__(self) -> bool:
+        """Whether the age of any message matters."""
+        return bool(self._most)
+
     def concern(self, key: str) -> bool:
         """Whether the age of a message matters."""
         return key in self._most

@@ -169,7 +169,9 @@ class Engine(Operating):
 
     def _arrived(self, entries: Inputs, message: Any, inbox: Inbox) -> None:
         arrival = inbox.take()
-        applied = self._input(self._dated(entries, message, arrival), message)
+        if self._ages:
+            entries = self._dated(entries, message, arrival)
+        applied = self._input(entries, message)
         if inbox.is_watched:
             known = None if self._pauses.holds else arrival
             self._clocks.heard((entry.key for entry in applied), known)

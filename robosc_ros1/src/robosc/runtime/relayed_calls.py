@@ -92,8 +92,7 @@ class RelayedCalls(JudgingEngine):
             self._call_off(entry.key)
 
     def _call_off(self, key: str) -> None:
-        for token in self._calls.cancel(key, self._steady()):
-            self._port.cancel(key, token)
+        self._cancel_goals(key, self._calls.cancel(key, self._steady()))
 
     def _refuse_waiting(self, reason: str) -> None:
         super()._refuse_waiting(reason)

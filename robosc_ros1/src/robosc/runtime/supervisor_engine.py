@@ -137,9 +137,7 @@ class SupervisorEngine(RelayedCalls):
         if not self._reasons(key, "cancel"):
             self._passes(key, "cancel", UNCHECKED, key)
             return
-        for running, token in self._calls.running():
-            if running == key:
-                self._port.cancel(key, token)
+        self._cancel_goals(key, self._calls.tokens(key))
 
     def _check(
         self, key: str, kind: str, message: Any, payload: Any, repack: Repack
