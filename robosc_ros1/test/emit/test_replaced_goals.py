@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
 from emit.generated_code import controller_class, supervisor_of
 from runtime.lamp_robot import PlayedPort
 
@@ -39,14 +40,17 @@ robot Rover {
     prefer go over beep
 }
 """
+PERFORMED = MODEL.replace("provide go with Base.place", "").replace(
+    "only {}", "only performs go with place then goto only"
+)
 KEY = "Base.go"
 
 
 class Played:
     """The controller of the model on a port, whose server answers as the test says."""
 
-    def __init__(self) -> None:
-        supervisor = supervisor_of(MODEL)
+    def __init__(self, model: str = MODEL) -> None:
+        supervisor = supervisor_of(model)
         settings, _ = read(declared_communications(supervisor.plant.robot), {})
         self.port = PlayedPort()
         self.steady = 0.0
@@ -109,8 +113,9 @@ def test_in_the_plant_a_busy_action_takes_a_request_a_cancelling_one_does_not() 
     assert (request.phase.sources, request.phase.target) == ((0, 1), 1)
 
 
-def test_only_other_data_replace_a_goal_at_most_at_its_rate() -> None:
-    played = Played()
+@pytest.mark.parametrize("model", [MODEL, PERFORMED])
+def test_only_other_data_replace_a_goal_at_most_at_its_rate(model: str) -> None:
+    played = Played(model)
     assert played.goals() == [0]
     played.wait(5.0)
     assert played.goals() == []

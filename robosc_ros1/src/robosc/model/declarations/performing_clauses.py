@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from robosc.errors import Note
+from robosc.expr.quantified import chain
 from robosc.expr.tree import StateRef
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import After, ResultTransition
@@ -16,7 +17,7 @@ from robosc.model.declarations.transitions import TransitionResolver
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Provide
 from robosc.model.names.communications import SENT, resolve_communication
-from robosc.model.names.tables import DUE, CommunicationInfo, Instance, SymbolTable
+from robosc.model.names.tables import DUE, UNDER_WAY, CommunicationInfo, Instance, SymbolTable
 from robosc.syntax.nodes import PerformsNode, ProvideNode, RetryNode, StateNode
 
 _PERFORMED = (Kind.INCOMING, Kind.SERVICE, Kind.ACTION)
@@ -47,7 +48,7 @@ def find_performed(instance: Instance, symbols: SymbolTable, report: Report) -> 
 
 
 def performed_data(instance: Instance, resolver: StatementResolver) -> Iterator[Provide]:
-    """The data behind ``performs``: those of the command where the state is due to send it."""
+    """The data behind ``performs``: those of the command where the state may send it."""
     for path, command in instance.performed.items():
         node = instance.states[path].performs
         assert node is not None
@@ -56,8 +57,10 @@ def performed_data(instance: Instance, resolver: StatementResolver) -> Iterator[
         statement = ProvideNode(node.communication, node.data, None, span=node.data.span)
         provide = resolver.provide(statement)
         if provide is not None:
-            due = StateRef(instance.name, f"{path}.{DUE}", node.span)
-            yield replace(provide, communication=command.key, condition=due)
+            stages = (DUE, UNDER_WAY) if command.replaces else (DUE,)
+            sends = [StateRef(instance.name, f"{path}.{stage}", node.span) for stage in stages]
+            condition = chain("or", sends, node.span)
+            yield replace(provide, communication=command.key, condition=condition)
 
 
 class PerformingResolver:
