@@ -129,6 +129,10 @@ class GoalCaller(Caller):
     def identify(self, goal):
         """Take notice of the goal that is current now, and is to be sent. With ``_lock``."""
 
+    def recall(self, token, reason):
+        """Report that the current goal has ended before it was sent. With ``_lock``."""
+        self.report(token, "cancelled", reason)
+
     def forget(self):
         """Forget the previous goal."""
 
@@ -162,7 +166,8 @@ class GoalCaller(Caller):
 
     def may_begin(self):
         """Return whether a goal can be sent: the server has ended those that were cancelled."""
-        return self._ends.are_connected() and not self.goes_on()
+        going_on = any(action.goes_on() for action in (self, *self.siblings))
+        return self._ends.are_connected() and not going_on
 
     def goes_on(self):
         """Return whether a cancelled goal has not ended. It has if its server is gone."""
@@ -186,7 +191,7 @@ class GoalCaller(Caller):
         """Send a goal now, or when the server is connected."""
         with self._lock:
             if self._token is not None and not self._cancelled and not self.retire(self._token):
-                self.report(self._token, "cancelled", "replaced before it was sent")
+                self.recall(self._token, "replaced before it was sent")
             self._token, self._cancelled = token, False
             self.forget()
             self.identify(goal)
@@ -251,7 +256,7 @@ class GoalCaller(Caller):
             if self._token != token:
                 return
             if self._cancelled:
-                self.report(token, "cancelled", "cancelled before it was sent")
+                self.recall(token, "cancelled before it was sent")
             else:
                 self.transmit(goal, token)
 

@@ -220,17 +220,16 @@ class ActionRelay(Action):
 
     def _begin(self, goal):
         goal.ended = Future()
-        self._keep(goal)
+        self._goals[goal.token] = goal
         self._passed[id(goal.message)] = goal
 
     def _feedback(self, goal, message):
         goal.feedback(message.feedback)
         Action._feedback(self, goal, message)
 
-    def _finished(self, goal, future):
-        answer = future.result()
+    def _ended(self, goal, answer):
         self._end(goal, answer.status, answer.result)
-        Action._finished(self, goal, future)
+        Action._ended(self, goal, answer)
 
     def _finish(self, goal, kind, payload):
         Action._finish(self, goal, kind, payload)

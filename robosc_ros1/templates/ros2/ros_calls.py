@@ -7,10 +7,14 @@ locks are needed, and no answer is received before its request is recorded.
 """
 
 import time
+import uuid
+from collections import deque
 
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient
+from rclpy.action.client import ClientGoalHandle
+from unique_identifier_msgs.msg import UUID
 
 from ._runtime.calls import FAILED, LOST, REJECTED, Failure
 from .ros_messages import compose, plain
@@ -26,13 +30,16 @@ WATCH = 0.25
 """Seconds between two checks of the server of a running goal."""
 FEEDBACK = 100
 """Length of the queue of feedback."""
-KEPT_GOALS = 8
-"""The most goals of one action that wait for the answer of a server to their sending."""
 REPEAT = 1.0
 """Seconds after which a goal that goes on is cancelled again, and is shown as a fault."""
+KEPT_CANCELS = 8
+"""The most cancels of a goal whose answers are awaited."""
 INQUIRIES = 20
-"""How often a new server is asked for the result of a goal: it drops its answer while it does not
-know the client, and one that knows the goal answers when that ends."""
+"""How often a server is asked for the result of a goal that it may not know: it drops its answer
+while it does not know the client, and one that knows the goal answers when that ends."""
+UNKNOWN = 10
+"""After so many answers, a second apart, that a server does not know a cancelled goal which it has
+not answered, the goal counts as rejected: that answer was lost."""
 GONE = 5.0
 """Seconds without the server after which a cancelled goal counts as ended."""
 GONE_SERVER = Failure("server lost: it is not there any more", None, LOST)
@@ -138,8 +145,7 @@ class Action(Caller):
 
     def fault(self):
         for goal in list(self._goals.values()):
-            is_awaited = goal.handle is not None or not goal.abandoned
-            if is_awaited and goal.dropped is not None:
+            if goal.dropped is not None:
                 since = time.monotonic() - goal.dropped
                 if goal.refused or since > REPEAT:
                     what = "refuses to cancel the goal" if goal.refused else "has not ended it"
@@ -148,14 +154,8 @@ class Action(Caller):
         return super().fault()
 
     def _begin(self, goal):
-        self._keep(goal)
-        self._send(goal)
-
-    def _keep(self, goal):
-        for token, old in list(self._goals.items()):
-            if old.abandoned and old.handle is None and len(self._goals) >= KEPT_GOALS:
-                del self._goals[token]  # its server will not answer any more
         self._goals[goal.token] = goal
+        self._send(goal)
 
     def _send(self, goal):
         if not self._try(goal):
@@ -166,31 +166,40 @@ class Action(Caller):
         try again. One that was not cancelled is replaced."""
         if goal.token not in self._goals:
             return True
-        others = (g for g in self._goals.values() if g is not goal and g.handle is not None)
-        unended = [g for g in others if g.dropped is not None]
+        unended = any(action.has_unended() for action in (self, *self.siblings))
         if unended or not self._client.server_is_ready():
             return False
         goal.sent, goal.servers = True, self._servers()
+        goal.uuid = goal.uuid or UUID(uuid=list(uuid.uuid4().bytes))
+        goal.handle = ClientGoalHandle(self._client, goal.uuid, None)
         future = self._client.send_goal_async(
             goal.message, lambda message: self._feedback(goal, message), goal.uuid
         )
         future.add_done_callback(lambda future: self._answered(goal, future))
         return True
 
+    def has_unended(self):
+        """Whether the server may be carrying out a goal that was cancelled: also one that it has
+        not answered, and may accept yet."""
+        return any(goal.dropped is not None for goal in self._goals.values())
+
     def _feedback(self, goal, message):
         if not goal.abandoned:
             self.report(goal.token, "feedback", plain(message.feedback))
 
     def _answered(self, goal, future):
-        goal.handle = future.result()
-        if not goal.handle.accepted:
+        goal.answered = True
+        if goal.token not in self._goals:
+            self._send_cancel(goal)  # it has ended for the engine, and must not go on
+            return
+        if not future.result().accepted:
             rejected = Failure("rejected", None, REJECTED)
             self._finish(goal, "cancelled" if goal.dropped else "error", rejected)
             return
         if not goal.abandoned:
             self.report(goal.token, "accepted")
         self._ask(goal)
-        if goal.cancelled:
+        if goal.dropped is not None:
             self._send_cancel(goal)
         goal.servers = self._servers()
         goal.seen = self._heard = time.monotonic()
@@ -202,6 +211,14 @@ class Action(Caller):
 
     def _finished(self, goal, future):
         answer = future.result()
+        if goal.answered or answer.status != GoalStatus.STATUS_UNKNOWN:
+            self._ended(goal, answer)
+            return
+        goal.unknown += 1  # it may still be accepted
+        if goal.unknown == UNKNOWN:
+            self._finish(goal, "cancelled", "its server does not know it")
+
+    def _ended(self, goal, answer):
         if answer.status == GoalStatus.STATUS_SUCCEEDED:
             self._finish(goal, "response", plain(answer.result))
         else:
@@ -227,25 +244,31 @@ class Action(Caller):
             self._finish(goal, "error", GONE_SERVER)
             return True
         goal.seen = self._heard = now
-        if goal.dropped is not None and not goal.cancelled and now - goal.asked >= REPEAT:
+        if goal.dropped is not None and now - goal.asked >= REPEAT:
             self._send_cancel(goal)
         servers = self._servers()
         if servers - goal.servers:
             goal.inquiries = INQUIRIES
-        if goal.inquiries:
-            # A restarted server reports that it does not know the goal.
-            goal.inquiries -= 1
-            self._ask(goal)
+        self._inquire(goal)  # a restarted server reports that it does not know the goal
         goal.servers = servers
         return False
 
+    def _inquire(self, goal):
+        if goal.inquiries:
+            goal.inquiries -= 1
+            self._ask(goal)
+
     def _await(self, goal):
         """Check the server of a goal that was cancelled before it was answered; True: enough."""
-        if goal.token not in self._goals or goal.handle is not None:
+        if goal.token not in self._goals or goal.answered:
             return True
         now, ready = time.monotonic(), self._client.server_is_ready()
         if self._servers() & goal.servers if goal.servers else ready:
             goal.seen = now
+            if now - goal.asked >= REPEAT:
+                # It may have been accepted, and the answer was lost.
+                self._send_cancel(goal)
+                self._inquire(goal)
         if now - goal.seen < GONE:
             return False
         if ready:
@@ -260,29 +283,37 @@ class Action(Caller):
 
     def _cancel(self, token):
         goal = self._goals.get(token)
-        if goal is None or goal.cancelled:
+        if goal is None or goal.dropped is not None:
             return
         if not goal.sent:
             self._finish(goal, "cancelled", "cancelled before it was sent")
             return
-        goal.dropped = goal.seen = time.monotonic()
+        goal.dropped = goal.seen = goal.asked = time.monotonic()
         goal.cancelled = True
-        if goal.handle is not None:
+        if goal.answered:
             self._send_cancel(goal)
         else:
+            goal.inquiries = INQUIRIES
             self._executor_thread.poll((self, goal.token), lambda: self._await(goal), WATCH)
 
     def _send_cancel(self, goal):
         goal.cancelled, goal.asked = True, time.monotonic()
         future = goal.handle.cancel_goal_async()
+        goal.cancels.append(future)
+        if len(goal.cancels) > KEPT_CANCELS:
+            goal.cancels.popleft().cancel()
         future.add_done_callback(lambda future: self._cancel_answered(goal, future))
 
     def _cancel_answered(self, goal, future):
-        goal.cancelled = False
-        # A server also refuses to cancel a goal that has just ended.
         answer = future.result()
+        if answer is None:
+            return  # it is not awaited any more
+        goal.cancels.remove(future)
+        goal.cancelled = not goal.answered
+        # A server also refuses to cancel a goal that has just ended, or that it does not know yet.
         ended = answer.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
-        refused = not answer.goals_canceling and not ended and goal.token in self._goals
+        refused = not answer.goals_canceling and not ended and goal.answered
+        refused = refused and goal.token in self._goals
         if refused and not goal.refused:
             text = "the server of %s refuses to cancel its goal, which may go on" % self.label
             self._node.get_logger().warning(text)
@@ -295,21 +326,22 @@ class Action(Caller):
         goal.abandoned = True
         if not goal.sent:
             del self._goals[token]
-        elif not goal.cancelled:
+        else:
             self._cancel(token)  # abandoned goals must not continue
 
 
 class Goal:
-    """A goal: not sent, sent, or accepted (then it has a ``handle``)."""
+    """A goal: not sent, sent (then it has a ``handle``), or accepted."""
 
     def __init__(self, token, message):
         self.token = token
         self.message = message
-        self.uuid = None  # None: a new id
+        self.uuid = None  # None: a new id when it is sent
         self.handle = None
-        self.sent = False
+        self.sent = self.answered = False
         self.cancelled = False
         """A cancel was requested, and the server has not answered it yet."""
+        self.cancels = deque()  # those that are not answered
         self.refused = False
         """The server refused the last cancel."""
         self.abandoned = False
@@ -318,4 +350,4 @@ class Goal:
         self.asked = 0.0  # when the server was asked last to cancel it
         self.seen = 0.0  # when its server was there last
         self.servers = set()
-        self.inquiries = 0
+        self.inquiries = self.unknown = 0

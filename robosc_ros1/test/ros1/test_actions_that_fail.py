@@ -200,6 +200,33 @@ def test_a_cancelled_goal_that_goes_on_is_a_fault_and_holds_the_next(
         assert [e["outcome"] for e in node.events() if e["outcome"] != "applied"] == []
 
 
+def test_nothing_is_asked_of_a_server_while_another_of_its_actions_goes_on(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    name = "/navigate"
+    puppet.do("action", name=name, type="robot_common/NavigateAction", mode="go on")
+    with (
+        stage.puppet() as other,
+        stage.controller(
+            ear, "shared_controller", server_lost_after=1.0, timeout__home=60.0
+        ) as node,
+    ):
+        other.do("service", name="/switch", type="std_srvs/SetBool", fields={"success": True})
+        place = {"pose": {"position": {"x": 3.0}}}
+        other.do("publish", topic="/target", type="geometry_msgs/PoseStamped", fields=place)
+        puppet.wait(lambda line: line.get("asked") == name, "the goal")
+        node.enters("Base", "driving")
+        with stopped(puppet.process.pid):
+            node.shows(lambda s: s["communications"]["home"] == "busy")
+        mark = puppet.mark
+        puppet.wait(lambda line: line.get("cancelled") == name, "the cancel")
+        puppet.do("finish", name=name, mode="succeed", fields={"distance": 0.1})
+        home = puppet.wait(lambda line: line.get("asked") == name, "home", since=mark)
+        assert (home["message"]["x"], home["running"]) == (0.0, 0)
+        puppet.do("finish", name=name, mode="succeed")
+        node.tells(event("response", "home"))
+
+
 def test_goals_of_a_controller_that_came_again_while_the_clock_stands(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:

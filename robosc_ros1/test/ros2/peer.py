@@ -26,6 +26,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
+from rclpy.task import Future
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "templates" / "ros2"))
 
@@ -206,18 +207,21 @@ class Peer:
     # Actions
 
     def act(
-        self, name: str, type: str, accept: bool = True, cancel: bool = True, end: str = "",
+        self, name: str, type: str, accept: bool | None = True, cancel: bool | None = True,
+        end: str = "",
     ) -> None:  # fmt: skip
-        """``accept`` goals, grant a ``cancel``; ``end`` says how each goal ends at once."""
+        """``accept`` goals, grant a ``cancel``, None: when told, and never; ``end`` says how each
+        goal ends at once."""
         class_ = load(type)
         parts = f"{name}/_action"
         ids: dict[bytes, str] = {}
 
         def execute(goal: Any) -> Any:
-            number = ids[bytes(goal.goal_id.uuid)] = self.number()
+            number = self.number()
             inbox = self.waiting[number] = queue.SimpleQueue()
             uuid = goal.goal_id.uuid.tobytes().hex()
             self.tell("goal", name=name, id=number, uuid=uuid, data=plain(goal.request))
+            ids[bytes(goal.goal_id.uuid)] = number
             words: dict[str, Any] = {"end": end}
             while not words.get("end"):
                 words = inbox.get()
@@ -234,13 +238,22 @@ class Peer:
 
         def asked(request: Any) -> Any:
             self.know_client(f"{parts}/send_goal")
+            if accept is None:
+                number = self.number()
+                inbox = self.waiting[number] = queue.SimpleQueue()
+                self.tell("asked", name=name, id=number, data=plain(request))
+                return GoalResponse.ACCEPT if inbox.get()["accept"] else GoalResponse.REJECT
             if not accept:
                 self.tell("goal", name=name, id="", data=plain(request))
             return GoalResponse.ACCEPT if accept else GoalResponse.REJECT
 
-        def cancelled(goal: Any) -> Any:
+        async def cancelled(goal: Any) -> Any:
             self.know_client(f"{parts}/cancel_goal")
-            self.tell("cancel", name=name, id=ids.get(bytes(goal.goal_id.uuid)))
+            uuid = bytes(goal.goal_id.uuid)
+            self.until(lambda: uuid in ids, "the goal is not carried out")
+            self.tell("cancel", name=name, id=ids[uuid])
+            if cancel is None:
+                await Future()
             return CancelResponse.ACCEPT if cancel else CancelResponse.REJECT
 
         self.servers[name] = ActionServer(

@@ -141,6 +141,8 @@ class Peer:
 
     def _read(self, stream: IO[bytes]) -> None:
         for line in stream:
+            if not line.startswith(b"{"):
+                continue  # the middleware tells of its shared memory there, too
             with self._news:
                 self._events.append(json.loads(line))
                 self._news.notify_all()

@@ -120,6 +120,24 @@ def test_a_refused_cancel_is_survived(graph: Graph, controller: Start) -> None:
     robot.expect_state("guarded_arm", lambda s: s["faults"] == [])
 
 
+def test_a_cancel_that_is_not_answered_is_repeated(graph: Graph, controller: Start) -> None:
+    controller()
+    robot = ready(graph, cancel=None)
+    goal = robot.expect("goal", name="reach")
+    robot.publish("person", READING, {"valid": True, "distance": 0.5})
+    for _ in range(3):
+        assert robot.expect("cancel", name="reach")["id"] == goal["id"]
+    robot.expect_state(
+        "guarded_arm",
+        lambda s: (
+            s["communications"]["reach"] == "cancelling"
+            and any("reach: a goal goes on" in fault for fault in s["faults"])
+        ),
+    )
+    told(robot, goal, end="succeed", result={"code": 0})
+    arm(robot, "resting", lambda s: s["communications"]["reach"] == "idle")
+
+
 def test_a_goal_over_its_deadline_is_cancelled(graph: Graph, controller: Start) -> None:
     node = controller(goal_timeout__reach=0.4, rate=0.1)
     robot = ready(graph)
@@ -174,6 +192,55 @@ def test_a_goal_accepted_after_its_deadline_is_cancelled(graph: Graph, controlle
     late = server.expect("goal", name="reach")
     assert server.expect("cancel", name="reach")["id"] == late["id"]
     assert state["counters"]["mismatches"] == 0
+
+
+def test_no_goal_is_sent_while_the_one_before_may_be_accepted(
+    graph: Graph, controller: Start
+) -> None:
+    controller(timeout__reach=0.5, server_lost_after=0.5)
+    robot = ready(graph, accept=None)
+    first = robot.expect("asked", name="reach")
+    # It has failed, and so do the goals that are not sent.
+    arm(robot, "resting", lambda s: s["counters"]["errors"] >= 3)
+    assert robot.events("asked", name="reach") == []
+    robot.expect_state("guarded_arm", lambda s: any("a goal goes on" in f for f in s["faults"]))
+    told(robot, first, accept=True)
+    late = robot.expect("goal", name="reach")
+    assert robot.expect("cancel", name="reach")["id"] == late["id"]
+    assert robot.events("asked", name="reach") == []
+    told(robot, late, end="canceled")
+    told(robot, robot.expect("asked", name="reach"), accept=False)
+    told(robot, robot.expect("asked", name="reach"), accept=True)
+    told(robot, robot.expect("goal", name="reach"), end="succeed", result={"code": 0})
+    robot.expect_state("guarded_arm", lambda s: s["variables"]["Arm.last"] == "good")
+
+
+def test_nothing_is_asked_of_a_server_while_another_of_its_actions_goes_on(
+    graph: Graph, controller: Start
+) -> None:
+    timeouts = {"timeout__drive": 0.5, "server_lost_after": 0.5, "timeout__home": 60.0}
+    controller("shared_controller", qos__target__reliability="reliable", **timeouts)
+    robot, name = graph.peer(), "navigate"
+    robot.watch("shared_controller")
+    robot.serve("switch", "std_srvs/srv/SetBool", {"success": True})
+    robot.act(name, "robot_common/action/Navigate", accept=None)
+    target = {"pose": {"position": {"x": 3.0}}}
+    robot.publish("target", "geometry_msgs/msg/PoseStamped", target)
+    drive = robot.expect("asked", name=name)
+    assert drive["data"]["x"] == 3.0
+    # That has failed, and home is to begin.
+    robot.expect_state("shared_controller", lambda s: s["communications"]["home"] == "busy")
+    told(robot, drive, accept=True)
+    late = robot.expect("goal", name=name)
+    assert robot.expect("cancel", name=name)["id"] == late["id"]
+    assert robot.events("asked", name=name) == []
+    told(robot, late, end="canceled")
+    home = robot.expect("asked", name=name)
+    assert home["data"]["x"] == 0.0
+    told(robot, home, accept=True)
+    told(robot, robot.expect("goal", name=name), end="succeed", result={"distance": 0.1})
+    # It is ready, and goes there again.
+    assert robot.expect("asked", name=name)["data"]["x"] == 3.0
 
 
 def test_goals_of_others_are_none_of_its_own(graph: Graph, controller: Start) -> None:

@@ -21,6 +21,8 @@ class Caller:
     """The client of a service or an action, which has the full name ``label``."""
 
     label = ""
+    siblings = ()
+    """The other clients of the same server: its goals are carried out one after the other."""
     missed = False
     """A request ended because there was no server."""
 
@@ -50,6 +52,9 @@ class CallingPort(Port):
     def __init__(self, services, actions, served=()):
         self._services = services
         self._actions = actions
+        for action in actions.values():
+            others = (a for a in actions.values() if a is not action)
+            action.siblings = [other for other in others if other.label == action.label]
         self._served = served  # pairs of a key and a service or an action that is called
 
     def connect(self, engine):
