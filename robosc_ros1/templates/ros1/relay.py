@@ -27,7 +27,7 @@ INPUT_QUEUE = 100
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
 UNENDED = (*WORKING, GoalStatus.PENDING, GoalStatus.RECALLING)
 UNKNOWN_AFTER = 1.0
-"""Seconds after its cancel in which a goal may be missing in the server's status."""
+"""Seconds for which a cancelled goal may be missing in the server's status."""
 
 
 def raw_subscriber(topic, message_type, heard):
@@ -171,7 +171,9 @@ class ActionRelay(GoalCaller):
         self._ended = None  # when its status showed its end
         self._is_sent = False
         self._replaced = {}  # by id: the tokens of replaced goals, and when they went on last
-        self._unended = {}  # the ids of cancelled goals that the server has not ended, with times
+        # The ids of cancelled goals that the server has not ended, and since when its status lacks
+        # them: None: it does not.
+        self._unended = {}
         self._recalled = set()  # those of which the server has the cancel, and maybe not the goal
         self._send_goal = self._publisher(self._robot + "/goal", self._goal_type)
         self._send_cancel = self._publisher(self._robot + "/cancel", GoalID)
@@ -200,13 +202,18 @@ class ActionRelay(GoalCaller):
             engine.request(self._key, message.goal, goal_and_id, answer, repacked)
 
         def cancel(raw):
-            if self._is_meant(read(raw, GoalID)):
+            message = read(raw, GoalID)
+            with self._lock:
+                # The robot would keep it for a goal to come.
+                is_early = message.id == self._goal_id and not self._is_sent
+            if self._is_meant(message):
                 with self._lock:
                     if self._token is not None and not self._cancelled:
                         self._cancelled = True
                         self.drop()
                 engine.withdraw(self._key)
-            self._send_cancel.publish(passed_on(raw))
+            if not is_early:
+                self._send_cancel.publish(passed_on(raw))
 
         self._from_controller = [
             raw_subscriber(self._controller + "/goal", self._goal_type, goal),
@@ -240,14 +247,16 @@ class ActionRelay(GoalCaller):
         self._send_goal.publish(message)
 
     def transmit_cancel(self):
-        self._send_cancel.publish(GoalID(id=self._goal_id))
+        if self._is_sent:
+            self._send_cancel.publish(GoalID(id=self._goal_id))
 
     def unended(self):
         # A cancel that arrived before its goal is kept by the server for as long as it is repeated.
         return [(known, known not in self._recalled) for known in self._unended]
 
     def keep(self):
-        self._unended = {**self._unended, self._goal_id: time.monotonic()}
+        if self._is_sent:
+            self._unended = {**self._unended, self._goal_id: None}
 
     def retire(self, token):
         if self._is_sent:
@@ -258,7 +267,11 @@ class ActionRelay(GoalCaller):
         for known, (other, _) in self._replaced.items():
             if other == token:
                 self._send_cancel.publish(GoalID(id=known))
-                self._unended = {**self._unended, known: time.monotonic()}
+                self._unended = {**self._unended, known: None}
+
+    def recall(self, token, reason):
+        self._end_for_controller(GoalID(id=self._goal_id), GoalStatus.RECALLED, reason)
+        super().recall(token, reason)
 
     def forget(self):
         self._accepted = self._is_sent = False
@@ -292,18 +305,20 @@ class ActionRelay(GoalCaller):
 
     def _is_forgotten(self):
         """Whether the current goal was cancelled, and its server has not known it for some time."""
-        return self._cancelled and self._goal_id not in self._unended
+        return self._cancelled and self._is_sent and self._goal_id not in self._unended
 
     def _look_for_unended(self, statuses):
         """Forget cancelled goals that the server has ended, or does not know after some time."""
         now = time.monotonic()
 
         def goes_on(known, since):
-            status = statuses.get(known)
-            return now - since < UNKNOWN_AFTER if status is None else status in UNENDED
+            return statuses[known] in UNENDED if since is None else now - since < UNKNOWN_AFTER
 
         with self._lock:
-            self._unended = {k: since for k, since in self._unended.items() if goes_on(k, since)}
+            found = {k: None if k in statuses else s or now for k, s in self._unended.items()}
+            self._unended = {
+                known: since for known, since in found.items() if goes_on(known, since)
+            }
             self._recalled = {k for k in self._unended if statuses.get(k) == GoalStatus.RECALLING}
 
     def _look_for_replaced(self, statuses):
@@ -350,15 +365,17 @@ class ActionRelay(GoalCaller):
         """Report to the controller, on behalf of the robot, that its goal failed."""
         if kind == "error" and str(payload).partition(";")[0] in FAILURES.values():
             return  # reported by the robot itself
+        status = GoalStatus.ABORTED
+        if kind == "blocked":
+            status = GoalStatus.REJECTED
+            payload = "blocked: " + "; ".join(reason["text"] for reason in payload)
+        self._end_for_controller(goal.goal_id, status, str(payload))
+
+    def _end_for_controller(self, goal_id, status, text):
+        """End a goal of the controller on behalf of the robot."""
         result = self._result_type()
         result.header.stamp = rospy.Time.now()
-        result.status.goal_id = goal.goal_id
-        if kind == "blocked":
-            result.status.status = GoalStatus.REJECTED
-            payload = "blocked: " + "; ".join(reason["text"] for reason in payload)
-        else:
-            result.status.status = GoalStatus.ABORTED
-        result.status.text = str(payload)
+        result.status = GoalStatus(goal_id=goal_id, status=status, text=text)
         self._send_result.publish(result)
 
     # Topics
