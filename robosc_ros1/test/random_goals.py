@@ -19,6 +19,8 @@ from pathlib import Path
 from typing import Any, TextIO
 
 ENDS = ("response", "error", "cancelled")
+GUARDED = ("place", "wanted", "go")
+"""What goes through the courier's supervisor."""
 
 
 class RandomServer:
@@ -82,18 +84,22 @@ class RandomServer:
 
 @dataclass(frozen=True)
 class Followed:
-    """What happened: how often each event, how often a goal was replaced, and what was wrong."""
+    """What happened: how often each event, how often a goal was replaced, when it was called over
+    while a goal ran, and what else was wrong."""
 
     counts: dict[str, int]
     replaced: int
+    early: tuple[str, ...]
     wrong: tuple[str, ...]
 
 
-def followed(events: Path, goals: Path) -> Followed:
-    """Compare the event log of the controller with what its server says."""
+def followed(events: Path, goals: Path, crossing: float = 0.0) -> Followed:
+    """Compare an event log with what the server says; whoever only listens may see the end of a goal
+    after the begin of the next one, by so many seconds."""
     lines = [line.split() for line in goals.read_text().splitlines()]
     begun = {int(number): float(at) for what, number, at in lines if what == "begin"}
     ended = {int(number): float(at) for what, number, at in lines if what == "end"}
+    early: list[str] = []
     wrong = [f"goal {number} has not ended" for number in begun if number not in ended]
     order = sorted(begun, key=lambda number: begun[number])
     starts = [begun[number] for number in order]
@@ -113,9 +119,9 @@ def followed(events: Path, goals: Path) -> Followed:
                 wrong.append(f"{kind} while idle")
             at = document["time"] - 0.0005  # it is rounded
             first = bisect_left(starts, at - longest)
-            last = bisect_left(starts, at)
+            last = bisect_left(starts, at - crossing)
             running = [n for n in order[first:last] if ended.get(n, at + 1) > at + 0.001]
-            wrong += [f"{kind} at {at!r} while goal {number} runs" for number in running]
+            early += [f"{kind} at {at!r} while goal {number} runs" for number in running]
             phase = "idle"
         elif kind == "request":
             if phase == "cancelling":
@@ -128,4 +134,27 @@ def followed(events: Path, goals: Path) -> Followed:
             phase = "cancelling"
     if phase != "idle":
         wrong.append(f"it is {phase} in the end")
-    return Followed(counts, replaced, tuple(wrong))
+    return Followed(counts, replaced, tuple(early), tuple(wrong))
+
+
+def check(events: Path, goals: Path, count: int) -> None:
+    """The log of who sends goals or passes them on tells right when they run, of which all sorts of
+    end have come."""
+    found = followed(events, goals)
+    assert found.early + found.wrong == ()
+    assert found.replaced > count / 20
+    assert all(found.counts.values()), found.counts
+
+
+def check_monitor(events: Path, goals: Path, crossing: float) -> None:
+    """The log of a monitor, which may take what comes late for forbidden, and may not know what is
+    cancelled then, but never takes an action for over while a goal runs."""
+    found = followed(events, goals, crossing)
+    assert found.early == ()
+    assert all(found.counts.values()), found.counts
+
+
+def at_rest(state: dict[str, Any]) -> bool:
+    """Whether a node of the courier shows that nothing is wanted any more, and no goal runs."""
+    is_over = state["communications"]["go"] == "idle" and not state["variables"]["Desk.open"]
+    return is_over and state["counters"]["mismatches"] == 0

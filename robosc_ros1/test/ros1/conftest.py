@@ -40,8 +40,9 @@ def _build_generated(folder: Path) -> None:
         *CALLED,
     ):
         write(package_of(model), folder / "src")
-    write(package_of("gauntlet", mode="monitor"), folder / "src")
-    for model in ("orders", "missions"):
+    for model in ("gauntlet", "courier"):
+        write(package_of(model, mode="monitor"), folder / "src")
+    for model in ("orders", "missions", "courier"):
         write(package_of(model, mode="supervisor"), folder / "src")
     workspace.build()
 

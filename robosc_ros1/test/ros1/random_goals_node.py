@@ -1,4 +1,4 @@
-"""The random server of the courier's action on ROS 1: random_goals_node.py SEED GOALS LOG."""
+"""The random server of the courier's action: random_goals_node.py SEED GOALS LOG LISTENERS."""
 
 import sys
 import threading
@@ -16,7 +16,7 @@ from std_msgs.msg import Bool, Float32
 SETTERS = {"succeed": "set_succeeded", "abort": "set_aborted", "cancel": "set_canceled"}
 
 
-def main(seed, goals, log):
+def main(seed, goals, log, listeners):
     rospy.init_node("random_goals")
     server = RandomServer(int(seed), Path(log), int(goals))
 
@@ -38,11 +38,11 @@ def main(seed, goals, log):
     actions.start()
     place = rospy.Publisher("/place", Float32, queue_size=1000)
     wanted = rospy.Publisher("/wanted", Bool, queue_size=1000)
-    while not (place.get_num_connections() and wanted.get_num_connections()):
+    while min(place.get_num_connections(), wanted.get_num_connections()) < int(listeners):
         rospy.sleep(0.01)
     server.wishes(place.publish, wanted.publish)
     print("enough", flush=True)
     rospy.spin()
 
 
-main(*sys.argv[1:4])
+main(*sys.argv[1:5])

@@ -1,4 +1,4 @@
-"""The random server of the courier's action on ROS 2: random_goals_node.py SEED GOALS LOG."""
+"""The random server of the courier's action: random_goals_node.py SEED GOALS LOG LISTENERS."""
 
 import sys
 import threading
@@ -16,7 +16,7 @@ from robot_common.action import Navigate
 from std_msgs.msg import Bool, Float32
 
 
-def main(seed, goals, log):
+def main(seed, goals, log, listeners):
     rclpy.init()
     node = rclpy.create_node("random_goals")
     server = RandomServer(int(seed), Path(log), int(goals))
@@ -59,11 +59,11 @@ def main(seed, goals, log):
     executor = MultiThreadedExecutor(num_threads=8)
     executor.add_node(node)
     threading.Thread(target=executor.spin, daemon=True).start()
-    while not (place.get_subscription_count() and wanted.get_subscription_count()):
+    while min(p.get_subscription_count() for p in (place, wanted)) < int(listeners):
         time.sleep(0.01)
     server.wishes(lambda x: place.publish(Float32(data=x)), lambda b: wanted.publish(Bool(data=b)))
     print("enough", flush=True)
     threading.Event().wait()
 
 
-main(*sys.argv[1:4])
+main(*sys.argv[1:5])

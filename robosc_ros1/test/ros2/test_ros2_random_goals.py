@@ -1,38 +1,60 @@
-"""Goals that are replaced and cancelled at random on ROS 2: the controller knows when they run."""
+"""Goals that are replaced and cancelled at random: whoever follows them knows when they run."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-from random_goals import followed
+from random_goals import GUARDED, at_rest, check, check_monitor
 from ros2.bed import HERE
 from ros2.ros2_support import Graph, Process
 from ros_support import await_condition
 
+from robosc.runtime.settings import Settings
+
 GOALS = int(os.environ.get("ROBOSC_GOALS", "300"))
+PARTS = ("send_goal", "cancel_goal", "get_result", "feedback", "status")
+REMAP = [f"/{name}:=/supervised/{name}" for name in GUARDED]
+REMAP += [f"/go/_action/{part}:=/supervised/go/_action/{part}" for part in PARTS]
 
 
-def at_rest(state: dict[str, Any]) -> bool:
-    return state["communications"]["go"] == "idle" and not state["variables"]["Desk.open"]
+def follow(
+    graph: Graph, controller: Callable[..., Process], modes: dict[str, list[str]], folder: Path
+) -> tuple[list[Path], Path]:
+    """Have random goals carried out, and followed by packages of the courier, by their rules of
+    remapping; return their event logs, and what the server tells."""
+    told, logs = folder / "goals.txt", []
+    for mode, remap in modes.items():
+        logs.append(folder / f"{mode}.jsonl")
+        qos = {f"qos__{name}__reliability": "reliable" for name in ("place", "wanted")}
+        more = {"event_log": str(logs[-1]), "event_log_size": 1000.0}
+        more |= {"rate__go": 100.0} if mode == "controller" else {}
+        controller(f"courier_{mode}", remap, **qos, **more)
+    node, listeners = HERE / "random_goals_node.py", str(min(2, len(modes)))
+    server = graph.start(graph.bed.python, node, "7", str(GOALS), told, listeners)
+    await_condition(lambda: "enough" in server.output, "all goals", 60.0 + GOALS / 5)
+    robot = graph.peer()
+    for mode in modes:
+        name = f"courier_{mode}"
+        robot.watch(name)  # now, or a state of the beginning would pass for the end
+        robot.expect_state(name, at_rest)
+    return logs, told
 
 
 def test_goals_that_are_replaced_and_cancelled_at_random(
     graph: Graph, controller: Callable[..., Process], tmp_path: Path
 ) -> None:
-    events, told = tmp_path / "events.jsonl", tmp_path / "goals.txt"
-    node = HERE / "random_goals_node.py"
-    server = graph.start(graph.bed.python, node, "7", str(GOALS), told)
-    qos = {f"qos__{name}__reliability": "reliable" for name in ("place", "wanted")}
-    more = {"event_log": str(events), "event_log_size": 1000.0, "rate__go": 100.0}
-    controller("courier_controller", **qos, **more)
-    await_condition(lambda: "enough" in server.output, "all goals", 60.0 + GOALS / 5)
-    robot = graph.peer()
-    robot.watch("courier_controller")  # now, or a state of the beginning would pass for the end
-    robot.expect_state("courier_controller", at_rest)
-    found = followed(events, told)
-    assert found.wrong == ()
-    assert found.replaced > GOALS / 20
-    assert all(found.counts.values()), found.counts
+    (log,), told = follow(graph, controller, {"controller": []}, tmp_path)
+    check(log, told, GOALS)
+
+
+def test_a_supervisor_and_a_monitor_follow_them_too(
+    graph: Graph, controller: Callable[..., Process], tmp_path: Path
+) -> None:
+    modes = {"monitor": [], "supervisor": [], "controller": REMAP}
+    logs, told = follow(graph, controller, modes, tmp_path)
+    seen, *others = logs
+    for log in others:
+        check(log, told, GOALS)
+    check_monitor(seen, told, Settings().tolerance)

@@ -31,6 +31,15 @@ class Failure(NamedTuple):
     word: str = FAILED
 
 
+def replacing(failure: Failure) -> Failure:
+    """Return why a goal failed that was to replace another one: something was begun, though not by
+    it."""
+    if failure.word not in (ABSENT, REJECTED):
+        return failure
+    reason = failure.reason + "; the goal before it was cancelled"
+    return failure._replace(reason=reason, word=FAILED)
+
+
 class Missed(NamedTuple):
     """A request that has missed a deadline: since when (steady), its key, and the reason.
 

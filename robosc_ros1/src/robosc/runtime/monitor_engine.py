@@ -168,8 +168,7 @@ class MonitorEngine(JudgingEngine):
         return entry.kind == "cancelled" and self._phase(entry.key) == "busy" and not is_withdrawn
 
     def _answer(self, entry: BoundInput, message: Any) -> None:
-        request = self._scheduled[entry.key, "request"]
-        if request.possible or self._is_ignored(entry):
+        if self._phase(entry.key) == "idle" or self._is_ignored(entry):
             self.recorder.counters["late"] += 1
             return
         if entry.ends is not None:

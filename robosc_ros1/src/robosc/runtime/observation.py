@@ -4,18 +4,23 @@
 An action of ROS 1 is five topics, which tell everything. One of ROS 2 shows its status and its
 feedback: when goals begin and how they end, but neither goals nor results. Services of ROS 2
 publish events if that is turned on (service introspection); those of ROS 1 show nothing.
+
+Where a goal may replace another one, the action ends when all of its goals have ended, by how the
+latest one did.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, Callable, Deque, Dict, Tuple
+from typing import Any, Callable, Deque, Dict, Optional, Set, Tuple
 
 from .ages import seconds_of
-from .calls import FAILED, LOST, REJECTED, Failure
+from .calls import FAILED, LOST, REJECTED, Failure, replacing
 from .monitor_engine import MonitorEngine
 
 Handler = Callable[[Any], None]
+End = Tuple[str, Any]
+"""The kind of event of an end, and what it brings."""
 
 _FAILURES = {2: "preempted", 4: "aborted", 5: "rejected", 8: "recalled", 9: "lost by the server"}
 """By the status of actionlib_msgs/GoalStatus."""
@@ -50,6 +55,10 @@ class SeenAction:
         self._going_on = False
         self._before = ""  # the goal before, if neither its end nor a cancel was seen
         self._unended = ""  # the goal before, if its end was not seen
+        # Goals that were replaced and have not ended, each with the time since when the server does
+        # not know it; 0: it does.
+        self._replaced: Dict[str, float] = {}
+        self._kept: Optional[End] = None  # that of the latest goal, while these go on
         self._early: Deque[Tuple[Handler, Any]] = deque(maxlen=_EARLY)
         self._ended = 0.0  # when the server told first how the goal ended
         self._is_listed = False  # the server has told of the goal
@@ -65,6 +74,9 @@ class SeenAction:
     def _goal(self, message: Any) -> None:
         self._before = self._id if self._going_on else ""
         self._unended = self._id if self._awaits_end else ""
+        if self._replaces and self._unended:
+            self._replaced[self._unended] = 0.0
+        self._kept = None
         self._id = message.goal_id.id
         self._going_on = True
         self._ended, self._is_listed, self._awaits_end = 0.0, False, True
@@ -94,6 +106,8 @@ class SeenAction:
             self._answer(message, "feedback", message.feedback)
 
     def _result(self, message: Any) -> None:
+        if self._replaced.pop(message.status.goal_id.id, None) is not None:
+            self._end_kept()
         if not self._is_known(message, self._result):
             return
         status = message.status.status
@@ -107,11 +121,13 @@ class SeenAction:
 
     def _look(self, message: Any) -> None:
         """Notice that a server forgot the goal, or that it told the end, but no result came."""
+        now = seconds_of(message.header.stamp)
+        if self._replaced:
+            self._look_for_replaced(message.status_list, now)
         found = [one.status for one in message.status_list if one.goal_id.id == self._id]
         if not self._awaits_end or not (found or self._is_listed):
             return
         self._is_listed = True
-        now = seconds_of(message.header.stamp)
         if not found:
             self._lose("error", "lost by the server", LOST)
         elif found[0] in _ENDS:
@@ -120,9 +136,29 @@ class SeenAction:
                 kind = "cancelled" if found[0] in _CANCELLED else "error"
                 self._lose(kind, "no result came", _WORDS.get(found[0], FAILED))
 
+    def _look_for_replaced(self, told: Any, now: float) -> None:
+        """Forget replaced goals that have ended, or of which the server does not know any more."""
+        statuses = {one.goal_id.id: one.status for one in told}
+        for goal, missing in list(self._replaced.items()):
+            status = statuses.get(goal)
+            self._replaced[goal] = 0.0 if status is not None else missing or now
+            if status in _ENDS or (missing and status is None and now - missing >= _LATE):
+                del self._replaced[goal]
+        self._end_kept()
+
     def _lose(self, kind: str, reason: str, word: str) -> None:
+        self._end(kind, Failure(reason, None, word))
+
+    def _end(self, kind: str, payload: Any) -> None:
+        """Take the end of the latest goal."""
         self._going_on = self._awaits_end = False
-        self._engine.answer(self._key, kind, Failure(reason, None, word))
+        self._kept = kind, replacing(payload) if kind == "error" and self._replaced else payload
+        self._end_kept()
+
+    def _end_kept(self) -> None:
+        if self._kept is not None and not self._replaced:
+            kept, self._kept = self._kept, None
+            self._engine.answer(self._key, *kept)
 
     def _is_known(self, message: Any, handle: Handler) -> bool:
         """Whether the goal of an answer was seen; an answer that overtook it is kept."""
@@ -135,11 +171,11 @@ class SeenAction:
 
     def _answer(self, message: Any, kind: str, payload: Any) -> None:
         former = bool(self._unended) and message.status.goal_id.id == self._unended
+        if kind != "feedback" and not former:
+            self._end(kind, payload)
+            return
         if kind != "feedback":
-            if former:
-                self._before = self._unended = ""
-            else:
-                self._going_on = self._awaits_end = False
+            self._before = self._unended = ""
         self._engine.answer(self._key, kind, payload, former)
 
 
@@ -152,6 +188,7 @@ class SeenActionOfRos2:
         self._replaces = _replaces(engine, key)
         self._last: Dict[bytes, int] = {}
         self._latest = b""
+        self._kept: Optional[End] = None  # that of the latest goal, while replaced ones go on
         self._has_begun = False
         self.handlers: Dict[str, Handler] = {
             "/_action/status": self._status,
@@ -161,10 +198,10 @@ class SeenActionOfRos2:
     def _status(self, message: Any) -> None:
         before, self._last = self._last, {}
         listed = {_goal_of(one) for one in message.status_list}
+        running = {_goal_of(one) for one in message.status_list if one.status in _RUNNING_2}
         if any(s in _RUNNING_2 and goal not in listed for goal, s in before.items()):
             # A server tells of each goal until its end: this is another one.
-            failure = Failure("lost by the server", None, LOST)
-            self._engine.answer(self._key, "error", failure)
+            self._end("error", Failure("lost by the server", None, LOST), running)
         # Those that began go last: others end before.
         for one in sorted(message.status_list, key=lambda one: _goal_of(one) not in before):
             goal, status = _goal_of(one), one.status
@@ -173,17 +210,37 @@ class SeenActionOfRos2:
             if old == status or (old is None and not (self._has_begun or status in _RUNNING_2)):
                 continue  # it ended before anybody listened
             if old is None:
-                self._latest = goal
+                self._end_kept(running - {goal})
+                self._latest, self._kept = goal, None
                 self._engine.see(self._key, "request")
             former = self._replaces and bool(self._latest) and goal != self._latest
             if status == _CANCELING_2 and not former:
                 self._engine.see(self._key, "cancel")
             elif status == _SUCCEEDED_2:
-                self._engine.answer(self._key, "response", None, former)
+                self._ended("response", None, former, running)
             elif status in _FAILURES_2:
                 kind = "cancelled" if status == _CANCELLED_2 else "error"
-                self._engine.answer(self._key, kind, Failure(_FAILURES_2[status]), former)
+                self._ended(kind, Failure(_FAILURES_2[status]), former, running)
+        self._end_kept(running)
         self._has_begun = True
+
+    def _ended(self, kind: str, payload: Any, former: bool, running: Set[bytes]) -> None:
+        if former:
+            self._engine.answer(self._key, kind, payload, former)
+        else:
+            self._end(kind, payload, running)
+
+    def _end(self, kind: str, payload: Any, running: Set[bytes]) -> None:
+        """Take the end of the latest goal."""
+        self._kept = kind, payload
+        if not self._replaces:
+            running = set()
+        self._end_kept(running)
+
+    def _end_kept(self, running: Set[bytes]) -> None:
+        if self._kept is not None and not running:
+            kept, self._kept = self._kept, None
+            self._engine.answer(self._key, *kept)
 
     def _feedback(self, message: Any) -> None:
         self._engine.answer(self._key, "feedback", message.feedback)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import Any, Iterable, Optional, Tuple
 
-from .calls import ABSENT, FAILED, LOST, REFUSED, REJECTED, TIMEOUT, Failure, Missed
+from .calls import LOST, REFUSED, TIMEOUT, Failure, Missed, replacing
 from .intake import BoundInput, Inputs, Intake
 from .scheduler import ScheduledCommand
 from .values import UNREADABLE
@@ -72,10 +72,8 @@ class Requests(Intake):
 
     def _keep_end(self, entry: BoundInput, message: Any) -> None:
         """Keep the end of a goal until those that it replaced have ended, which are cancelled."""
-        if entry.kind == "error" and message.word in (ABSENT, REJECTED):
-            # Something was begun, though not by this goal.
-            reason = message.reason + "; the goal before it was cancelled"
-            message = message._replace(reason=reason, word=FAILED)
+        if entry.kind == "error":
+            message = replacing(message)
         replaced = self._calls.keep(entry.key, (entry, message), self._steady())
         self._scheduler.suspend(entry.key, True)
         self._cancel_goals(entry.key, replaced)
