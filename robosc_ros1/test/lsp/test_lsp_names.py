@@ -399,6 +399,28 @@ def test_parameters_and_arguments_of_imports(desk: Desk, tmp_path: Path) -> None
     assert {Path(file).name: len(here) for file, here in found.items()} == {"n.rscd": 4}
 
 
+def test_hover_of_an_action_says_what_cancels_it(desk: Desk, tmp_path: Path) -> None:
+    text = """robot Rover {
+    interface drive use Drive from rover_msgs
+    component Base {
+        action go with request: none, response: none, feedback: none links drive
+        incoming message beep with type: none
+        behaviour { initial marked state still {} }
+    }
+    requirement { go, beep } needs Base.still
+    requirement go needs Base.still to start
+}
+"""
+    analysis = open_text(desk, tmp_path / "rover.rscd", text)
+    lines = hover_text(analysis, named(analysis, "go with"), None).splitlines()
+    assert (
+        "requirement { go, beep } needs Base.still  // line 8, also a reason to cancel it" in lines
+    )
+    assert "requirement go needs Base.still to start  // line 9" in lines
+    lines = hover_text(analysis, named(analysis, "beep with"), None).splitlines()
+    assert "requirement { go, beep } needs Base.still  // line 8" in lines
+
+
 def test_hover_of_a_type_of_ros_shows_its_fields(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

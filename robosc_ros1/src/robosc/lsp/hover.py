@@ -6,12 +6,14 @@ import textwrap
 from bisect import bisect_right
 from collections.abc import Iterator
 
+from robosc.language.events import EventKind
 from robosc.language.keywords import KEYWORDS
 from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.carriers import interface_of
 from robosc.lsp.derived import Derived
 from robosc.lsp.interfaces import definition_file
+from robosc.model.entities import Requirement
 from robosc.model.names.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.interfaces import KINDS, Interface
@@ -180,12 +182,18 @@ def _communication(analysis: Analysis, symbol: Symbol, derived: Derived | None) 
         name = f"{interface.package}/{interface.type}"
         yield f"Carried by `{name}`:\n\n{_fenced('', _interface(interface))}"
     own = (r for r in contents.robot.requirements if not r.implied)
-    spans = [r.span for r in own if info.key in r.communications]
-    if spans:
-        texts = (f"{' '.join(s.text.split())}  // line {s.line}" for s in spans)
+    found = [r for r in own if info.key in r.communications]
+    if found:
+        texts = (_requirement(r, EventKind.CANCEL in info.events) for r in found)
         yield "Requirements:\n\n" + _fenced("rscd", "\n".join(texts))
     if derived is not None:
         yield from _guards(info.key, derived)
+
+
+def _requirement(requirement: Requirement, is_action: bool) -> str:
+    text = f"{' '.join(requirement.span.text.split())}  // line {requirement.span.line}"
+    cancels = is_action and requirement.concerns(EventKind.CANCEL)
+    return f"{text}, also a reason to cancel it" if cancels else text
 
 
 def _guards(key: str, derived: Derived) -> Iterator[str]:
