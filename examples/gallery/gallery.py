@@ -159,9 +159,16 @@ class Ros2:
             yield
 
     def drive(
-        self, robot: str, seed: int, faults: bool, record: Path, metres: float | None = None
+        self,
+        robot: str,
+        seed: int,
+        faults: bool,
+        record: Path,
+        metres: float | None = None,
+        awaited: str | None = None,
     ) -> None:
-        """Run one world, or only until its robot has moved so far."""
+        """Run one world, or only until its robot has moved so far; ``awaited`` is the topic on
+        which somebody says that it may begin."""
         package = package_of(robot)
         prefix = self.folder / "install" / package
         (site,) = prefix.glob("lib/python3*/site-packages")
@@ -182,7 +189,7 @@ class Ros2:
                 graph.start(self.bed.python, script, "--ros-args", *remapped)
             env = graph.environment | simulation_environment()
             env["PYTHONPATH"] = os.pathsep.join((str(HERE), str(LIBRARIES), own))
-            bridge(self.bed.python, 2, (robot, seed, faults, record, metres), env)
+            bridge(self.bed.python, 2, (robot, seed, faults, record, metres), env, awaited)
         finally:
             graph.close()
 
@@ -209,14 +216,17 @@ Run = tuple[str, int, bool, Path, float | None]
 """Robot, seed, whether faults are planted, the record to write, and after which way it ends."""
 
 
-def bridge(python: str, version: int, run: Run, env: dict[str, str]) -> None:
-    """Run the bridge to its end."""
+def bridge(
+    python: str, version: int, run: Run, env: dict[str, str], awaited: str | None = None
+) -> None:
+    """Run the bridge to its end; it begins when an Empty came on the topic ``awaited``, if any."""
     robot, seed, faults, record, metres = run
     command = [python, "-m", "physics.bridge", robot, "--controller", package_of(robot)]
     command += ["--ros", str(version), "--seed", str(seed), "--record", str(record)]
     command += ["--faults"] if faults else []
     command += ["--guarded"] if robot in GUARDED else []
     command += ["--metres", str(metres)] if metres else []
+    command += ["--awaited", awaited] if awaited else []
     subprocess.run(command, env=env, check=True, timeout=800)
 
 

@@ -57,9 +57,11 @@ class Bridge:
         version: int,
         controller: str,
         guarded: bool,
+        awaited: str | None,
     ) -> None:
         self._world, self._faults, self._ros = world, faults, middleware
         self._guarded = guarded
+        self._has_company = awaited is None
         self._ticked = 0.0
         self._heard_at: dict[str, float] = {}
         """When the last message of a sensor was sent, by the clock that others knew then."""
@@ -85,6 +87,8 @@ class Bridge:
             reports["blocked"] = self._progress.on_blocked
         for topic, callback in reports.items():
             middleware.subscribe(f"/{controller}/{topic}", "std_msgs/String", callback)
+        if awaited is not None:
+            middleware.subscribe(awaited, "std_msgs/Empty", self._on_company)
         self._servers = {
             name: ActionServer(version, middleware.post, world, name, self._noter(name))
             for name in world.actions
@@ -110,6 +114,9 @@ class Bridge:
     def _on_state(self, message: Any) -> None:
         self._state = json.loads(message.data)
 
+    def _on_company(self, message: Any) -> None:
+        self._has_company = True
+
     def run(self, metres: float) -> bool:
         """Run until success, or the end of the time; False if nobody connected.
 
@@ -134,7 +141,7 @@ class Bridge:
         """Wait for the controller; whether it came."""
 
         def is_met() -> bool:
-            return self._ros.connected() and self._progress.is_known
+            return self._ros.connected() and self._progress.is_known and self._has_company
 
         self._ros.exchange(is_met, START)
         for name, server in self._servers.items():
@@ -302,7 +309,9 @@ def main() -> int:
     if args.faults:
         scanners = [topic for topic, type_ in world.sensors.items() if type_ == Laser.TYPE]
         faults = Faults.planted(args.seed, world.sensors, world.actions, scanners)
-    bridge = Bridge(world, faults, middleware, args.ros, args.controller, args.guarded)
+    bridge = Bridge(
+        world, faults, middleware, args.ros, args.controller, args.guarded, args.awaited
+    )
     started = time.monotonic()
     try:
         met = bridge.run(args.metres)
@@ -330,6 +339,9 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--faults", action="store_true", help="plant faults")
     parser.add_argument("--controller", required=True, help="the controller's node")
     parser.add_argument("--guarded", action="store_true", help="that node is a supervisor")
+    parser.add_argument(
+        "--awaited", help="begin when an Empty came on this topic, as of a recorder"
+    )
     parser.add_argument("--record", type=Path, required=True, help="the file to write")
     return parser.parse_args()
 

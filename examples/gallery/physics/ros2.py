@@ -59,7 +59,7 @@ class Middleware:
 
     def subscribe(self, topic: str, type_: str, callback: Callable[[Any], None]) -> None:
         # What the controller says of itself is latched, and then heard by who comes later.
-        kept = topic.endswith(("/state", "/model"))
+        kept = topic.endswith(("/state", "/model", "/ready"))
         durability = DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE
         self._subscribers.append(
             self._node.create_subscription(

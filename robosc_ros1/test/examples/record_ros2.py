@@ -1,5 +1,6 @@
 """Records topics of ROS 2 into a bag, as ``ros2 bag record --use-sim-time`` does; see
-test_gallery_bags.py. Ends when its standard input does.
+test_gallery_bags.py. Ends when its standard input does. When each topic and the clock have somebody
+who publishes them to it, it says so on /recorder/ready.
 
     python record_ros2.py BAG TOPIC TYPE [TOPIC TYPE...]
 """
@@ -15,9 +16,10 @@ from typing import Any
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+from std_msgs.msg import Empty
 
 
 def main() -> None:
@@ -28,7 +30,8 @@ def main() -> None:
     simulated = [Parameter("use_sim_time", value=True)]
     node = rclpy.create_node("recorder", parameter_overrides=simulated)
     with Writer(Path(path).with_suffix(""), version=9, storage_plugin=plugin) as writer:
-        kept = []
+        kept: list[Any] = []
+        ready: list[Any] = []
         for topic, type_ in zip(words[::2], words[1::2], strict=True):
             connection = writer.add_connection(topic, type_, typestore=store)
 
@@ -47,6 +50,10 @@ def main() -> None:
         executor.add_node(node)
         while reader.is_alive():
             executor.spin_once(timeout_sec=0.1)
+            if not ready and all(end.get_publisher_count() for end in node.subscriptions):
+                latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+                ready.append(node.create_publisher(Empty, "~/ready", latched))
+                ready[0].publish(Empty())
     rclpy.shutdown()
 
 
