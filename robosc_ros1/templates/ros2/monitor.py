@@ -35,6 +35,7 @@ class MonitorPort(RosPort):
 
     def _connect_inputs(self, engine):
         engine.leave_out(self._tables.unseen, self._tables.by_data)
+        engine.order_matters(self._tables.orders)
         super()._connect_inputs(engine)
         for topic, type_, rows in self._tables.commands:
             self._hear_commands(engine, topic, type_, rows)

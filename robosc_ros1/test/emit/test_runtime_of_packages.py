@@ -15,6 +15,8 @@ MONITOR = {
     "judging_engine",
     "monitor_engine",
     "observation",
+    "ordering_engine",
+    "orderings",
     "seen",
     "unseen",
     "verdicts",

@@ -16,7 +16,18 @@ from __future__ import annotations
 from heapq import heappop, heappush
 from itertools import count
 from types import MethodType
-from typing import Callable, Dict, FrozenSet, Iterable, List, Optional, Tuple, Union
+from typing import (
+    Callable,
+    Dict,
+    FrozenSet,
+    Iterable,
+    List,
+    Mapping,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 from .model import After, Controller
 from .port import BEFORE_TIME
@@ -63,6 +74,11 @@ class Timer(_Clock):
         self.row = row
         self.step: Callable[[], Optional[str]] = MethodType(row.step, controller)
         self.entries: Optional[int] = None  # the count of entries when it was started last
+
+
+Deadline = Tuple[Optional[int], Optional[float]]
+"""Of a timer: the count of entries when it was started last, and when it is due (None: it is not
+running)."""
 
 
 def stands_in(state: str, place: str) -> bool:
@@ -242,6 +258,50 @@ class Clocks:
         time = self.time()
         return max(0.0, self._heap[0][0] - time) if self._heap else None
 
+    # The timers of a state that may be the present one, see :mod:`.orderings`.
+
+    def deadlines(self) -> Tuple[Deadline, ...]:
+        return tuple((timer.entries, timer.deadline) for timer in self._timers)
+
+    def set_deadlines(self, deadlines: Mapping[int, Deadline]) -> None:
+        """Let timers, by index, be those of another state, which is the present one now."""
+        for index, (entries, deadline) in deadlines.items():
+            timer = self._timers[index]
+            timer.entries, timer.deadline = entries, deadline
+            self.plan(timer)
+
+    def followed(self, deadlines: Sequence[Deadline]) -> Tuple[Deadline, ...]:
+        """Return what becomes of the timers of another state, in the present one."""
+        found = []
+        for timer, known in zip(self._timers, deadlines):
+            entries = self._state[timer.row.entries]
+            if entries != known[0]:
+                known = entries, self._deadline_of(timer, self.time())
+            found.append(known)
+        return tuple(found)
+
+    def nearly_due(self, deadlines: Sequence[Deadline], span: float) -> List[int]:
+        """Return the indexes of the timers that are due within so many seconds, the first first."""
+        if not deadlines:
+            return []
+        until = self.time() + span
+        due = [(time, i) for i, (_, time) in enumerate(deadlines) if time and time <= until]
+        return [index for _, index in sorted(due)]
+
+    @staticmethod
+    def stopped(deadlines: Sequence[Deadline], index: int) -> Tuple[Deadline, ...]:
+        """Return the timers without one of them."""
+        found = list(deadlines)
+        found[index] = found[index][0], None
+        return tuple(found)
+
+    def delayed(self, index: int) -> Tuple[After, Callable[[], Optional[str]]]:
+        """Return the delayed transition of a timer, and what takes it."""
+        return self._timers[index].row, self._timers[index].step
+
+    def index_of(self, timer: Timer) -> int:
+        return self._timers.index(timer)
+
     def change(self) -> None:
         """Restart all running clocks, since the port has another clock."""
         self._go_on_by_another_clock()
@@ -267,9 +327,13 @@ class Clocks:
 
     def _restart(self, timer: Timer, time: float) -> None:
         timer.entries = self._state[timer.row.entries]
-        is_there = stands_in(self._state[timer.row.location], timer.row.state)
-        timer.deadline = time + timer.delay if is_there and self.has_begun else None
+        timer.deadline = self._deadline_of(timer, time)
         self.plan(timer)
+
+    def _deadline_of(self, timer: Timer, time: float) -> Optional[float]:
+        """Return when a timer is due that starts at a time; None: its state is not the present."""
+        is_there = stands_in(self._state[timer.row.location], timer.row.state)
+        return time + timer.delay if is_there and self.has_begun else None
 
     def plan(self, clock: Clock) -> None:
         """Put a clock into the heap, unless it has an entry there that is early enough."""

@@ -14,16 +14,16 @@ decide: until then a forbidden one waits, and those behind it on its topic with 
 
 from __future__ import annotations
 
-from typing import Any, Callable, Container, Dict, FrozenSet, List, Optional, Set, Tuple
+from typing import Any, Callable, Dict, FrozenSet, Optional, Set
 
 from .allowances import Allowances
 from .calls import Failure, Missed
 from .intake import BoundInput
-from .invariants import Invariants
-from .judging_engine import UNFIT, JudgingEngine
+from .judging_engine import UNFIT
 from .matching import matching_command
 from .model import Controller
-from .offers import Reasons, Repack, told
+from .offers import Reasons, Repack
+from .ordering_engine import OrderingEngine
 from .port import steady_time
 from .reasons import reason_text, violation
 from .recorder import STOP_COMMAND
@@ -32,11 +32,10 @@ from .seen import MonitorPort, RecentStates, Seen
 from .settings import Settings
 from .shortening import Shortener
 from .telemetry import dump
-from .unseen import unknown_attributes
 from .verdicts import verdicts
 
 
-class MonitorEngine(JudgingEngine):
+class MonitorEngine(OrderingEngine):
     """Judges what is seen. Its own public methods may be called from any thread."""
 
     def __init__(
@@ -49,42 +48,12 @@ class MonitorEngine(JudgingEngine):
         super().__init__(controller, port, settings, steady)
         self._port_of_findings = port
         self.recorder.counters.update(forbidden=0, violations=0, crossed=0)
-        self.tolerance = self.settings.tolerance
-        self._seen: List[Seen] = []
-        self._topics: Dict[str, str] = {}  # by key, of the commands that were seen
         self._allowances = Allowances(controller, self._is_allowed)
         self._withdrawn: Dict[str, float] = {}
         """The actions whose goals were cancelled although the model does not say so, each when."""
         self._own = ""  # the topic of the command that is being applied
-        self._unknown: FrozenSet[str] = frozenset()
-        self._by_data: Container[str] = ()
-        self._invariants = Invariants(controller)
-        self._begun: Dict[str, float] = {}  # when the last request of each was seen
         reads_data = any(row.read is not None for row in controller.COMMANDS)
         self._recent = RecentStates(controller) if reads_data else None
-        self.describe: Callable[[Any], Any] = lambda message: None
-        """Returns what is recorded of the message of a command."""
-
-    def leave_out(self, keys: Container[str], by_data: Container[str] = ()) -> None:
-        """Tell before the start which communications cannot be seen.
-
-        What may depend on them is not judged, nor the commands ``by_data``: those that their data
-        would decide on, which this controller knows of its own only.
-        """
-        self._by_data = by_data
-        controller = self.controller
-        events = [(row.key, row.writes) for row in controller.INPUTS]
-        events += [(row.key, row.writes) for row in controller.COMMANDS]
-        steps = [(row.reads, row.writes) for row in controller.TAUS]
-        steps += [(row.reads, row.writes) for row in controller.AFTERS]
-        self._unknown = unknown_attributes(keys, events, steps)
-        if self._unknown:
-            self._invariants.leave_out()
-
-    @property
-    def unjudged(self) -> List[Tuple[str, str]]:
-        """The commands, by key and kind, that are not judged."""
-        return [(c.key, c.kind) for c in self._scheduler.commands if self._is_unjudged(c)]
 
     def see(self, key: str, kind: str, message: Any = None) -> None:
         """Take a request or a cancel that was seen."""
@@ -207,10 +176,6 @@ class MonitorEngine(JudgingEngine):
             waiting.add(topic)
         return None
 
-    def _topic(self, seen: Seen) -> str:
-        is_cancel = seen.kind == "cancel"
-        return seen.key + "cancel" if is_cancel else self._topics.get(seen.key, seen.key)
-
     def _is_decided(self, seen: Seen) -> bool:
         """Apply a command, unless it has to wait for what may come; an answer is not applied."""
         over = self._port.now() - seen.time >= self.tolerance
@@ -232,6 +197,8 @@ class MonitorEngine(JudgingEngine):
             return False
         if seen.key == self.settings.stop_command and fits and not unfit:
             self._happen(seen, command, detail=STOP_COMMAND)
+        elif not unfit and self._is_from_before(seen, command):
+            pass
         elif seen.excused and not unfit:
             self.recorder.counters["crossed"] += 1
         else:
@@ -244,7 +211,10 @@ class MonitorEngine(JudgingEngine):
         """Take a cancel, which a supervisor always passes on: where the model does not have it, the
         goal goes on until the robot says otherwise."""
         if not command.possible:
-            return over or not any(s.key == seen.key and s.kind == "request" for s in self._seen)
+            if any(s.key == seen.key and s.kind == "request" for s in self._seen) and not over:
+                return False
+            self._is_from_before(seen, command)
+            return True
         if self._fits(command) and (seen.excused or self._is_allowed(command)):
             self._happen(seen, command)
             return True
@@ -265,12 +235,12 @@ class MonitorEngine(JudgingEngine):
         detail: Optional[str] = None,
     ) -> None:
         """Apply a command that was seen."""
+        orders = self._orders.get(seen.key)
+        before = None if orders is None else orders.moment()
         fits = self._fits(command, *seen.data)
         if fits and command.apply is not None:
             command.apply(*seen.data)
-        command.count += 1
-        if seen.kind == "request":
-            self._begun[seen.key] = seen.time
+        self._count(seen, command)
         name = self._names[seen.key]
         if reasons:
             self._forbid(seen.kind, name, reasons, seen, command.writes)
@@ -284,6 +254,9 @@ class MonitorEngine(JudgingEngine):
             self._own = self._topic(seen)
             self._after(command.writes, None)
             self._own = ""
+        is_right = not reasons and detail is None and not self._is_free(command)
+        if orders is not None and before is not None and (command.writes or is_right):
+            orders.happened(self._sending(seen, command, is_right), before)
 
     def _forbid(
         self,
@@ -302,9 +275,6 @@ class MonitorEngine(JudgingEngine):
         self._tell("forbidden", kind, name, seen.message, text, reasons, seen.stamp)
         what = "%s of %s" % (kind, name) if name else "a message"
         self._log("warning", name + kind, "%s was sent, which is forbidden: %s" % (what, text))
-
-    def _value(self, seen: Seen) -> Any:
-        return told(seen.data) if seen.data else self.describe(seen.message)
 
     def _tell(
         self,
@@ -329,29 +299,7 @@ class MonitorEngine(JudgingEngine):
             }
             self._port_of_findings.found(dump(document))
 
-    # What is allowed
-
-    def _is_unjudged(self, command: ScheduledCommand) -> bool:
-        return not self._unknown.isdisjoint(command.reads)
-
-    @staticmethod
-    def _fits(command: ScheduledCommand, *data: Any) -> bool:
-        """Whether a command is possible in the components, whatever the requirements say."""
-        if not command.possible:
-            return False
-        return command.synchronisation is None or bool(command.synchronisation(*data))
-
-    def _is_allowed(self, command: ScheduledCommand, seen: Optional[Seen] = None) -> bool:
-        if seen is not None and seen.data:
-            return not self._objections(command, seen.message, seen.data)
-        if not (command.possible and command.authorised()):
-            return False
-        if command.is_cancel:
-            return True
-        for requirement in command.row.requirements:  # faster than a generator
-            if not self.controller.REQUIREMENTS[requirement].holds(self.controller):
-                return False
-        return True
+    # What was allowed
 
     def _was_allowed(self, command: ScheduledCommand, seen: Seen) -> bool:
         """Whether a command was allowed a moment before it was seen."""
@@ -382,7 +330,7 @@ class MonitorEngine(JudgingEngine):
             self._log("warning", row.place, "violated: " + text)
 
     def _mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> None:
-        if self._unknown.isdisjoint(entry.writes):
+        if self._unknown.isdisjoint(entry.writes) and not self._explains(entry, message, value):
             number, reason = self.recorder.number + 1, failure.reason
             super()._mismatch(entry, message, value, failure)
             self._tell("mismatch", entry.kind, entry.name, value, reason, number=number)

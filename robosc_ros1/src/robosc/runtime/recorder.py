@@ -36,7 +36,8 @@ class Entry(NamedTuple):
     the number of an internal transition, else 0. ``reason`` is what models call the reason of an
     error. ``shortened`` tells whether the value is a short form; ``effect`` is what the event did
     then, or where earlier values were shortened; ``correction`` tells what a supervisor corrected
-    in the message of a controller."""
+    in the message of a controller. ``reordered``: it happened before others that were recorded
+    first, and ``effect`` is what is different since."""
 
     number: int
     time: float
@@ -52,6 +53,7 @@ class Entry(NamedTuple):
     blocked_by: Optional[List[Dict[str, Any]]] = None
     correction: Optional[Dict[str, Any]] = None
     reason: Optional[str] = None
+    reordered: bool = False
 
 
 class EventRecorder:
@@ -91,16 +93,18 @@ class EventRecorder:
         blocked_by: Optional[List[Dict[str, Any]]] = None,
         correction: Optional[Dict[str, Any]] = None,
         reason: Optional[str] = None,
+        reordered: Optional[Dict[str, Any]] = None,
     ) -> None:
         """Record an event after it was applied and wrote these attributes of the controller.
 
-        ``time`` is when it was (None: now).
+        ``time`` is when it was (None: now); ``reordered`` is the effect of one that was before
+        others that were recorded.
         """
         self.number += 1
         entry = Entry(
             self.number, self.now() if time is None else time, kind, name, tau, value, outcome,
             detail, seen=seen, blocked_by=blocked_by,
-            correction=correction, reason=reason,
+            correction=correction, reason=reason, effect=reordered, reordered=reordered is not None,
         )  # fmt: skip
         if self._controller is None or not (
             self._fresh or self._is_partial or not is_small(value) or len(detail or "") > _LONGEST
@@ -117,8 +121,8 @@ class EventRecorder:
             shorten = Shortener()
             value = shorten(entry.value)
             detail = entry.detail and shortened_text(entry.detail, _LONGEST)
-            effect = None
-            if not shorten.whole or self._is_partial:
+            effect = entry.effect
+            if effect is None and (not shorten.whole or self._is_partial):
                 effect = self._effect(values)
                 self._is_partial |= "shortened" in effect
             entry = entry._replace(detail=detail, effect=effect)

@@ -13,7 +13,6 @@ from typing import Callable, FrozenSet, Optional
 from .decisions import Decisions
 from .model import Controller
 from .monitor_engine import MonitorEngine
-from .offers import Reasons
 from .port import steady_time
 from .scheduler import ScheduledCommand
 from .seen import MonitorPort, Seen
@@ -50,15 +49,9 @@ class ShadowEngine(MonitorEngine):
     def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
         self._decisions.update(writes, ended, self._port.now())
 
-    def _happen(
-        self,
-        seen: Seen,
-        command: ScheduledCommand,
-        reasons: Optional[Reasons] = None,
-        detail: Optional[str] = None,
-    ) -> None:
+    def _count(self, seen: Seen, command: ScheduledCommand) -> None:
         self._decisions.sent(command.key, command.kind)
-        super()._happen(seen, command, reasons, detail)
+        super()._count(seen, command)
 
     def _perform_next(self) -> bool:
         """Tell of the next command that is due; False if there is none."""

@@ -101,6 +101,8 @@ def event_document(entry: Entry) -> Dict[str, Any]:
         document["corrected"] = entry.correction
     if entry.effect is not None:
         document["effect"] = entry.effect
+    if entry.reordered:
+        document["reordered"] = True
     if entry.seen:
         document["seen"] = True
     if entry.blocked_by is not None:

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from robosc.emit.supervisor.commuting import not_commuting
 from robosc.emit.supervisor.guarding import CommandMatch, command_matches
 from robosc.errors import UsageError
 from robosc.language.events import Kind
@@ -213,6 +214,7 @@ class BagRun:
             else:
                 self._heard.absent.append(topic)
         self.engine.leave_out(self._heard.unseen)
+        self.engine.order_matters(not_commuting(self.supervisor))
 
     def _connect_commands(self, topic: str, matches: Sequence[CommandMatch]) -> None:
         rows = [(m.key, m.exact, m.field) for m in sorted(matches, key=lambda m: not m.exact)]

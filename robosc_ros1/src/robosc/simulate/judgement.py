@@ -71,6 +71,7 @@ class Judgement:
     events: int = 0
     commands: int = 0
     crossed: int = 0
+    reordered: int = 0
     findings: list[Finding] = field(default_factory=list)
     silences: dict[str, int] = field(default_factory=dict)
     goals: dict[str, Goals] = field(default_factory=dict)
@@ -120,7 +121,8 @@ def judge(
         judgement.tracks = run.tracks
         judgement.absent, judgement.unseen = tuple(run.absent), tuple(run.unseen)
         judgement.unjudged = tuple(run.unjudged)
-        judgement.crossed = run.engine.recorder.counters["crossed"]
+        counters = run.engine.recorder.counters
+        judgement.crossed, judgement.reordered = counters["crossed"], counters["reordered"]
     return judgement
 
 

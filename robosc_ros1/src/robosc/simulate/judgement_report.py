@@ -121,6 +121,7 @@ def judgement_document(found: Judgement) -> dict[str, Any]:
         "events": found.events,
         "commands": found.commands,
         "crossed": found.crossed,
+        "reordered": found.reordered,
         "findings": [
             {
                 "sort": f.sort,

@@ -175,7 +175,8 @@ class Follower:
         effect = entry.document.get("effect")
         if effect is None:
             return self._leaves(controller, entry)
-        if not (entry.shortened and (entry.name, entry.kind) in self._inputs):
+        is_followed = not (entry.shortened and (entry.name, entry.kind) in self._inputs)
+        if is_followed and not entry.document.get("reordered"):
             try:
                 twin = controller.copy()
                 reason = self._leaves(twin, entry)

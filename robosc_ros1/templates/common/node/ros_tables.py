@@ -85,15 +85,16 @@ class MonitorTables(Tables):
     ``commands`` are (topic, message type, rows), see :func:`.matching.command_patterns`;
     ``unseen`` are the keys of the communications that nobody can hear, ``unjudged`` those of the
     commands that depend on them; those ``by_data`` are decided by their data, which a controller
-    does not judge.
+    does not judge. ``orders`` are groups of keys of which the order of events matters.
     """
 
-    def __init__(self, subscriptions, commands, actions, unseen, unjudged, by_data=()):
+    def __init__(self, subscriptions, commands, actions, unseen, unjudged, by_data=(), orders=()):
         super().__init__(subscriptions, (), (), actions)
         self.commands = commands
         self.unseen = unseen
         self.unjudged = unjudged
         self.by_data = by_data
+        self.orders = orders
 
     def heard_alone(self):
         """Return the topics of the robot as those of a node that has no others."""

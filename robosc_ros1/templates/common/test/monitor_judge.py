@@ -34,6 +34,24 @@ class LawlessShadow(Shadow):
         """Whether the components allow a request, whatever the requirements say."""
         return self.is_possible("request", key) and self.synchronises("request", key, content)
 
+    def go_on(self, effect):
+        """Go on in the state after another order of events, given by what is different in it."""
+        states, variables = effect.get("components", {}), effect.get("variables", {})
+        self.states = {**self.states, **states}
+        told = {k: float(v) if self._is_floating(k, v) else v for k, v in variables.items()}
+        self.variables = {**self.variables, **told}
+        phases = effect.get("communications", {})
+        for place in sorted(phases, key=phases.get):  # those that it is not in any more first
+            name, _, phase = place.rpartition(".")
+            key = self.keys[name]
+            if phases[place]:
+                self.phase[key] = phase
+            elif self.phase[key] == phase:
+                self.phase[key] = "silent" if key in self.watched else "idle"
+        for component, place in self.entered:
+            if component in states:
+                self.entered[component, place], self.lapsed[component, place] = None, ()
+
 
 class MonitorJudge(Judge):
     """Checks what a monitor tells; ``sees_all``: it can hear everything in the model."""
@@ -108,12 +126,26 @@ class MonitorJudge(Judge):
         if kind == "state":
             self._judge_violation(event)
             return
+        if event.get("reordered"):
+            self._go_on(kind, event)
+            return
         if kind != "tau":
             self._told &= set(self.shadow.broken_invariants())
         if outcome == "forbidden":
             self._judge_forbidden(event)
         else:
             super()._judge(event)
+
+    def _go_on(self, kind, event):
+        """Follow an event that happened before others that the monitor heard first."""
+        name = event["event"]["name"]
+        key = self.shadow.keys[name]
+        self.events[kind, name, 0] = self.events.get((kind, name, 0), 0) + 1
+        self.heard[key] += kind == "request"
+        if kind not in ("request", "cancel"):
+            self.inputs += 1
+            self.come(kind, key, event["event"]["value"])
+        self.shadow.go_on(event["effect"])
 
     def _judge_violation(self, event):
         told = {"%(text)s (%(place)s)" % reason for reason in event["blocked_by"]}

@@ -38,8 +38,9 @@ class CommandsView:
 class HeardView:
     """What whoever listens can hear of the commands of a robot; keys of communications.
 
-    ``by_data`` are those of the commands that are not judged since their data decide; ``refusal``
-    tells why nothing can be judged, as Python source; empty: it can.
+    ``by_data`` are those of the commands that are not judged since their data decide; ``orders``
+    are groups of which the order of events matters; ``refusal`` tells why nothing can be judged, as
+    Python source; empty: it can.
     """
 
     commands: tuple[CommandsView, ...] = ()
@@ -47,6 +48,7 @@ class HeardView:
     unseen: tuple[str, ...] = ()
     unjudged: tuple[str, ...] = ()
     by_data: tuple[str, ...] = ()
+    orders: tuple[tuple[str, ...], ...] = ()
     refusal: str = ""
 
 

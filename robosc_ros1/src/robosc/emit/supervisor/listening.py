@@ -9,6 +9,7 @@ from robosc.emit.controller.python_literals import literal
 from robosc.emit.controller.views import ControllerContext
 from robosc.emit.package.package_context import CommandsView, HeardView, PackageContext, TopicView
 from robosc.emit.package.readme import InterfaceView, ReadmeContext
+from robosc.emit.supervisor.commuting import not_commuting
 from robosc.emit.supervisor.guarding import command_matches
 from robosc.emit.supervisor.relaying import in_order, source_of
 from robosc.errors import ModelError
@@ -58,7 +59,14 @@ def heard(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> 
         unseen=unseen,
         unjudged=_unjudged(context, unseen),
         by_data=_by_data(robot),
+        orders=_orders(supervisor, unseen),
     )
+
+
+def _orders(supervisor: Supervisor, unseen: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
+    """The groups of events whose order matters, as far as they can be heard."""
+    groups = (tuple(k for k in keys if k not in unseen) for keys in not_commuting(supervisor))
+    return tuple(keys for keys in groups if len(keys) > 1)
 
 
 def heard_by_shadow(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> HeardView:

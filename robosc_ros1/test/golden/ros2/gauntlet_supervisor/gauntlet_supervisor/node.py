@@ -112,6 +112,19 @@ SHADOW = MonitorTables(
     # What cannot be heard, and the commands that are not judged because of it.
     unseen=("Arm.reach", "Lamp.set_level"),
     unjudged=("Arm.reach", "Lamp.set_level", "Speaker.shout"),
+    # Groups of communications, and of components with delays: in each, the order of events matters.
+    orders=(
+        (
+            "Count.down",
+            "Eye.scan",
+            "Eye.spots",
+            "Left.slip",
+            "Right.slip",
+            "Speaker.count",
+            "Speaker.say",
+            "Speaker.shout",
+        ),
+    ),
 )
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}

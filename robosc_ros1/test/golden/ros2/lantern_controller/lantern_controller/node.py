@@ -49,6 +49,10 @@ SHADOW = MonitorTables(
     # What cannot be heard, and the commands that are not judged because of it.
     unseen=(),
     unjudged=(),
+    # Groups of communications, and of components with delays: in each, the order of events matters.
+    orders=(
+        ("Flame.kindle", "Flame.snuff", "Sky.brightness"),
+    ),
 )
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}

@@ -60,6 +60,20 @@ TABLES = MonitorTables(
     # What cannot be heard, and the commands that are not judged because of it.
     unseen=("Lamp.set_level",),
     unjudged=("Lamp.set_level",),
+    # Groups of communications, and of components with delays: in each, the order of events matters.
+    orders=(
+        (
+            "Arm.reach",
+            "Count.down",
+            "Eye.scan",
+            "Eye.spots",
+            "Left.slip",
+            "Right.slip",
+            "Speaker.count",
+            "Speaker.say",
+            "Speaker.shout",
+        ),
+    ),
 )
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}
