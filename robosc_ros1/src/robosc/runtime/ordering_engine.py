@@ -26,7 +26,7 @@ from .invariants import Invariants
 from .judging_engine import JudgingEngine, JudgingPort
 from .model import Controller
 from .offers import told
-from .orderings import Occurrence, Orderings
+from .orderings import Orderings, SeenEvent
 from .port import steady_time
 from .scheduler import ScheduledCommand
 from .seen import Seen
@@ -109,7 +109,7 @@ class OrderingEngine(JudgingEngine):
     def _apply(self, entry: BoundInput, message: Any) -> bool:
         return super()._apply(entry, message) or self._is_explained
 
-    def _arrival(self, entries: Inputs, message: Any) -> Occurrence:
+    def _arrival(self, entries: Inputs, message: Any) -> SeenEvent:
         keys = frozenset(entry.key for entry in entries)
         writes = frozenset().union(*(entry.writes for entry in entries))
         silences = entries[0].kind == "timeout"
@@ -118,7 +118,7 @@ class OrderingEngine(JudgingEngine):
         def do() -> bool:
             return all(self._is_applied(entry, message) for entry in entries)
 
-        return Occurrence(keys, group, self._port.now(), do, writes, silences=silences)
+        return SeenEvent(keys, group, self._port.now(), do, writes, silences=silences)
 
     def _is_applied(self, entry: BoundInput, message: Any) -> bool:
         """Apply an event without telling of it, if it can happen now."""
@@ -184,7 +184,7 @@ class OrderingEngine(JudgingEngine):
         """Whether nothing is said about the states in which a command is sent."""
         return command.is_cancel or self._is_unjudged(command) or command.key in self._by_data
 
-    def _sending(self, seen: Seen, command: ScheduledCommand, is_judged: bool) -> Occurrence:
+    def _sending(self, seen: Seen, command: ScheduledCommand, is_judged: bool) -> SeenEvent:
         def do() -> bool:
             fits = self._fits(command, *seen.data)
             if not fits or (is_judged and not self._is_allowed(command, seen)):
@@ -194,7 +194,7 @@ class OrderingEngine(JudgingEngine):
             return True
 
         keys = frozenset([seen.key])
-        return Occurrence(keys, self._topic(seen), seen.time, do, command.writes)
+        return SeenEvent(keys, self._topic(seen), seen.time, do, command.writes)
 
     def _is_from_before(self, seen: Seen, command: ScheduledCommand) -> bool:
         """Whether a command that is not allowed, or does not fit, was sent in another order of what

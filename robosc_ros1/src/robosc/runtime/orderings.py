@@ -44,7 +44,7 @@ _AHEAD = 8
 State = Dict[str, Any]
 
 
-class Occurrence(NamedTuple):
+class SeenEvent(NamedTuple):
     """What happened: an event, or all events of a message.
 
     ``keys`` are those of its communications, or its component; those of one ``group`` keep their
@@ -73,7 +73,7 @@ class Ordering(NamedTuple):
     """A state that the controller may be in, and what was seen and is yet to happen after it."""
 
     now: TimedState
-    ahead: Tuple[Occurrence, ...] = ()
+    ahead: Tuple[SeenEvent, ...] = ()
 
 
 class Orderings:
@@ -108,7 +108,7 @@ class Orderings:
         rows = enumerate(controller.AFTERS)
         self._timers = frozenset(index for index, row in rows if row.component in keys)
         self._others: List[Ordering] = []
-        self._recent: Deque[Tuple[Occurrence, TimedState]] = deque(maxlen=_AHEAD)
+        self._recent: Deque[Tuple[SeenEvent, TimedState]] = deque(maxlen=_AHEAD)
         """The last events, each with the state before it."""
 
     def moment(self) -> TimedState:
@@ -119,24 +119,24 @@ class Orderings:
         state = self._state
         return {name: state[name] for name in self._attributes}
 
-    def happened(self, occurrence: Occurrence, before: TimedState) -> None:
+    def happened(self, seen: SeenEvent, before: TimedState) -> None:
         """Take notice of what was applied to the controller, whose state was ``before``."""
-        since = self._since(occurrence)
+        since = self._since(seen)
         while self._recent and self._recent[0][0].time <= since:
             self._recent.popleft()
-        goes_on = all(event.group == occurrence.group for event, _ in self._recent)
+        goes_on = all(event.group == seen.group for event, _ in self._recent)
         orders = [] if goes_on and not self._others else [*self._latest(), Ordering(before)]
-        self._recent.append((occurrence, before))
+        self._recent.append((seen, before))
         if not orders:
             return  # a flood of messages on one topic, which keep their order
         mine = self._end(self.moment())
-        found = (o for o in self._ways(orders, occurrence) if o.ahead or self._end(o.now) != mine)
+        found = (o for o in self._ways(orders, seen) if o.ahead or self._end(o.now) != mine)
         known = self._chain()
         self._keep(order for order in found if not self._is_among(order, known))
 
-    def _since(self, occurrence: Occurrence) -> float:
+    def _since(self, seen: SeenEvent) -> float:
         """Return the time until which all was before what is still to come."""
-        return min(occurrence.time, self._oldest()) - self._span()
+        return min(seen.time, self._oldest()) - self._span()
 
     def _latest(self) -> List[Ordering]:
         return [*self._others, *self._chain()]
@@ -145,19 +145,19 @@ class Orderings:
         """Return the orders in which the last events are yet to come, if they keep their order; if
         not, they are among the others."""
         found: List[Ordering] = []
-        ahead: Tuple[Occurrence, ...] = ()
-        for occurrence, before in reversed(self._recent):
-            if occurrence.group != self._recent[0][0].group:
+        ahead: Tuple[SeenEvent, ...] = ()
+        for seen, before in reversed(self._recent):
+            if seen.group != self._recent[0][0].group:
                 return []
-            ahead = ahead if occurrence.timer is not None else (occurrence, *ahead)
+            ahead = ahead if seen.timer is not None else (seen, *ahead)
             found.append(Ordering(before, ahead))
         return found
 
-    def explain(self, occurrence: Occurrence) -> Optional[FrozenSet[str]]:
+    def explain(self, seen: SeenEvent) -> Optional[FrozenSet[str]]:
         """Go on in an order in which something can happen that cannot in the present one, after it
         has happened; return the attributes that have other values then. None: there is none."""
         now = self.moment()
-        found = self._ways([Ordering(now), *self._latest()], occurrence)
+        found = self._ways([Ordering(now), *self._latest()], seen)
         chosen = next((order for order in found if not order.ahead), None)
         if chosen is None:
             return None
@@ -174,14 +174,14 @@ class Orderings:
 
     # --- what becomes of orders ------------------------------------------------------------------
 
-    def _ways(self, orders: Iterable[Ordering], occurrence: Occurrence) -> List[Ordering]:
+    def _ways(self, orders: Iterable[Ordering], seen: SeenEvent) -> List[Ordering]:
         """Return all that may become of orders when something was seen, each once."""
-        since = self._since(occurrence)
+        since = self._since(seen)
         found: List[Ordering] = []
         todo: Deque[Ordering] = deque()
         for order in orders:
             if all(event.time > since for event in order.ahead):
-                todo.extend(self._extended(order, occurrence))
+                todo.extend(self._extended(order, seen))
         while todo and len(found) < 4 * MOST:
             order = todo.popleft()
             if not self._is_among(order, found):
@@ -189,16 +189,16 @@ class Orderings:
                 todo.extend(self._later(order))
         return found
 
-    def _extended(self, order: Ordering, occurrence: Occurrence) -> Iterator[Ordering]:
+    def _extended(self, order: Ordering, seen: SeenEvent) -> Iterator[Ordering]:
         """Yield what an order is when something more is to happen in it, which may be at once."""
-        order = self._by_clock(order, occurrence.time)
-        if occurrence.timer is not None:
+        order = self._by_clock(order, seen.time)
+        if seen.timer is not None:
             yield order  # it has timers of its own
         else:
-            yield Ordering(order.now, (*order.ahead, occurrence))
-            in_time = tuple(e for e in order.ahead if not self._is_silence_before(e, occurrence))
+            yield Ordering(order.now, (*order.ahead, seen))
+            in_time = tuple(e for e in order.ahead if not self._is_silence_before(e, seen))
             if len(in_time) != len(order.ahead):
-                yield Ordering(order.now, (*in_time, occurrence))
+                yield Ordering(order.now, (*in_time, seen))
 
     def _later(self, order: Ordering) -> Iterator[Ordering]:
         """Yield the orders in which one more event has happened."""
@@ -217,29 +217,29 @@ class Orderings:
         due = self._clocks.nearly_due(order.now.deadlines, span) if self._timers else ()
         return [timer for timer in due if timer in self._timers]
 
-    def _precedes(self, one: Occurrence, other: Occurrence) -> bool:
+    def _precedes(self, one: SeenEvent, other: SeenEvent) -> bool:
         """Whether what was seen before something else also happened before it."""
         is_old = one.time <= other.time - self._span()
         return is_old or one.group == other.group or self._is_silence_before(one, other)
 
     @staticmethod
-    def _is_silence_before(one: Occurrence, other: Occurrence) -> bool:
+    def _is_silence_before(one: SeenEvent, other: SeenEvent) -> bool:
         """Whether one is the timeout of a message that came a little later, or in time."""
         return one.silences and not one.keys.isdisjoint(other.keys)
 
-    def _after(self, moment: TimedState, occurrence: Occurrence) -> Optional[TimedState]:
+    def _after(self, moment: TimedState, seen: SeenEvent) -> Optional[TimedState]:
         """Return the moment after something happened; None: it cannot happen in this one."""
         deadlines = moment.deadlines
-        if occurrence.timer is not None:
-            deadlines = self._clocks.stopped(deadlines, occurrence.timer)
+        if seen.timer is not None:
+            deadlines = self._clocks.stopped(deadlines, seen.timer)
         now = self._part()
         undefined = self._state["undefined"]
         self._state.update(moment.state)
         self._state["undefined"] = {}  # it was counted when it was seen
         try:
-            if not occurrence.do():
+            if not seen.do():
                 return None
-            for _ in islice(self._transitions.run(occurrence.writes), self._bound + 1):
+            for _ in islice(self._transitions.run(seen.writes), self._bound + 1):
                 pass
             return TimedState(self._part(), self._clocks.followed(deadlines))
         finally:
@@ -253,12 +253,12 @@ class Orderings:
                 order = Ordering(after, order.ahead)
         return order
 
-    def due(self, timer: int, time: float) -> Occurrence:
+    def due(self, timer: int, time: float) -> SeenEvent:
         """Return the delayed transition of a timer."""
         row, step = self._clocks.delayed(timer)
         writes = frozenset(row.writes)
         keys = frozenset([row.component])
-        return Occurrence(keys, "after %d" % timer, time, lambda: step() is not None, writes, timer)
+        return SeenEvent(keys, "after %d" % timer, time, lambda: step() is not None, writes, timer)
 
     def _is_among(self, order: Ordering, others: List[Ordering]) -> bool:
         end = self._end(order.now)
