@@ -9,6 +9,7 @@ ALL = {"__init__", "ages", "calls", "clocks", "deadlines", "effects", "engine", 
        "operating", "parameter_values", "scheduler", "settings", "shapes", "shortening", "telemetry", "time_monitor", "traffic", "turns", "value_topics", "values"}  # fmt: skip
 MONITOR = {
     "allowances",
+    "gathering_engine",
     "invariants",
     "matching",
     "offers",

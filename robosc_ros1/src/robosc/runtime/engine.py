@@ -81,7 +81,7 @@ class Engine(Operating):
 
     def _begin(self) -> None:
         self._run_to_completion(None)
-        self._scheduler.begin(self._port.now())
+        self._scheduler.begin(self._now())
         self._clocks.begin()
 
     def restart_clocks(self, fault: Optional[str]) -> None:
@@ -135,7 +135,7 @@ class Engine(Operating):
         self._notice_pause()  # the process may have been stopped since the cycle began
         if self.stopped is not None or self._closing or self._pauses.holds:
             return False
-        command = self._scheduler.next(self._port.now())
+        command = self._scheduler.next(self._now())
         if command is None:
             return False
         self._perform(command)
@@ -287,7 +287,7 @@ class Engine(Operating):
         return writes
 
     def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
-        self._scheduler.update(self._scheduler.affected(writes), ended, self._port.now())
+        self._scheduler.update(self._scheduler.affected(writes), ended, self._now())
 
     def _run_to_completion(self, writes: Optional[FrozenSet[str]]) -> FrozenSet[str]:
         """Take internal transitions until none is enabled; return all attributes written."""
@@ -304,7 +304,7 @@ class Engine(Operating):
     # Commands
 
     def _perform(self, command: ScheduledCommand) -> None:
-        now = self._port.now()
+        now = self._now()
         name = self._names[command.key]
         data = None
         try:

@@ -86,6 +86,7 @@ class Intake:
         self.changed = threading.Event()
         """Set for the reporter after events."""
         self._port = port
+        self._now = self._clock_of(port)
         self._steady = steady
         self._communications = {c.key: c for c in controller.COMMUNICATIONS}
         self._names = {c.key: c.name for c in controller.COMMUNICATIONS}
@@ -109,7 +110,7 @@ class Intake:
             port.lost,
         )
         self._clocks = Clocks(
-            controller, self.settings.timeout_of, self.settings.seconds, port.now, steady
+            controller, self.settings.timeout_of, self.settings.seconds, self._now, steady
         )
         self._ages = Ages(controller.COMMUNICATIONS, self.settings.seconds)
         self._deadlines = Deadlines(self._clocks, self._calls, steady, self._awaits)
@@ -127,6 +128,10 @@ class Intake:
         """How often the robot has broken an assumption, by its text."""
         self._lost = 0
         self._closing = False
+
+    def _clock_of(self, port: Port) -> Callable[[], float]:
+        """Return the clock by which everything is handled."""
+        return port.now
 
     def post(self, key: str, kind: str, message: Any = None) -> None:
         """Pass on a message from the robot."""
@@ -205,7 +210,7 @@ class Intake:
 
     def time_to_deadline(self) -> Optional[float]:
         """Return the seconds until the next deadline; None: the engine only waits for inputs."""
-        now = self._port.now()
+        now = self._now()
         times = [
             None if self.stopped else self._time_to_command(now),
             self._clocks.time_to_next(),

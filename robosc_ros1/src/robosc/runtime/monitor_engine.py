@@ -79,11 +79,12 @@ class MonitorEngine(OrderingEngine):
         found = super().time_to_deadline()
         if not self._seen:
             return found
-        left = max(0.0, self._seen[0].time + self.tolerance - self._port.now())
+        left = max(0.0, self._seen[0].time + self.tolerance - self._now())
         return left if found is None else min(left, found)
 
     def _meet_deadlines(self) -> None:
-        super()._meet_deadlines()
+        if self._clocks.any_due():
+            super()._meet_deadlines()
         if self._seen:
             self._judge()
 
@@ -95,12 +96,12 @@ class MonitorEngine(OrderingEngine):
             self._topics[key] = topic
             self._take_command(key, "request", message)
             return
-        seen = Seen("", "request", message, self._port.now(), self.recorder.now())
+        seen = Seen("", "request", message, self._now(), self.recorder.now())
         self._forbid("request", "", self._unmatched(patterns), seen)
 
     def _take_command(self, key: str, kind: str, message: Any) -> None:
         command = self._scheduled[key, kind]
-        seen = Seen(key, kind, message, self._port.now(), self.recorder.now())
+        seen = Seen(key, kind, message, self._now(), self.recorder.now())
         if command.row.read is not None:
             if message is None:
                 return  # what it would have done is not known
@@ -125,7 +126,7 @@ class MonitorEngine(OrderingEngine):
             if waits:  # it crossed the request that waits for it; else another one took its place
                 self._answer(entry, message)
         elif waits or self._may_cross(entry):
-            now = self._port.now()
+            now = self._now()
             stamp = self.recorder.now()
             self._seen.append(Seen(entry.key, entry.kind, message, now, stamp, entry=entry))
         else:
@@ -178,7 +179,7 @@ class MonitorEngine(OrderingEngine):
 
     def _is_decided(self, seen: Seen) -> bool:
         """Apply a command, unless it has to wait for what may come; an answer is not applied."""
-        over = self._port.now() - seen.time >= self.tolerance
+        over = self._now() - seen.time >= self.tolerance
         if seen.entry is not None:
             return over or not self._may_cross(seen.entry)
         command = self._scheduled[seen.key, seen.kind]
@@ -311,10 +312,10 @@ class MonitorEngine(OrderingEngine):
     def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
         written = super()._after(writes, ended)
         if self._recent is not None:
-            self._recent.note(self._port.now(), self._own, self.tolerance)
+            self._recent.note(self._now(), self._own, self.tolerance)
         for command in self._scheduler.affected(written):
             by_itself = self._own == self._topics.get(command.key, command.key)
-            self._allowances.update(command, by_itself, self._port.now())
+            self._allowances.update(command, by_itself, self._now())
         if self._invariants.rows:
             self._look_at_states()
         return written

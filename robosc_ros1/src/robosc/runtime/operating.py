@@ -60,7 +60,7 @@ class Operating(Serving):
 
     def _begin_again(self) -> None:
         self.stopped = None
-        self._scheduler.begin(self._port.now())
+        self._scheduler.begin(self._now())
         self.changed.set()
 
     def _operate(self, order: str) -> None:
@@ -94,7 +94,7 @@ class Operating(Serving):
         """Perform the command that would be next; return why not, if so."""
         if self.stopped != HELD:
             return "it is not held"
-        now = self._port.now()
+        now = self._now()
         self._scheduler.begin(now)
         # One that was performed last is next only in the round after.
         command = self._scheduler.next(now) or self._scheduler.next(now)

@@ -21,9 +21,10 @@ from typing import (
 
 from .clocks import Timer
 from .effects import attribute_names, effect_of
+from .gathering_engine import GatheringEngine
 from .intake import BoundInput, Inputs
 from .invariants import Invariants
-from .judging_engine import JudgingEngine, JudgingPort
+from .judging_engine import JudgingPort
 from .model import Controller
 from .offers import told
 from .orderings import Orderings, SeenEvent
@@ -35,7 +36,7 @@ from .unseen import unknown_attributes
 from .values import UNREADABLE, Mismatch
 
 
-class OrderingEngine(JudgingEngine):
+class OrderingEngine(GatheringEngine):
     """Follows the orders of events."""
 
     def __init__(
@@ -55,6 +56,7 @@ class OrderingEngine(JudgingEngine):
         self._by_data: Container[str] = ()
         self._invariants = Invariants(controller)
         self._orders: Dict[str, Orderings] = {}  # by the key of a communication, or by component
+        self._sorts: Dict[Tuple[str, str, int], SeenEvent] = {}  # those of inputs, by what they are
         self._is_explained = False  # the last input is one that came in another order
 
         self.describe: Callable[[Any], Any] = lambda message: None
@@ -93,7 +95,7 @@ class OrderingEngine(JudgingEngine):
             self._orders.update(dict.fromkeys(keys, orders))
 
     def _oldest(self) -> float:
-        return min((seen.time for seen in self._seen), default=self._port.now())
+        return min((seen.time for seen in self._seen), default=self._now())
 
     def _input(self, entries: Inputs, message: Any) -> List[BoundInput]:
         orders = self._orders.get(entries[0].key)
@@ -110,15 +112,21 @@ class OrderingEngine(JudgingEngine):
         return super()._apply(entry, message) or self._is_explained
 
     def _arrival(self, entries: Inputs, message: Any) -> SeenEvent:
-        keys = frozenset(entry.key for entry in entries)
-        writes = frozenset().union(*(entry.writes for entry in entries))
-        silences = entries[0].kind == "timeout"
-        group = " ".join(entry.key for entry in entries) + (" timeout" if silences else "")
+        place = entries[0].key, entries[0].kind, len(entries)
+        sort = self._sorts.get(place)
+        if sort is None:
+            keys = frozenset(entry.key for entry in entries)
+            silences = entries[0].kind == "timeout"
+            group = " ".join(entry.key for entry in entries) + (" timeout" if silences else "")
+            writes = frozenset().union(*(entry.writes for entry in entries))
+            sort = SeenEvent(keys, group, 0.0, lambda: False, writes, silences=silences)
+            self._sorts[place] = sort
 
         def do() -> bool:
             return all(self._is_applied(entry, message) for entry in entries)
 
-        return SeenEvent(keys, group, self._port.now(), do, writes, silences=silences)
+        keys, group, _, _, writes, timer, silences = sort
+        return SeenEvent(keys, group, self._now(), do, writes, timer, silences)
 
     def _is_applied(self, entry: BoundInput, message: Any) -> bool:
         """Apply an event without telling of it, if it can happen now."""
@@ -166,7 +174,7 @@ class OrderingEngine(JudgingEngine):
         number = self.recorder.number
         super()._take_delayed(timer)
         if orders is not None and before is not None and self.recorder.number != number:
-            due = orders.due(self._clocks.index_of(timer), self._port.now())
+            due = orders.due(self._clocks.index_of(timer), self._now())
             orders.happened(due, before)
 
     # Commands

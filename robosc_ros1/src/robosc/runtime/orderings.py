@@ -110,6 +110,7 @@ class Orderings:
         self._others: List[Ordering] = []
         self._recent: Deque[Tuple[SeenEvent, TimedState]] = deque(maxlen=_AHEAD)
         """The last events, each with the state before it."""
+        self._is_chain = True  # they are all of one topic
 
     def moment(self) -> TimedState:
         """Return the present one, of which only what is of these events matters."""
@@ -121,18 +122,26 @@ class Orderings:
 
     def happened(self, seen: SeenEvent, before: TimedState) -> None:
         """Take notice of what was applied to the controller, whose state was ``before``."""
-        since = self._since(seen)
-        while self._recent and self._recent[0][0].time <= since:
-            self._recent.popleft()
-        goes_on = all(event.group == seen.group for event, _ in self._recent)
-        orders = [] if goes_on and not self._others else [*self._latest(), Ordering(before)]
-        self._recent.append((seen, before))
-        if not orders:
+        if not self._others and self._is_next(seen):
+            self._recent.append((seen, before))
             return  # a flood of messages on one topic, which keep their order
+        orders = [*self._latest(), Ordering(before)]
+        self._recent.append((seen, before))
+        self._is_chain = False
         mine = self._end(self.moment())
         found = (o for o in self._ways(orders, seen) if o.ahead or self._end(o.now) != mine)
         known = self._chain()
         self._keep(order for order in found if not self._is_among(order, known))
+
+    def _is_next(self, seen: SeenEvent) -> bool:
+        """Whether all that came lately came on the topic of an event."""
+        recent = self._recent
+        if not (self._is_chain and recent and recent[-1][0].group == seen.group):
+            since = self._since(seen)
+            while recent and recent[0][0].time <= since:
+                recent.popleft()
+            self._is_chain = all(event.group == seen.group for event, _ in recent)
+        return self._is_chain
 
     def _since(self, seen: SeenEvent) -> float:
         """Return the time until which all was before what is still to come."""

@@ -22,6 +22,8 @@ from .settings import Settings
 class ShadowEngine(MonitorEngine):
     """A monitor with the decisions of a controller."""
 
+    gathering = 0.0  # it tells when it would send
+
     def __init__(
         self,
         controller: Controller,
@@ -37,17 +39,17 @@ class ShadowEngine(MonitorEngine):
 
     def _begin(self) -> None:
         super()._begin()
-        self._decisions.begin(self._port.now())
+        self._decisions.begin(self._now())
 
     def _resume(self) -> None:
         super()._resume()
-        self._decisions.begin(self._port.now())
+        self._decisions.begin(self._now())
 
     def _time_to_command(self, now: float) -> Optional[float]:
         return self._decisions.time_to_next(now)
 
     def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
-        self._decisions.update(writes, ended, self._port.now())
+        self._decisions.update(writes, ended, self._now())
 
     def _count(self, seen: Seen, command: ScheduledCommand) -> None:
         self._decisions.sent(command.key, command.kind)
@@ -57,7 +59,7 @@ class ShadowEngine(MonitorEngine):
         """Tell of the next command that is due; False if there is none."""
         if self.stopped is not None or self._closing or self._pauses.holds:
             return False
-        command = self._decisions.next(self._port.now())
+        command = self._decisions.next(self._now())
         if command is None:
             return False
         # The state may be one that the controller itself avoids, in which its guards say nothing.
