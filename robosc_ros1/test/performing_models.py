@@ -67,8 +67,10 @@ class Performer:
     def stages(self) -> list[str]:
         if not self.performs:
             return [self.path]
-        stages = ["due"] + ["under_way"] * (self.performs != "say") + ["waiting"] * bool(self.every)
-        return [f"{self.path}.{stage}" for stage in stages]
+        stages = (
+            ["due"] + ["performing"] * (self.performs != "say") + ["waiting"] * bool(self.every)
+        )
+        return [f"{self.path} {stage}" for stage in stages]
 
 
 def random_machine(draw: random.Random) -> list[Performer]:
@@ -143,7 +145,7 @@ def _clauses(reaction: Reaction) -> str:
 
 
 def flat(path: str) -> str:
-    return path.replace(".", "_")
+    return path.replace(".", "_").replace(" ", "_")
 
 
 class Unfolded:
@@ -162,7 +164,7 @@ class Unfolded:
     def text(self) -> str:
         lines = [f"variable {s.count}: integer(0..{s.times})" for s in self.counted]
         for stage in self.stages:
-            owner = stage if stage in self.states else stage.rpartition(".")[0]
+            owner = stage.partition(" ")[0]
             around = [owner[:1]] if "." in owner else []
             lines += self._state(stage, self.states[owner], [self.states[p] for p in around])
         return "\n".join(lines)
@@ -170,7 +172,7 @@ class Unfolded:
     def _state(self, stage: str, state: Performer, around: list[Performer]) -> list[str]:
         marked = state.marked or any(o.marked and o.inner[0] is state for o in around)
         begins = stage == self.first(self.top[0].path)
-        marked = marked and not stage.endswith("under_way")
+        marked = marked and not stage.endswith("performing")
         head = ["initial"] * begins + ["marked"] * marked + ["state", flat(stage)]
         own = f" {state.performs}"
         mine = [r for r in state.reactions if state.performs and r.event.endswith(own)]
@@ -188,18 +190,18 @@ class Unfolded:
         command, path = state.performs, state.path
         then = Reaction("", "", state.then.effects, state.then.target or path)
         if stage.endswith("waiting"):
-            return [Reaction(f"after {state.every} s", "", (), state.via or f"{path}.due")]
+            return [Reaction(f"after {state.every} s", "", (), state.via or f"{path} due")]
         if stage.endswith("due"):
-            goal = Reaction("", "", (), f"{path}.under_way")
+            goal = Reaction("", "", (), f"{path} performing")
             return self._mixed(f"request to {command}", mine, [then if command == "say" else goal])
         found = self._mixed(f"response from {command}", mine, [then])
         if state.times:
             zero = (f"{state.count} := 0",)
             found = [Reaction(r.event, r.guard, (*r.effects, *zero), r.target) for r in found]
-        again = state.via or f"{path}.due"
-        errors = [Reaction("", "", (), again if state.retry else f"{path}.due")]
+        again = state.via or f"{path} due"
+        errors = [Reaction("", "", (), again if state.retry else f"{path} due")]
         if state.retry and state.every:
-            errors = [Reaction("", "", (), f"{path}.waiting")]
+            errors = [Reaction("", "", (), f"{path} waiting")]
         if state.times:
             last = state.finally_
             up = (f"{state.count} := {state.count} + 1",)
@@ -215,8 +217,8 @@ class Unfolded:
                 )
                 for e in errors
             ]
-            errors.append(Reaction("", "go.cancelling", (), f"{path}.due"))
-            found += self._mixed("cancelled from go", mine, [Reaction("", "", (), f"{path}.due")])
+            errors.append(Reaction("", "go.cancelling", (), f"{path} due"))
+            found += self._mixed("cancelled from go", mine, [Reaction("", "", (), f"{path} due")])
             found += self._mixed("cancel from go", mine, [])
         return found + self._mixed(f"error from {command}", mine, errors)
 
@@ -291,6 +293,6 @@ class Unfolded:
         if around:
             return stage[:1] != around and leaf[:1] == around
         scope = [path for path in (state.path, state.via) if path]
-        if not any(leaf == path or leaf.startswith(f"{path}.") for path in scope):
+        if not any(leaf == path or leaf.startswith((f"{path}.", f"{path} ")) for path in scope):
             return True
-        return stage.startswith(f"{state.path}.") and target == state.path
+        return stage.startswith(f"{state.path} ") and target == state.path

@@ -11,6 +11,7 @@ from urllib.parse import quote
 from robosc.errors import Diagnostic, counted, sort_diagnostics
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.plant.formulas import to_dsl
+from robosc.runtime.places import place_of, stage_of
 from robosc.supervisor import Explanation, Supervisor
 from robosc.synthesis.formatting import event_text, step_text, trace_text
 
@@ -248,7 +249,9 @@ def _variable_texts(plant: Plant, state: PlantState) -> Iterator[str]:
         value = str(value).lower() if isinstance(value, bool) else str(value)
         match variable.kind:
             case VariableKind.LOCATION:
-                yield f"{variable.name}.{value}"
+                yield f"{variable.name}.{place_of(value)}"
+                if stage_of(value):
+                    yield f"{variable.name}.{value}"
             case VariableKind.DATA | VariableKind.TEST:
                 yield f"{variable.name} = {value}"
             case VariableKind.PHASE:

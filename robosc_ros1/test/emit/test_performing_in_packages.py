@@ -55,7 +55,7 @@ robot Patrol {
         }
     }
     provide speed with 0.25
-    requirement drive needs Base.patrol.driving.under_way or Base.tries < 3
+    requirement drive needs Base.patrol.driving.performing or Base.tries < 3
     requirement dock needs Base.docking to start
     requirement possible Base.docked from Base.docking
     interface dock use Test from actionlib

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from emit.golden_packages import PACKAGES, package_of
 
-ALL = {"__init__", "ages", "calls", "clocks", "deadlines", "effects", "engine", "eventlog", "inbox", "intake", "internal", "model", "original_state", "pauses", "port", "reasons", "recorder", "requests", "served",
+ALL = {"__init__", "ages", "calls", "clocks", "deadlines", "effects", "engine", "eventlog", "inbox", "intake", "internal", "model", "original_state", "pauses", "places", "port", "reasons", "recorder", "requests", "served",
        "operating", "parameter_values", "scheduler", "settings", "shapes", "shortening", "telemetry", "time_monitor", "traffic", "turns", "value_topics", "values"}  # fmt: skip
 MONITOR = {
     "allowances",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 
 import pytest
-from performing_models import PARTS, Unfolded, performing_text, random_machine
+from performing_models import PARTS, Unfolded, flat, performing_text, random_machine
 from quick import quick_first
 
 from robosc.errors import Severity, render_all
@@ -31,7 +31,7 @@ class Side:
 
     def __init__(self, robot: Robot, unfolded: Unfolded) -> None:
         self.plant: Plant = lower(robot)
-        self.names = [v.name.rpartition(".")[2] for v in self.plant.variables]
+        self.names = [flat(v.name.removeprefix("P.")) for v in self.plant.variables]
         self.scopes = {}
         for state in unfolded.counted:
             around = state.path[:1] if "." in state.path else ""
@@ -43,10 +43,10 @@ class Side:
             for name, variable, index in zip(self.names, self.plant.variables, state, strict=True)
         }
         here = str(found["P"])
-        place = here.replace(".", "_")
+        place = flat(here)
         found["P"] = place
         for count, scope in self.scopes.items():
-            paths = [path.replace(".", "_") for path in scope if path]
+            paths = [flat(path) for path in scope if path]
             if not any(place == path or place.startswith(f"{path}_") for path in paths):
                 found.pop(count, None)
         return found
@@ -122,13 +122,13 @@ def paired(
 def cancels(plant: Plant, state: PlantState) -> None:
     """A goal is cancelled where no state has it under way, and nowhere else."""
     place = str(plant.variables[0].values[state[0]])
-    owner = place.rpartition(".")[0]
+    owner = place.partition(" ")[0]
     robot = plant.robot
     performed = [path for _, path in robot.performed.get("P.go", ())]
     cancel = next(event for event in plant.events if event.kind is EventKind.CANCEL)
     if performed:
         assert cancel.requirement is not None
-        keeps = owner in performed and place.endswith("under_way")
+        keeps = owner in performed and place.endswith("performing")
         assert holds(plant, cancel.requirement, state) is not keeps
 
 

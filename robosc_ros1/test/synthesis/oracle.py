@@ -300,13 +300,24 @@ class Oracle(OraclePlant):
         places = those("at")
         return {
             "id": number,
-            "components": {n: place for n, place in places.items() if n not in lasting},
-            "variables": those("var") | {n: places[n] == "holding" for n in lasting},
+            "components": {n: p.split(" ")[0] for n, p in places.items() if n not in lasting},
+            "variables": those("var")
+            | {n: places[n] == "holding" for n in lasting}
+            | self._phases_of_performing(places),
             "communications": {
                 self.name(Event(EventKind.REQUEST, key)): phase
                 for key, phase in those("phase").items()
             },
             "marked": self.marked(state),
+        }
+
+    def _phases_of_performing(self, places: dict[str, str]) -> dict[str, bool]:
+        return {
+            f"{component.name}.{state.name}": places[component.name] == state.name
+            for component in self.robot.components
+            if component.behaviour is not None
+            for state in component.behaviour.states
+            if state.name.endswith((" performing", " waiting"))
         }
 
     def event_document(self, state: OracleState, occurrence: Occurrence) -> dict[str, Any]:
@@ -318,7 +329,7 @@ class Oracle(OraclePlant):
             return {
                 "kind": event.kind.word,
                 "name": event.key,
-                "value": f"{here}->{there}",
+                "value": f"{here.split(' ')[0]}->{there.split(' ')[0]}",
                 "index": event.index,
             }
         value: Any = None

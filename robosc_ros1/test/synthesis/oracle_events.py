@@ -75,7 +75,8 @@ class Occurrence:
 
 def _stays(transition: ResultTransition, place: str) -> bool:
     """Whether a transition of a state may lead into that state."""
-    return transition.goto is None or f"{transition.goto}.".startswith(f"{place}.")
+    goto = transition.goto
+    return goto is None or goto == place or goto.startswith((f"{place}.", f"{place} "))
 
 
 def is_for(transition: ResultTransition, event: Event) -> bool:
@@ -313,8 +314,11 @@ class OracleEvents:
         if key not in self._written:
             behaviour = component.behaviour
             assert behaviour is not None
-            places = {place.name: place for place in (*behaviour.composites, *behaviour.states)}
-            steps = here.split(".")
+            places = {
+                place.name.replace(" ", "."): place  # the stage of a performing state is last
+                for place in (*behaviour.composites, *behaviour.states)
+            }
+            steps = here.replace(" ", ".").split(".")
             inside = [places[".".join(steps[:n])] for n in range(len(steps), 0, -1)]
             levels = [*(place.transitions for place in inside), behaviour.transitions]
             self._written[key] = tuple([t for t in level if is_for(t, event)] for level in levels)

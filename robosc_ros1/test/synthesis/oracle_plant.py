@@ -63,7 +63,11 @@ class OraclePlant(OracleEvents):
         component = self.robot.component(event.key)
         here = self.get(state, "at", event.key)
         present = next(s for s in behaviour.states if s.name == here)
-        around = (o.taus for o in behaviour.composites if present.name.startswith(f"{o.name}."))
+        around = (
+            o.taus
+            for o in behaviour.composites
+            if present.name.startswith((f"{o.name}.", f"{o.name} "))
+        )
         for tau in (*behaviour.taus, *(tau for taus in around for tau in taus), *present.taus):
             transition = tau.transition
             if tau.index != event.index or not (
@@ -85,7 +89,11 @@ class OraclePlant(OracleEvents):
         assert component.behaviour is not None
         here = self.get(state, "at", component.name)
         present = next(s for s in component.behaviour.states if s.name == here)
-        around = [o for o in component.behaviour.composites if here.startswith(f"{o.name}.")]
+        around = [
+            o
+            for o in component.behaviour.composites
+            if here.startswith((f"{o.name}.", f"{o.name} "))
+        ]
         for waiting in (a for place in (present, *around) for a in place.afters):
             transition = waiting.transition
             if waiting.index != occurrence.event.index:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from robosc.expr.tree import Expr
 from robosc.expr.types import Type, Value
 from robosc.language.events import EventKind
+from robosc.runtime.places import stands_in
 from robosc.source import Span
 
 
@@ -137,8 +138,8 @@ class State:
 
 
 def is_in(path: str, place: str) -> bool:
-    """Whether a path is that of a place, or of a state in it."""
-    return path == place or path.startswith(f"{place}.")
+    """Whether a path is that of a place, of a stage of it, or of a state in it."""
+    return stands_in(path, place)
 
 
 @dataclass(frozen=True, slots=True)

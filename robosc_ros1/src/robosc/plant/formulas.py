@@ -167,7 +167,7 @@ def to_dsl(
                 VariableRef(component=component, variable=name)
                 | StateRef(component=component, state=name)
             ):
-                path = ".".join(map(escape, name.split(".")))
+                path = ".".join(map(escape, name.replace(" ", ".").split(".")))
                 return f"{escape(component)}.{path}"
             case ParameterRef(parameter=parameter):
                 return ".".join(escape(part) for part in parameter.key.split("."))

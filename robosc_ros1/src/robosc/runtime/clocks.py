@@ -30,6 +30,7 @@ from typing import (
 )
 
 from .model import After, Controller
+from .places import stands_in
 from .port import BEFORE_TIME
 
 _SHORTEST = 1e-6
@@ -79,11 +80,6 @@ class Timer(_Clock):
 Deadline = Tuple[Optional[int], Optional[float]]
 """Of a timer: the count of entries when it was started last, and when it is due (None: it is not
 running)."""
-
-
-def stands_in(state: str, place: str) -> bool:
-    """Whether a state is the one with the path ``place`` or stands in it."""
-    return state == place or state.startswith(place + ".")
 
 
 Clock = Union[Timer, Watch]

@@ -22,6 +22,7 @@ from .clocks import Timer, Watch
 from .inbox import Inbox
 from .intake import BoundInput, Inputs, Item
 from .operating import HELD, Operating
+from .places import path_of
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
 from .values import (
@@ -196,6 +197,7 @@ class Engine(Operating):
             self._clocks.stop(timer)
             row = timer.row
             self.recorder.counters["inputs"] += 1
+            path = path_of(path)
             self.recorder.record("after", row.component, path, tau=row.number, writes=row.writes)
             self._after(frozenset(row.writes), None)
 
@@ -295,6 +297,7 @@ class Engine(Operating):
         for steps, (tau, path) in enumerate(self._transitions.run(writes), 1):
             written |= frozenset(tau.writes)
             self.recorder.counters["taus"] += 1
+            path = path_of(path)
             self.recorder.record("tau", tau.component, path, tau=tau.number, writes=tau.writes)
             if steps > self.controller.STEP_BOUND:
                 self._safe_stop("the internal transitions never end (%s)" % tau.component)

@@ -217,6 +217,8 @@ class Controller:
     LASTING: Mapping[str, Tuple[Callable[[Any], bool], str, str]] = {}
     """The conditions that must have held for some time, by name: the method for what one is about,
     and the attributes with its state, "waiting" or "holding", and with how often it began anew."""
+    STAGES: Tuple[str, ...] = ()
+    """``Component.state stage`` of the states that perform a command; see :mod:`.places`."""
     STEP_BOUND: int
     """The step bound: more internal transitions after one event are a cycle."""
 

@@ -13,6 +13,7 @@ from typing import Any, Dict, FrozenSet, Optional
 
 from .intake import BoundInput
 from .model import SERVED
+from .places import place_of
 from .requests import Requests
 from .scheduler import ScheduledCommand
 from .values import UNREADABLE, Mismatch, Undefined
@@ -132,7 +133,7 @@ class Serving(Requests):
         """Return why the controller answers with an error: the states in which it does."""
         states = self.controller.components()
         names = dict.fromkeys(name for name, _ in command.row.partners)
-        told = " and ".join("%s is in %s" % (name, states[name]) for name in names)
+        told = " and ".join("%s is in %s" % (name, place_of(states[name])) for name in names)
         return "%s failed: %s" % (self._names[command.key], told)
 
     def _refuse_waiting(self, reason: str) -> None:

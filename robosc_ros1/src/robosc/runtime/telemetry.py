@@ -20,6 +20,7 @@ from .eventlog import EventLog
 from .model import Command, Controller
 from .operating import HELD, INACTIVE
 from .original_state import OriginalState
+from .places import places, stages
 from .reasons import blocked_by, violated
 from .recorder import Entry
 from .shortening import ROOM, Shortener, shortened_text
@@ -148,7 +149,8 @@ def state_document(
             enabled = [c["event"]["name"] for c in preferred if c["enabled"]]
             # What would replace a goal is waited for by none.
             shown["waits_for"] = [name for name in enabled if phases.get(name) != "busy"]
-    variables = controller.variables()
+    states = controller.components()
+    variables = {**controller.variables(), **stages(states, controller.STAGES)}
     variables, shortened = (jsonable(variables), []) if whole else _short_values(variables)
     document = {
         "version": 1,
@@ -156,7 +158,7 @@ def state_document(
         "begun": snapshot["begun"],
         "time": round(time.time(), 6),
         "number": snapshot["number"],
-        "components": controller.components(),
+        "components": places(states),
         "variables": variables,
         "parameters": controller.parameters(),
         "communications": phases,

@@ -11,6 +11,7 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional
 
 from .model import Controller
 from .parameter_values import LEAST_PARAMETER, MOST_PARAMETER
+from .places import places
 from .settings import parameter_name
 
 
@@ -40,7 +41,7 @@ class ValueTopics:
         """Return the messages of a state."""
         found = [
             ValueMessage(topic_of(name), "Int32", self._states[name][state])
-            for name, state in controller.components().items()
+            for name, state in places(controller.components()).items()
             if state in self._states.get(name, ())
         ]
         for name, value in controller.variables().items():

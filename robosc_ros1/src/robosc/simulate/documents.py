@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from robosc.model.stages import told_stages
+from robosc.runtime.places import places, stages
 from robosc.simulate.event_data import given_json
 from robosc.simulate.faults import InvalidLine, LineFault
 from robosc.simulate.machine import Choice, CommandState, Machine, event_of_document
@@ -90,8 +92,11 @@ def state_document(machine: Machine) -> Document:
     state = machine.state
     names = machine.plant.robot.display_names
     document: Document = {
-        "components": dict(state.components),
-        "variables": dict(state.variables),
+        "components": places(state.components),
+        "variables": {
+            **state.variables,
+            **stages(state.components, told_stages(machine.plant.robot)),
+        },
         "communications": {names[key]: phase for key, phase in state.phases.items()},
         "marked": state.marked(machine.plant.robot),
     }

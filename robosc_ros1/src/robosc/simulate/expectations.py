@@ -13,6 +13,7 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
 from robosc.plant.automaton import Event
 from robosc.plant.formulas import to_dsl
+from robosc.runtime.places import place_of
 from robosc.runtime.values import jsonable
 from robosc.simulate.conditions import condition
 from robosc.simulate.event_data import complete
@@ -70,7 +71,7 @@ def _instead(wanted: Expr, machine: Machine) -> str:
     for part in walk(wanted):
         match part:
             case StateRef(component=component):
-                found[f"{component} is in {state.components[component]}"] = None
+                found[f"{component} is in {place_of(state.components[component])}"] = None
             case VariableRef(component=component, variable=name):
                 value = literal_text(state.variables[f"{component}.{name}"])
                 found[f"{component}.{name} is {value}"] = None

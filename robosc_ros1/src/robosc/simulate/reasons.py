@@ -17,6 +17,7 @@ from robosc.runtime.values import Undefined
 from robosc.simulate.machine import Reason
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.system import location_name
 
 
 def reasons(
@@ -66,7 +67,7 @@ def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iter
         look = lookup(plant, event, values, state)
         for automaton in event.automata:
             if automaton.blocking and taken_edge(automaton, state, look) is None:
-                where = plant.variables[automaton.variable].values[state[automaton.variable]]
+                where = location_name(plant, automaton.variable, state[automaton.variable])
                 yield Reason("synchronisation", f"blocked by {automaton.component} in {where}")
 
 

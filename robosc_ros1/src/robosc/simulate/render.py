@@ -11,6 +11,7 @@ from typing import Any
 from robosc.errors import listing
 from robosc.expr.types import Value
 from robosc.language.events import ACTIVE
+from robosc.runtime.places import places, stage_of
 from robosc.simulate.literals import literal_text
 from robosc.simulate.machine import CommandState, Happening, Machine, label
 from robosc.simulate.session import Session
@@ -74,9 +75,12 @@ def _state_lines(machine: Machine, style: Style) -> Iterator[str]:
     state = machine.state
     robot = machine.plant.robot
     width = max((len(name) for name in state.components), default=0)
-    place = max((len(name) for name in state.components.values()), default=0)
-    for component, name in state.components.items():
-        variables = [
+    shown = places(state.components)
+    place = max((len(name) for name in shown.values()), default=0)
+    for component, name in shown.items():
+        stage = stage_of(state.components[component])
+        variables = [stage] if stage else []
+        variables += [
             f"{key.partition('.')[2]} = {_short(value)}"
             for key, value in state.variables.items()
             if key.startswith(f"{component}.")

@@ -15,6 +15,7 @@ from robosc.errors import UsageError, counted
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
 from robosc.runtime.model import After, Command, Controller, Input, Tau
+from robosc.runtime.places import path_of
 from robosc.runtime.reasons import blocked_by, reason_text
 from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.shortening import Shortener
@@ -255,6 +256,7 @@ def _step(controller: Controller, row: After | Tau | None, path: Any) -> str | N
         taken = row.step(controller)
     except Mismatch as mismatch:
         return str(mismatch)
+    taken = taken and path_of(taken)
     return None if taken == path else f"the model goes {taken or 'nowhere'} here, not {path}"
 
 

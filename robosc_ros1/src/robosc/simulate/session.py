@@ -16,6 +16,7 @@ from robosc import limits
 from robosc.errors import UsageError, counted, listing
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.plant.automaton import Event
+from robosc.runtime.places import places
 from robosc.simulate.conditions import condition
 from robosc.simulate.event_data import Given, complete
 from robosc.simulate.expectations import expect
@@ -300,7 +301,9 @@ class Session:
         lines += [f"set {name} {literal_text(value)}" for name, value in self._parameters.items()]
         lines += self.history
         state = self.machine.state
-        lines += [f"expect {component}.{name}" for component, name in state.components.items()]
+        lines += [
+            f"expect {component}.{name}" for component, name in places(state.components).items()
+        ]
         for component in robot.components:
             for variable in component.behaviour.variables if component.behaviour else ():
                 if variable.in_state and not isinstance(variable.type, ArrayType | ObjectType):

@@ -10,8 +10,10 @@ from typing import Any
 from robosc.expr.traversal import path_text
 from robosc.expr.types import Value
 from robosc.model.automata import HOLDING
+from robosc.model.stages import told_stages
 from robosc.plant.automaton import Event, EventParameter, Plant, PlantState, VariableKind
 from robosc.plant.formulas import to_dsl
+from robosc.runtime.places import place_of, places, stages
 from robosc.source import Span
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph
@@ -136,7 +138,7 @@ def _any_value(plant: Plant, event: Event) -> dict[str, Any]:
         ends = {(edge.source, edge.target) for edge in automaton.edges}
         names = plant.variables[automaton.variable].values
         if len(ends) == 1:
-            value = "->".join(str(names[location]) for location in ends.pop())
+            value = "->".join(place_of(str(names[location])) for location in ends.pop())
     elif event.known:
         known = [event.parameters[i] for i in event.known]
         return {**event_document(event), "value": _value(known, [p.values[0] for p in known])}
@@ -150,10 +152,12 @@ def _state(plant: Plant, number: int, state: PlantState) -> dict[str, Any]:
     for lasting in plant.robot.lasting:
         state_of = found[VariableKind.LOCATION].pop(lasting.name)
         found[VariableKind.DATA][lasting.name] = state_of == HOLDING
+    states = found[VariableKind.LOCATION]
+    shown = stages(states, told_stages(plant.robot))
     return {
         "id": number,
-        "components": found[VariableKind.LOCATION],
-        "variables": found[VariableKind.DATA] | found[VariableKind.TEST],
+        "components": places(states),
+        "variables": found[VariableKind.DATA] | shown | found[VariableKind.TEST],
         "communications": {
             plant.robot.display_names[key]: phase
             for key, phase in found[VariableKind.PHASE].items()

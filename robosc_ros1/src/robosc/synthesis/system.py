@@ -28,6 +28,7 @@ from robosc.plant.automaton import (
 )
 from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.plant.step import Values
+from robosc.runtime.places import place_of
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.compiled_steps import Stepper
 
@@ -156,8 +157,8 @@ def taken_where(plant: Plant, automaton: LocalAutomaton, edge: Edge) -> list[Exp
 
 
 def location_name(plant: Plant, variable: int, place: int) -> str:
-    """Return the name of a location, given by the index of a value of its state variable."""
-    return str(plant.variables[variable].values[place])
+    """Return the state of a location, given by the index of a value of its state variable."""
+    return place_of(str(plant.variables[variable].values[place]))
 
 
 def stays_in_range(plant: Plant, edge: Edge) -> Iterator[Binary]:

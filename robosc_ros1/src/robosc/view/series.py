@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from robosc.runtime.model import Controller
+from robosc.runtime.places import places
 from robosc.simulate.event_log import LogEntry
 
 Json = Any
@@ -25,7 +26,7 @@ class Collector:
     def take(self, place: int, entry: LogEntry, controller: Controller | None) -> None:
         """An event, and the state after it; None where it is not known."""
         if controller is not None:
-            self._change(place, controller.components())
+            self._change(place, places(controller.components()))
             self._change(place, dict(_numbers(controller.variables(), "")))
         if entry.outcome == "applied" and entry.name in self._owners:
             for path, value in _numbers(entry.value, " "):

@@ -12,9 +12,19 @@ RESTING = "waiting"
 """The state of a condition that has not held for long enough."""
 
 
+def told_place(state):
+    """Return how a state is told: one that performs a command has one name in all its stages."""
+    return state.partition(" ")[0]
+
+
+def told_path(before, after):
+    """Return how a step between two states is told."""
+    return "%s->%s" % (told_place(before), told_place(after))
+
+
 def stands_in(state, place):
     """Whether a state is the one with the path ``place`` or stands in it; None: in every state."""
-    return place is None or state == place or state.startswith(place + ".")
+    return place is None or state == place or state.startswith((place + ".", place + " "))
 
 
 class Delays(Expressions):
@@ -25,6 +35,15 @@ class Delays(Expressions):
     ``clocked`` are these states by component. ``states`` are the current ones, ``components`` the
     descriptions of the components, and ``now`` is the time of the next event.
     """
+
+    def told_states(self, document):
+        """Return the states of a document; a variable of it tells the stage of one."""
+        found = {}
+        for name, place in document["components"].items():
+            here = [s for s in self.components[name]["states"] if told_place(s) == place]
+            told = (s for s in here if document["variables"].get("%s.%s" % (name, s)) is True)
+            found[name] = next(told, here[0] if here else place)
+        return found
 
     def start_delays(self, plant):
         """Begin before any state was entered."""

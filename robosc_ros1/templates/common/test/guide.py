@@ -14,7 +14,7 @@ from collections import Counter, deque
 from cases import Cases
 from contents import part_of
 from decisions import abstraction, nearness
-from delays import stands_in
+from delays import stands_in, told_path
 from expressions import reads_value
 from operations import Undefined
 from phases import AGREED, COMMANDS, SENT
@@ -385,7 +385,7 @@ def _leads_back(node, start):
 
 def _path(shadow, component, transition):
     state = shadow.states[component]
-    return "%s->%s" % (state, transition["goto"] or state)
+    return told_path(state, transition["goto"] or state)
 
 
 def _results_of_errors(plant):

@@ -8,7 +8,7 @@ allowed. It shares no code with the controller and interprets ``plant_data.py``.
 import copy
 
 from contents import told_as
-from delays import Delays, stands_in
+from delays import Delays, stands_in, told_path
 from operations import Undefined
 from phases import AGREED, SENT, SERVED, command_key, first_phases, is_possible, phase_after
 
@@ -93,11 +93,10 @@ class Shadow(Delays):
 
     def sync(self, document):
         """Set the state to one that the controller published."""
-        self.states = dict(document["components"])
-        self.variables = {
-            key: float(told) if self._is_floating(key, told) else told
-            for key, told in document["variables"].items()
-        }
+        self.states = self.told_states(document)
+        for key in self.variables:
+            told = document["variables"][key]
+            self.variables[key] = float(told) if self._is_floating(key, told) else told
         for name, phase in document["communications"].items():
             self.phase[self.keys[name]] = phase
         for component, place in self.entered:
@@ -109,12 +108,13 @@ class Shadow(Delays):
     def differences(self, document):
         """Return how a state that the controller published differs from this one, as texts."""
         found = []
-        for name, state in document["components"].items():
+        for name, state in self.told_states(document).items():
             if self.states[name] != state:
                 found.append("%s is %s, not %s" % (name, state, self.states[name]))
-        for key, value in document["variables"].items():
-            if not told_as(value, self.variables[key]):
-                found.append("%s is %r, not %r" % (key, value, self.variables[key]))
+        for key, expected in self.variables.items():
+            value = document["variables"][key]
+            if not told_as(value, expected):
+                found.append("%s is %r, not %r" % (key, value, expected))
         for name, phase in document["communications"].items():
             if self.phase[self.keys[name]] != phase:
                 found.append("%s is %s, not %s" % (name, phase, self.phase[self.keys[name]]))
@@ -169,11 +169,11 @@ class Shadow(Delays):
 
     def step(self, component, index, path):
         """Apply an internal transition of a component."""
-        before, after = path.split("->")
+        before = self.states[component]
         for tau in self.components[component]["taus"]:
             if tau["index"] != index or not stands_in(before, tau["from"]):
                 continue
-            if self.states[component] != before or (tau["goto"] or before) != after:
+            if told_path(before, tau["goto"] or before) != path:
                 continue
             found, lasting = self.effect(component, tau), self.lasting()
             if found is not None:
@@ -197,11 +197,11 @@ class Shadow(Delays):
 
     def wait_over(self, component, index, path):
         """Apply a delayed transition of a component."""
-        before, after = path.split("->")
+        before = self.states[component]
         for waiting in self.components[component]["afters"]:
             if waiting["index"] != index or not stands_in(before, waiting["from"]):
                 continue
-            if self.states[component] != before or (waiting["goto"] or before) != after:
+            if told_path(before, waiting["goto"] or before) != path:
                 continue
             if index in self.lapsed[component, waiting["from"]]:
                 raise Wrong("%s is taken twice" % step_text("after", component, index))

@@ -53,6 +53,7 @@ from robosc.expr.traversal import may_be_undefined
 from robosc.expr.tree import TRUE, Expr
 from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
+from robosc.model.stages import told_stages
 from robosc.names import snake_case
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.conjuncts import conjuncts
@@ -64,9 +65,9 @@ from robosc.supervisor import Guard, Supervisor
 _RESERVED = """
     After BrokenAssumption Command Communication Controller Input Mismatch Parameter Requirement
     Rows Tau Undefined annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS
-    REQUIREMENTS PARAMETERS STEP_BOUND assigned components configure copied copy count_undefined
-    given holds in_range kept i message now only_field optional parameters reason rows self state
-    undefined value variables LASTING follow lasting
+    REQUIREMENTS PARAMETERS STAGES STEP_BOUND assigned components configure copied copy
+    count_undefined given holds in_range kept i message now only_field optional parameters reason
+    rows self state undefined value variables LASTING follow lasting
 """
 
 
@@ -124,6 +125,7 @@ class _Builder:
             source=robot_file,
             class_name=self.class_name,
             step_bound=bound_of_steps(self.supervisor),
+            stages=told_stages(self.robot),
             enums=tuple(enum_view(e, self.attributes) for e in self.enums),
             components=tuple(self._components()),
             phases=tuple(self._phase_views()),

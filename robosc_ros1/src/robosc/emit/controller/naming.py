@@ -15,13 +15,13 @@ _WORDS = frozenset(keyword.kwlist) | frozenset(dir(builtins))
 
 class PythonNames:
     """Hands out identifiers, each once: a taken or reserved one gets a number behind it, and dots
-    become underscores."""
+    and spaces become underscores."""
 
     def __init__(self, reserved: Iterable[str] = ()) -> None:
         self._taken = set(_WORDS) | set(reserved)
 
     def take(self, wish: str) -> str:
-        wish = wish.replace(".", "_")
+        wish = wish.replace(".", "_").replace(" ", "_")
         name = wish if wish.isidentifier() else f"n_{wish}"
         if name in _WORDS:
             name += "_"

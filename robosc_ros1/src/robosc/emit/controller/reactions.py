@@ -20,6 +20,7 @@ from robosc.expr.tree import Binary, Expr, Leaf, Literal
 from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
 from robosc.model.automata import Variable
+from robosc.model.stages import told_stages
 from robosc.plant.acceptance import acceptance_of, components_of, phase_of, resets_of
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.plant.formulas import exact, may_be_huge, to_dsl
@@ -140,12 +141,19 @@ class Reactions:
         condition = self.attributes.text(guard)
         listeners = [automaton.component for automaton in components_of(event)]
         states = " + ".join(
-            f'"{" and " if n else ""}{name} is in " + self.{self.attributes.locations[name]}'
+            f'"{" and " if n else ""}{name} is in " + {self._told(name)}'
             for n, name in enumerate(listeners)
         )
         where = literal(f", and {event.name} is taken where {to_dsl(guard, self.plant.robot)}")
         yield f"if not ({condition}):"
         yield f"    raise Mismatch({states} + {where})"
+
+    def _told(self, component: str) -> str:
+        """The code for the state of a component under the name that the model gives it."""
+        location = f"self.{self.attributes.locations[component]}"
+        prefix = f"{component}."
+        has_stages = any(stage.startswith(prefix) for stage in told_stages(self.plant.robot))
+        return f'{location}.partition(" ")[0]' if has_stages else location
 
     def phases(self, event: Event) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The attributes of the phases in which an event is possible; where it is possible in the

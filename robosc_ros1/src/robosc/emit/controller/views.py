@@ -259,6 +259,7 @@ class ControllerContext(CopyView):
     source: str
     class_name: str
     step_bound: int
+    stages: tuple[str, ...]
     enums: tuple[EnumView, ...]
     guard_parts: tuple[GuardPartView, ...] = ()
     refusals: tuple[RefusalView, ...] = ()

@@ -10,6 +10,7 @@ from robosc.language.events import EventKind
 from robosc.model.automata import After, Assignment, Behaviour, ResultTransition, Tau
 from robosc.model.entities import Robot
 from robosc.plant.formulas import to_dsl
+from robosc.runtime.places import DUE, place_of
 from robosc.source import Span
 
 
@@ -46,6 +47,29 @@ def transitions(behaviour: Behaviour) -> Iterator[AnyTransition]:
         yield from (_on_event(state.name, t) for t in state.transitions)
         yield from (_internal(state.name, tau) for tau in state.taus)
         yield from (_delayed(state.name, after) for after in state.afters)
+
+
+def pictured(behaviour: Behaviour) -> Iterator[AnyTransition]:
+    """Those that pictures show, between states as the model names them.
+
+    A state that performs a command is one: what leads from one of its stages to another is left
+    out, and so are the counts of its errors.
+    """
+    for found in transitions(behaviour):
+        source = None if found.source is None else place_of(found.source)
+        target = None if found.target is None else place_of(found.target)
+        assigned = tuple(a for a in found.assignments if " " not in a.variable)
+        staged = source != found.source
+        between = staged and source == target and not assigned
+        if between and (found.kind in _BETWEEN_STAGES or found.target != f"{source} {DUE}"):
+            continue
+        guard = found.guard
+        if staged and guard is not None:
+            guard = replace(guard, span=None)  # what the performing asks for is not in the text
+        yield replace(found, source=source, target=target, guard=guard, assignments=assigned)
+
+
+_BETWEEN_STAGES = (EventKind.ERROR, EventKind.CANCELLED, EventKind.AFTER)
 
 
 def _on_event(source: str | None, found: ResultTransition) -> AnyTransition:

@@ -115,7 +115,9 @@ class CifScope:
         return self._phases[communication]
 
     def location(self, component: str, state: Value) -> str:
-        return self._local(component, f"location {state}", str(state).replace(".", "_"))
+        return self._local(
+            component, f"location {state}", str(state).replace(".", "_").replace(" ", "_")
+        )
 
     def own_name(self, variable: CifVariable) -> str:
         """The name of a variable in its automaton."""
@@ -151,6 +153,7 @@ class CifScope:
         test = variable.test
         if test is None:
             component, _, wanted = variable.name.partition(".")
+            wanted = wanted.replace(".", "_").replace(" ", "_")
             type_ = self.plant.robot.variables[variable.name].type
         else:
             component, wanted, type_ = self._owner(test), _identifier(test.name), test.type

@@ -11,11 +11,12 @@ import subprocess
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from robosc.emit.export.all_transitions import AnyTransition, as_written, transitions
+from robosc.emit.export.all_transitions import AnyTransition, as_written, pictured
 from robosc.errors import UsageError, counted
 from robosc.model.automata import Behaviour
 from robosc.model.entities import Component, Robot
 from robosc.plant.automaton import Plant, PlantState, VariableKind
+from robosc.runtime.places import place_of, stage_of
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.explore import Graph
 from robosc.synthesis.listing import listed
@@ -106,16 +107,17 @@ def _automaton(robot: Robot, component: Component, behaviour: Behaviour) -> Iter
         return f"{component.name}.{state}"
 
     everywhere = f"{component.name} {_EVERY_STATE}"
-    yield from _states_in(component.name, behaviour, "")
+    yield from _states_in(robot, component.name, behaviour, "")
     if behaviour.transitions or behaviour.taus:
         yield f"{_quoted(everywhere)} [label={_quoted(_EVERY_STATE)}, shape=plaintext];"
     arrows = []
-    for transition in sorted(transitions(behaviour), key=lambda t: t.source is None):
+    for transition in sorted(pictured(behaviour), key=lambda t: t.source is None):
         label = "\n".join(_label(robot, transition))
         sources = [everywhere]
         box = ""
         if transition.source is not None:
-            inside = [s.name for s in behaviour.states if s.is_in(transition.source)]
+            found = (s.name for s in behaviour.states if s.is_in(transition.source))
+            inside = list(dict.fromkeys(map(place_of, found)))
             if transition.target not in (None, *inside) and inside != [transition.source]:
                 box = f"cluster {place(transition.source)}"
             sources = [place(name) for name in (inside[:1] if box else inside)]
@@ -125,20 +127,24 @@ def _automaton(robot: Robot, component: Component, behaviour: Behaviour) -> Iter
     yield from _arrows(arrows)
 
 
-def _states_in(component: str, behaviour: Behaviour, inside: str) -> Iterator[str]:
+def _states_in(robot: Robot, component: str, behaviour: Behaviour, inside: str) -> Iterator[str]:
     """The states that stand in one with a path, and no deeper; "" stands for all."""
-    boxes = {outer.name for outer in behaviour.composites}
+    boxes = {outer.name: outer.performs for outer in behaviour.composites}
     prefix = f"{inside}." if inside else ""
     paths = (s.name for s in behaviour.states if s.is_in(inside or None))
-    heads = (prefix + path.removeprefix(prefix).partition(".")[0] for path in paths)
+    heads = (prefix + place_of(path).removeprefix(prefix).partition(".")[0] for path in paths)
     for path in dict.fromkeys(heads):
         name = f"{component}.{path}"
-        if path in boxes:
-            body = _states_in(component, behaviour, path)
-            yield from _cluster(name, body, path.removeprefix(prefix))
+        title = path.removeprefix(prefix)
+        performed = boxes.get(path)
+        if path in boxes and performed is None:
+            body = _states_in(robot, component, behaviour, path)
+            yield from _cluster(name, body, title)
             continue
-        state = next(s for s in behaviour.states if s.name == path)
-        yield _node(name, path.removeprefix(prefix), state.marked)
+        state = next(s for s in behaviour.states if place_of(s.name) == path)
+        if performed is not None:
+            title += f"\nperforms {robot.display_names[performed]}"
+        yield _node(name, title, state.marked)
         if state.initial:
             yield from _start(name)
 
@@ -182,7 +188,9 @@ def _state_lines(plant: Plant, state: PlantState) -> Iterator[str]:
         if variable.labels is not None:
             yield variable.labels[index]
         elif variable.kind is VariableKind.LOCATION:
-            yield f"{variable.name}.{value}"
+            yield f"{variable.name}.{place_of(str(value))}"
+            if stage_of(str(value)):
+                yield f"{variable.name}.{value}"
         elif variable.kind in (VariableKind.DATA, VariableKind.TEST):
             yield f"{variable.name} = {_value(value)}"
         elif index:

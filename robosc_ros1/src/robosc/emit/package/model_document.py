@@ -13,7 +13,7 @@ from typing import Any
 from robosc import limits
 from robosc.emit.controller.naming import place
 from robosc.emit.controller.whole_guards import whole_guards
-from robosc.emit.export.all_transitions import as_written, transitions
+from robosc.emit.export.all_transitions import as_written, pictured
 from robosc.emit.package.thresholds import thresholds
 from robosc.expr.types import (
     ArrayType,
@@ -25,10 +25,11 @@ from robosc.expr.types import (
     Type,
 )
 from robosc.language.events import EventKind
-from robosc.model.automata import Behaviour, Variable
+from robosc.model.automata import Behaviour, State, Variable, is_in
 from robosc.model.entities import Component, Robot
 from robosc.plant.automaton import Plant
 from robosc.plant.formulas import to_dsl
+from robosc.runtime.places import DUE, place_of
 from robosc.supervisor import Supervisor
 
 Json = Any
@@ -102,7 +103,10 @@ def _component(component: Component, plant: Plant) -> dict[str, Json]:
     transitions: list[Json] = []
     if behaviour is not None:
         states = [
-            {"name": s.name, "initial": s.initial, "marked": s.marked} for s in behaviour.states
+            {"name": place_of(s.name), "initial": s.initial, "marked": s.marked}
+            | _performed(s, robot)
+            for s in behaviour.states
+            if s.name == place_of(s.name) or s.name.endswith(f" {DUE}")
         ]
         variables = [
             {"name": v.name, "type": str(v.type), "initial": v.initial}
@@ -119,6 +123,12 @@ def _component(component: Component, plant: Plant) -> dict[str, Json]:
         "variables": variables,
         "transitions": transitions,
     }
+
+
+def _performed(state: State, robot: Robot) -> dict[str, Json]:
+    """The command that a state performs, if it performs one."""
+    performed = next((outer.performs for outer in state.around), None)
+    return {} if performed is None else {"performs": robot.display_names[performed]}
 
 
 def _message(type_: Type) -> dict[str, Json]:
@@ -160,12 +170,14 @@ def _comparisons(variable: Variable, plant: Plant) -> dict[str, Json]:
 def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Json]:
     """All transitions; ``from`` None stands for every state, ``to`` None for staying.
 
-    That of a state with states in it leaves each of those.
+    That of a state with states in it leaves each of those; ``box`` is its name.
     """
     names = robot.display_names
+    states = dict.fromkeys(place_of(state.name) for state in behaviour.states)
     inside = {
-        outer.name: [state.name for state in behaviour.states if state.is_in(outer.name)]
+        outer.name: [state for state in states if is_in(state, outer.name)]
         for outer in behaviour.composites
+        if outer.performs is None
     }
     return [
         {
@@ -177,6 +189,8 @@ def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Jso
             "place": place(t.span),
         }
         | ({} if t.delay is None else {"delay": as_written(t.delay, robot)})
-        for t in transitions(behaviour)
+        | ({"box": t.source} if t.source in inside else {})
+        | ({"into": t.named} if t.named in inside else {})
+        for t in pictured(behaviour)
         for source in inside.get(t.source or "", [t.source])
     ]

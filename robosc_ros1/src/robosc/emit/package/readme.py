@@ -10,14 +10,16 @@ from typing import Any
 from robosc.emit.controller.naming import file_of, place
 from robosc.emit.controller.python import duration
 from robosc.emit.controller.whole_guards import whole_guards
-from robosc.emit.export.all_transitions import AnyTransition, transitions
+from robosc.emit.export.all_transitions import AnyTransition, pictured
 from robosc.emit.package.config import Config, declared_communications, declared_parameters
 from robosc.language.events import Kind
+from robosc.model.automata import is_in
 from robosc.model.entities import Communication, Robot
 from robosc.plant.formulas import to_dsl
 from robosc.runtime import settings
 from robosc.runtime.launch_arguments import described, launch_arguments
 from robosc.runtime.model import Parameter
+from robosc.runtime.places import place_of
 from robosc.supervisor import Supervisor
 
 
@@ -188,16 +190,17 @@ def _diagrams(robot: Robot) -> list[DiagramView]:
         behaviour = component.behaviour
         if behaviour is None:
             continue
-        initial = next(s.name for s in behaviour.states if s.initial)
+        initial = next(place_of(s.name) for s in behaviour.states if s.initial)
         # Names in diagrams have no dots.
-        ids = {s.name: s.name.replace(".", "__") for s in behaviour.states}
+        names = dict.fromkeys(place_of(s.name) for s in behaviour.states)
+        ids = {name: name.replace(".", "__") for name in names}
         lines = [f'state "{name}" as {word}' for name, word in ids.items() if name != word]
         lines += [f"[*] --> {ids[initial]}"]
         lines += [
-            f"{ids[state.name]} --> {ids[t.target or state.name]} : {_label(t, robot)}"
-            for state in behaviour.states
-            for t in transitions(behaviour)
-            if state.is_in(t.source)
+            f"{ids[name]} --> {ids[t.target or name]} : {_label(t, robot)}"
+            for name in names
+            for t in pictured(behaviour)
+            if t.source is None or is_in(name, t.source)
         ]
         views.append(DiagramView(component.name, tuple(dict.fromkeys(lines))))
     return views

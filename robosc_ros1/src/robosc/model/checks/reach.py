@@ -12,6 +12,7 @@ from robosc.language.events import EventKind
 from robosc.model.automata import Behaviour, State
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.names.tables import Instance
+from robosc.runtime.places import place_of
 
 
 def check_reach(
@@ -35,11 +36,11 @@ def check_reach(
             back[target].add(source)
     marked = [s.name for s in behaviour.states if s.marked]
     coreachable = _closure(marked, back)
-    cut_off = [
-        name if name in instance.states else name.rpartition(".")[0]
-        for name in steps
-        if name in reached and name not in coreachable
-    ]
+    cut_off = list(
+        dict.fromkeys(
+            place_of(name) for name in steps if name in reached and name not in coreachable
+        )
+    )
     if not cut_off:
         return
     message = (

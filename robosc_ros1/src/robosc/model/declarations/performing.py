@@ -1,13 +1,13 @@
 """States that perform a command, as states with states in them: their stages.
 
-``due``: the request may be sent. ``under_way``: it was sent, and is not done; a message is done
+``due``: the request may be sent. ``performing``: it was sent, and is not done; a message is done
 when it is sent. ``waiting``: the time between an error and the next try, where ``retry`` says
 ``every``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from robosc.errors import listing
@@ -27,7 +27,8 @@ from robosc.model.automata import (
     is_in,
 )
 from robosc.model.entities import Requirement, Robot
-from robosc.model.names.tables import DUE, UNDER_WAY, WAITING, CommunicationInfo, Instance
+from robosc.model.names.tables import PERFORMING, RETRIES, WAITING, CommunicationInfo, Instance
+from robosc.runtime.places import DUE
 from robosc.source import Span
 from robosc.syntax.nodes import PerformsNode, RetryNode
 
@@ -90,7 +91,7 @@ class Performing:
     def states(self, outer: State, around: tuple[CompositeState, ...]) -> Iterator[State]:
         """The stages; ``outer`` says where the whole state begins, and whether it is marked."""
         request = self._with(EventKind.REQUEST, [self._sent()])
-        yield replace(outer, name=f"{self.path}.{DUE}", transitions=tuple(request), around=around)
+        yield replace(outer, name=f"{self.path} {DUE}", transitions=tuple(request), around=around)
         if not self.is_message:
             found = self._with(EventKind.RESPONSE, [self._anew(self.done)])
             found += self._with(EventKind.ERROR, list(self._errors()))
@@ -100,13 +101,13 @@ class Performing:
                 found += self._with(kind, [])
             if self.command.replaces:
                 found += self._with(EventKind.REQUEST, [self._stays(EventKind.REQUEST)])
-            name = f"{self.path}.{UNDER_WAY}"
+            name = f"{self.path} {PERFORMING}"
             yield replace(
                 outer, name=name, initial=False, marked=False, transitions=tuple(found),
                 around=around,
             )  # fmt: skip
         if self.wait is not None:
-            name = f"{self.path}.{WAITING}"
+            name = f"{self.path} {WAITING}"
             yield replace(
                 outer, name=name, initial=False, transitions=(), afters=(self.wait,), around=around
             )
@@ -119,10 +120,10 @@ class Performing:
         return kind in self.command.events
 
     def _sent(self) -> ResultTransition:
-        return self.done if self.is_message else self._goes(EventKind.REQUEST, UNDER_WAY)
+        return self.done if self.is_message else self._goes(EventKind.REQUEST, PERFORMING)
 
     def _goes(self, kind: EventKind, stage: str) -> ResultTransition:
-        goto = f"{self.path}.{stage}"
+        goto = f"{self.path} {stage}"
         return ResultTransition(kind, self.command.key, None, (), goto, span=self.node.span)
 
     def _stays(self, kind: EventKind) -> ResultTransition:
@@ -141,7 +142,7 @@ class Performing:
             return
         again, span = self.again, self.again.span
         if self.wait is not None:
-            again = replace(again, goto=f"{self.path}.{WAITING}", named=None)
+            again = replace(again, goto=f"{self.path} {WAITING}", named=None)
         plain: list[Expr] = []
         if self._has(EventKind.CANCELLED):
             cancelling: Expr = PhaseRef(self.command.key, "cancelling", span)
@@ -208,22 +209,15 @@ def _all(guards: Sequence[Expr], span: Span) -> Expr | None:
 # --- the count of errors --------------------------------------------------------------------------
 
 
-def count_of(
-    path: str, node: RetryNode, instance: Instance, via: str | None, kept: Iterable[str]
-) -> Retries | None:
+def count_of(path: str, node: RetryNode, instance: Instance, via: str | None) -> Retries | None:
     """The count of the errors of a state; None if it tries again for ever.
 
-    ``via`` is the state to which it goes before it tries again, ``kept`` are the names of other
-    counts of the component.
+    ``via`` is the state to which it goes before it tries again.
     """
     if node.times is None:
         return None
-    taken = {*instance.variables, *instance.states, *instance.communications, *kept}
-    name = f"{path.replace('.', '_')}_retries"
-    while name in taken:
-        name += "_"
     type_ = IntegerType((0, int(node.times.value)))
-    variable = Variable(name, instance.name, type_, 0, False, span=node.span)
+    variable = Variable(f"{path} {RETRIES}", instance.name, type_, 0, False, span=node.span)
     outer = path.rpartition(".")[0]
     if outer:
         return Retries(variable, (outer,))
@@ -281,10 +275,10 @@ def with_performed(robot: Robot) -> Robot:
             continue  # its declaration has an error
         if key in robot.together:
             replaced = robot.communications[key].goals is not None
-            stages = (DUE, UNDER_WAY) if replaced else (DUE,)
+            stages = (DUE, PERFORMING) if replaced else (DUE,)
             added.append(_needed(robot, key, stages, "is performed in", to_start=True))
         if robot.communications[key].kind is Kind.ACTION:
-            added.append(_needed(robot, key, (UNDER_WAY,), "goes on in", to_cancel=True))
+            added.append(_needed(robot, key, (PERFORMING,), "goes on in", to_cancel=True))
     return replace(robot, requirements=(*robot.requirements, *added))
 
 
@@ -302,7 +296,7 @@ def _needed(
     return Requirement(
         "needs",
         (key,),
-        chain("or", [StateRef(c, f"{path}.{stage}") for c, path in places for stage in stages]),
+        chain("or", [StateRef(c, f"{path} {stage}") for c, path in places for stage in stages]),
         f"{robot.display_names[key]} {what} {names}",
         to_start,
         to_cancel=to_cancel,

@@ -17,7 +17,8 @@ from robosc.model.declarations.transitions import TransitionResolver
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Provide
 from robosc.model.names.communications import SENT, resolve_communication
-from robosc.model.names.tables import DUE, UNDER_WAY, CommunicationInfo, Instance, SymbolTable
+from robosc.model.names.tables import PERFORMING, CommunicationInfo, Instance, SymbolTable
+from robosc.runtime.places import DUE
 from robosc.syntax.nodes import PerformsNode, ProvideNode, RetryNode, StateNode
 
 _PERFORMED = (Kind.INCOMING, Kind.SERVICE, Kind.ACTION)
@@ -57,8 +58,8 @@ def performed_data(instance: Instance, resolver: StatementResolver) -> Iterator[
         statement = ProvideNode(node.communication, node.data, None, span=node.data.span)
         provide = resolver.provide(statement)
         if provide is not None:
-            stages = (DUE, UNDER_WAY) if command.replaces else (DUE,)
-            sends = [StateRef(instance.name, f"{path}.{stage}", node.span) for stage in stages]
+            stages = (DUE, PERFORMING) if command.replaces else (DUE,)
+            sends = [StateRef(instance.name, f"{path} {stage}", node.span) for stage in stages]
             condition = chain("or", sends, node.span)
             yield replace(provide, communication=command.key, condition=condition)
 
@@ -141,7 +142,7 @@ class PerformingResolver:
         transition = replace(effect, span=node.span)
         if transition.goto:
             return transition
-        return replace(transition, goto=f"{path}.{DUE}", named=path)
+        return replace(transition, goto=f"{path} {DUE}", named=path)
 
     def _retry(self, performing: Performing, node: RetryNode) -> None:
         command = performing.command
@@ -160,9 +161,8 @@ class PerformingResolver:
         again = self._transitions.goes(EventKind.ERROR, command.key, node)
         via = again.named or again.goto
         if again.goto is None:
-            again = replace(again, goto=f"{performing.path}.{DUE}")
-        kept = [count.variable.name for count in self.counts]
-        performing.retries = count_of(performing.path, node, self._instance, via, kept)
+            again = replace(again, goto=f"{performing.path} {DUE}")
+        performing.retries = count_of(performing.path, node, self._instance, via)
         if performing.retries is not None:
             self.counts.append(performing.retries)
         performing.again = again

@@ -328,17 +328,14 @@ class Meanings:
             if component is None or len(steps) < 2:
                 continue
             use = self._types.scope.names.use
-            outer, _, stage = path.rpartition(".")
-            performing = outer in component.performed and stage in component.stages(outer)
-            if path not in component.states and not performing:
+            performing = component.of_performing(path, access.span)
+            if path not in component.states and performing is None:
                 continue
             use(access.root, component.declaration if component is owner else None)
             for length, step in enumerate(steps[:-1] if performing else steps, 1):
                 inside = ".".join(s.text for s in steps[:length])
                 use(step, component.states[inside], component.name)
-            if performing:
-                return [StateRef(component.name, path, access.span)]
-            return [self._in_state(component, path, access.span)]
+            return [performing or self._in_state(component, path, access.span)]
         return []
 
     def _phase_of_member(self, access: Access, member: Name, phase: Name) -> list[Expr]:

@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from robosc.errors import Note
-from robosc.expr.types import Type
+from robosc.expr.tree import Expr, StateRef, VariableRef
+from robosc.expr.types import IntegerType, Type
 from robosc.language.events import (
     COMMUNICATIONS,
     CommunicationSort,
@@ -26,6 +27,8 @@ from robosc.model.entities import Communication
 from robosc.model.names.data_directions import types_of
 from robosc.names import Copy
 from robosc.remedies import Change, Remedy
+from robosc.runtime.places import DUE
+from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
     BehaviourNode,
@@ -128,9 +131,12 @@ class CommunicationInfo:
         return f"{self.instance.name}.{self.name}"
 
 
-DUE, UNDER_WAY, WAITING = "due", "under_way", "waiting"
-"""The stages of a state that performs a command: its request may be sent; it was sent, and is not
-done; and, with ``every``, it waits before it tries again."""
+PERFORMING, WAITING = "performing", "waiting"
+"""The stages of a state that performs a command, after :data:`DUE`: its request was sent, and is
+not done; and, with ``every``, it waits before it tries again. A component then stands in the path
+of the state, a space and the stage; models write the stage behind a dot."""
+RETRIES = "retries"
+"""In the same way, how many errors in a row a state that performs a command has had."""
 
 
 @dataclass
@@ -193,7 +199,7 @@ class Instance:
         """The paths of the states without states in them that a state is, or contains."""
         node = self.states[path]
         if node.performs is not None:
-            return [f"{path}.{phase}" for phase in self.stages(path)]
+            return [f"{path} {stage}" for stage in self.stages(path)]
         if not node.states:
             return [path]
         inner = [path_of(state, path) for state in node.states]
@@ -203,7 +209,7 @@ class Instance:
         """The state in which one begins, through the initial states in it."""
         node = self.states[path]
         if node.performs is not None:
-            return f"{path}.{DUE}"
+            return f"{path} {DUE}"
         states = node.states
         if not states:
             return path
@@ -215,11 +221,25 @@ class Instance:
         command = self.performed.get(path)
         found = [DUE]
         if command is None or command.phases is not None:
-            found.append(UNDER_WAY)
+            found.append(PERFORMING)
         items = self.states[path].items
         if any(isinstance(item, RetryNode) and item.every is not None for item in items):
             found.append(WAITING)
         return found
+
+    def of_performing(self, path: str, span: Span) -> Expr | None:
+        """A stage of a state that performs a command, or its count of errors; None if the path is
+        none of these."""
+        outer, _, word = path.rpartition(".")
+        if outer not in self.performed:
+            return None
+        if word in self.stages(outer):
+            return StateRef(self.name, f"{outer} {word}", span)
+        for item in self.states[outer].items if word == RETRIES else ():
+            if isinstance(item, RetryNode) and item.times is not None:
+                counted = IntegerType((0, int(item.times.value)))
+                return VariableRef(self.name, f"{outer} {word}", counted, span)
+        return None
 
     @property
     def members(self) -> list[str]:

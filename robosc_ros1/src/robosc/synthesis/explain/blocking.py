@@ -14,6 +14,7 @@ from robosc.source import Span
 from robosc.supervisor import Step
 from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.event_parameters import weight
+from robosc.synthesis.system import location_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,14 +81,14 @@ def _of_variable(
     plant: Plant, steps: Sequence[Step], states: Sequence[PlantState], variable: int
 ) -> Cause:
     places = sorted({state[variable] for state in states})
-    names = [str(plant.variables[variable].values[place]) for place in places]
+    names = list(dict.fromkeys(location_name(plant, variable, place) for place in places))
     name = plant.variables[variable].name
     if plant.variables[variable].kind is VariableKind.PHASE:
         return _of_phase(plant, name)
-    if len(places) > 1:
+    if len(names) > 1:
         reason = f"{name} never gets back to a marked state (it stays in {listing(names, 'or')})"
         return Cause(reason, None, plant.robot.component(name).span)
-    (place,) = places
+    place, *_ = places
     reason = f"{name} is stuck in {name}.{names[0]}, from where no marked state can be reached"
     behaviour = plant.robot.component(name).behaviour
     assert behaviour is not None
@@ -108,7 +109,7 @@ def _of_phase(plant: Plant, key: str) -> Cause:
 
 def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> Hint | None:
     name = plant.variables[variable].name
-    here = str(plant.variables[variable].values[place])
+    here = location_name(plant, variable, place)
     back = plant.variables[variable].initial
     for step in reversed(steps):
         event = step.event
@@ -116,7 +117,7 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
         if event.kind is EventKind.CALL:
             origin = _requested_from(plant, event.key, variable, place)
             if origin is not None:
-                target = plant.variables[variable].values[origin]
+                target = location_name(plant, variable, origin)
                 return (
                     f"add 'on error to {event.name} if … goto {target}' in state {here} of {name}:"
                     " no requirement restricts an error, and it is sent wherever it is possible"
@@ -127,7 +128,7 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
             continue
         origin = _requested_from(plant, event.key, variable, place)
         if origin is not None and _leaving_by(plant, event.key, variable, place):
-            target = plant.variables[variable].values[origin]
+            target = location_name(plant, variable, origin)
             direction = "to" if event.kind.to_component else "from"
             transition = f"on {event.kind.word} {direction} {event.name} goto {target}"
             added = f"add '{transition}'"
@@ -141,7 +142,7 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
         if any(edge.target != place for edge in _edges(event, variable, place))
     ]
     if not leaving:
-        target = plant.variables[variable].values[back]
+        target = location_name(plant, variable, back)
         return f"nothing leaves state {here} of {name}: add a transition, as in 'goto {target}'"
     return None
 

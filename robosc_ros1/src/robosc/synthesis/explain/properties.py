@@ -198,7 +198,7 @@ class _Reporter:
     def _difference(self, one: PlantState, other: PlantState) -> str:
         sides = [
             [
-                f"{variable.name}.{variable.values[state[n]]}"
+                f"{variable.name}.{variable.values[state[n]]}".replace(" ", ".")
                 for n, variable in enumerate(self.plant.variables)
                 if one[n] != other[n]
             ]

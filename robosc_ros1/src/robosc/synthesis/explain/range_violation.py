@@ -11,6 +11,7 @@ from robosc.plant.step import lookup, taken_edge
 from robosc.runtime.values import Undefined
 from robosc.supervisor import Step
 from robosc.synthesis.explain.blocking import Cause
+from robosc.synthesis.system import location_name
 
 
 def why_out_of_range(plant: Plant, step: Step, state: PlantState) -> Cause:
@@ -49,7 +50,7 @@ def _cause(
     event = step.event
     where = (
         f"'on {event.kind.word} from {event.name}' in state"
-        f" {plant.variables[automaton.variable].values[edge.source]} of {automaton.component}"
+        f" {location_name(plant, automaton.variable, edge.source)} of {automaton.component}"
     )
     remedy = f"add 'if {condition}' to {where}, or {widen}"
     return Cause(reason, remedy, edge.span)

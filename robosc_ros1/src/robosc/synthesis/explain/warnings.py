@@ -21,6 +21,7 @@ from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.plant.data.view import sent_wholes
 from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
 from robosc.plant.partial_evaluation import holds
+from robosc.runtime.places import place_of
 from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.compiled_steps import Stepper
@@ -359,8 +360,8 @@ class _Examiner:
                 Severity.ERROR,
                 "guard-overlap",
                 f"the guards '{guards[0]}' and '{guards[1]}' of two transitions on"
-                f" {event.name}.{event.kind.word} in state {state} of {automaton.component} can"
-                f" hold together: {when}",
+                f" {event.name}.{event.kind.word} in state {place_of(state)} of"
+                f" {automaton.component} can hold together: {when}",
                 second.span,
                 "make the guards exclude each other",
                 (Note("the other transition", first.span),),

@@ -13,6 +13,7 @@ from typing import TypeAlias
 from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.plant.automaton import Plant, PlantGoal, PlantState, VariableKind
+from robosc.runtime.places import path_of
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import remedy
 from robosc.synthesis.vectorised import support
@@ -366,4 +367,4 @@ class ExplicitVerifier:
         change = dict(self._events[index].successors(before))[values] or 0
         after = self._coding.decode(code + change)
         names = self._plant.variables[variable].values
-        return Step(event, (f"{names[before[variable]]}->{names[after[variable]]}",))
+        return Step(event, (path_of(f"{names[before[variable]]}->{names[after[variable]]}"),))

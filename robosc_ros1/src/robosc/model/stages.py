@@ -1,0 +1,16 @@
+"""The stages of states that perform commands, as documents tell them beside the states."""
+
+from __future__ import annotations
+
+from robosc.model.entities import Robot
+from robosc.runtime.places import stage_of
+
+
+def told_stages(robot: Robot) -> tuple[str, ...]:
+    """``Component.state stage`` for each stage that is told."""
+    return tuple(
+        f"{component.name}.{state.name}"
+        for component in robot.components
+        for state in (component.behaviour.states if component.behaviour is not None else ())
+        if stage_of(state.name)
+    )
