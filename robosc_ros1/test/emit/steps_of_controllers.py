@@ -42,10 +42,10 @@ class Run:
             case VariableRef(component=component, variable=name):
                 found: Value = getattr(self.controller, self.attributes[f"{component}.{name}"])
                 return found
-            case StateRef(component=component, state=name):
-                return bool(self.controller.components()[component] == name)
-            case PhaseRef(communication=key, phase=phase):
-                return bool(self.controller.phase(self.rows[key]) == phase)
+            case StateRef(component=component, places=names):
+                return self.controller.components()[component] in names
+            case PhaseRef(communication=key, places=phases):
+                return self.controller.phase(self.rows[key]) in phases
             case ValueRef(path=path):
                 return part_of_value(value, path)
         raise TypeError(leaf)

@@ -14,7 +14,8 @@ from robosc.emit.controller.python import access
 from robosc.expr.evaluation import Undefined, evaluate
 from robosc.expr.tree import ElementRef, Expr, ValueRef
 from robosc.language.functions import HELPERS
-from robosc.plant.formulas import element_name, to_dsl, to_python
+from robosc.plant.formulas import to_dsl
+from robosc.plant.python_text import element_name, to_python
 
 MODEL = """
 datatype object Point { x: double y: double more: array(integer) }

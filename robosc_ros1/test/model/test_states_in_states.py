@@ -117,7 +117,8 @@ def test_their_names_are_paths_and_what_is_marked() -> None:
 def test_conditions_name_them(condition: str, states: set[str]) -> None:
     text = PARTS % (DOCK % "far") + f"requirement never {condition} and P.last"
     (requirement,) = resolve(text).requirements
-    assert {p.state for p in walk(requirement.condition) if isinstance(p, StateRef)} == states
+    (state,) = (p for p in walk(requirement.condition) if isinstance(p, StateRef))
+    assert {*state.places} == states
 
 
 @pytest.mark.parametrize(

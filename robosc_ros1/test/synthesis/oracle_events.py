@@ -386,10 +386,10 @@ class OracleEvents:
             match part:
                 case VariableRef(component=component, variable=variable):
                     return self.get(state, "var", f"{component}.{variable}")
-                case StateRef(component=component, state=name):
-                    return self.get(state, "at", component) == name
-                case PhaseRef(communication=key, phase=phase):
-                    return self.get(state, "phase", key) == phase
+                case StateRef(component=component, places=names):
+                    return self.get(state, "at", component) in names
+                case PhaseRef(communication=key, places=phases):
+                    return self.get(state, "phase", key) in phases
                 case ParameterRef(parameter=parameter):
                     return self.get(state, "parameter", parameter.key)
                 case ValueRef(path=path):

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Generic, TypeAlias, TypeVar
 
 from robosc import limits
-from robosc.expr.tree import FALSE, TRUE, Binary, Expr, opposite
+from robosc.expr.tree import FALSE, TRUE, Binary, Expr, Literal, Unary
 from robosc.expr.types import BooleanType
 from robosc.source import Span
 
@@ -52,6 +52,16 @@ def chain(
     if not parts:
         return TRUE if operator == "and" else FALSE
     return joined(parts, lambda left, right: Binary(operator, left, right, _BOOLEAN, span), known)
+
+
+def opposite(condition: Expr) -> Expr:
+    """``!condition``, without double negation."""
+    match condition:
+        case Literal(value=bool(value)):
+            return FALSE if value else TRUE
+        case Unary(operator="!", operand=operand):
+            return operand
+    return Unary("!", condition, BooleanType())
 
 
 def at_least(conditions: Sequence[Expr], number: int) -> Expr | None:

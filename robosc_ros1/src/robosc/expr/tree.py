@@ -1,7 +1,6 @@
 """Resolved, typed expressions: shared by the model, the plant, guards and generated code.
 
-Each node has its type. Equality ignores spans, so equal expressions compare equal wherever they
-were written.
+Each node has its type. Equality ignores spans: where expressions were written does not matter.
 
 The meaning of the operators is defined in :mod:`robosc.language.operators`. Whatever is computed
 from an expression bottom-up (a value, a text, the states where it holds) is an instance of
@@ -64,12 +63,18 @@ class VariableRef:
 
 @dataclass(frozen=True, slots=True)
 class StateRef:
-    """True while the component is in that state."""
+    """True while the component is in that state; ``within``: in one of those states in it."""
 
     component: str
     state: str
     span: Span | None = field(default=None, compare=False, repr=False)
+    within: tuple[str, ...] = ()
     type: ClassVar[Type] = BooleanType()
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """The states without others in them in which it is true."""
+        return self.within or (self.state,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,13 +111,19 @@ class ParameterRef:
 
 @dataclass(frozen=True, slots=True)
 class PhaseRef:
-    """True while a communication (by key) is in a phase, not its first one: ``grab.busy``,
-    ``scan.fresh``."""
+    """True while a communication (by key) is in a phase, not its first; ``within``: in one of
+    those, as ``scan.heard``."""
 
     communication: str
     phase: str
     span: Span | None = field(default=None, compare=False, repr=False)
+    within: tuple[str, ...] = ()
     type: ClassVar[Type] = BooleanType()
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """The phases in which it is true."""
+        return self.within or (self.phase,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,10 +251,9 @@ class ElementRef:
 
 @dataclass(frozen=True, slots=True)
 class NamedPart(ElementRef):
-    """A condition by its name (``variable``), which texts use because several guards share it.
+    """A condition by its name (``variable``): texts that share it define it beside the guards.
 
-    They define it beside the guards (:mod:`robosc.plant.part_names`). It is never undefined. Occurs
-    neither in the model nor in the plant.
+    It is never undefined. Occurs in texts only (:mod:`robosc.plant.part_names`).
     """
 
 
@@ -383,16 +393,6 @@ def is_constant_data(expr: Expr) -> bool:
 def _of_constant(type_: Type) -> Type:
     """The type of a part of a constant, which has the names of an enum's values."""
     return StringType() if isinstance(type_, EnumType) else type_
-
-
-def opposite(condition: Expr) -> Expr:
-    """``!condition``, without double negation."""
-    match condition:
-        case Literal(value=bool(value)):
-            return FALSE if value else TRUE
-        case Unary(operator="!", operand=operand):
-            return operand
-    return Unary("!", condition, BooleanType())
 
 
 def condition_of(rule: EnumRule) -> Expr:

@@ -164,6 +164,16 @@ class Behaviour:
         return *self.composites, *self.states
 
     @property
+    def inside(self) -> dict[str, tuple[str, ...]]:
+        """The states in those that have several or perform an action, by name, the most first."""
+        found = {
+            outer.name: tuple(state.name for state in self.states if state.is_in(outer.name))
+            for outer in self.composites
+        }
+        named = (o.name for o in self.composites if o.performs or len(found[o.name]) > 1)
+        return {name: found[name] for name in sorted(named, key=lambda name: -len(found[name]))}
+
+    @property
     def all_transitions(self) -> Iterator[ResultTransition]:
         """Those of every state, of states with states in them, then state by state."""
         yield from self.transitions

@@ -89,8 +89,8 @@ class StateVariable:
     def read(self, leaf: Expr, index: int) -> Value:
         """Return the value of a leaf that reads this variable, where the variable has an index."""
         match leaf:
-            case StateRef(state=name) | PhaseRef(phase=name):
-                return self.values[index] == name
+            case StateRef(places=names) | PhaseRef(places=names):
+                return self.values[index] in names
         return self.values[index]
 
     @property

@@ -58,13 +58,13 @@ def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
 
     def leaf(node: Literal | Leaf) -> Expr:
         match node:
-            case StateRef(component=component, state=state):
-                return StateRef(name(component), state)
+            case StateRef(component=component):
+                return replace(node, component=name(component))
             case VariableRef(component=component, variable=variable, type=type_):
                 return VariableRef(name(component), variable, type_)
-            case PhaseRef(communication=key, phase=phase):
+            case PhaseRef(communication=key):
                 component, _, communication = key.partition(".")
-                return PhaseRef(f"{name(component)}.{communication}", phase)
+                return replace(node, communication=f"{name(component)}.{communication}")
         return node
 
     return rewritten(expr, leaf)
@@ -267,7 +267,7 @@ def _literal(expr: Expr) -> tuple[_Kind, int] | None:
     inner = expr.operand if isinstance(expr, Unary) and negated else expr
     if isinstance(inner, StateRef):  # as most are
         name, index = _family_and_index(inner.component)
-        kind = StateRef(name, inner.state)
+        kind = replace(inner, component=name)
         return None if index is None else ((negated, name, kind), index)
     if isinstance(inner, Binary) and inner.operation.is_lazy:
         return None

@@ -1,15 +1,14 @@
-"""Transformations of resolved expressions: to other expressions, to model text, to Python."""
+"""Transformations of resolved expressions: to other expressions, and to model text."""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import Any, NamedTuple
 
 from robosc.expr.presence import asked_for, with_presence_written
-from robosc.expr.quantified import chain
-from robosc.expr.traversal import fold, may_be_undefined, walk, with_operands, without_last
+from robosc.expr.quantified import chain, opposite
+from robosc.expr.traversal import fold, walk, with_operands, without_last
 from robosc.expr.tree import (
     FALSE,
     TRUE,
@@ -35,24 +34,20 @@ from robosc.expr.tree import (
     Unary,
     ValueRef,
     VariableRef,
-    opposite,
 )
 from robosc.expr.types import (
     ArrayType,
     BooleanType,
-    DoubleType,
     EnumType,
-    IntegerType,
     ObjectType,
     StringType,
     Type,
 )
 from robosc.language.keywords import escape
-from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY, Spelled
+from robosc.language.operators import BINARY, UNARY, Spelled
 from robosc.model.automata import HOLDING
 from robosc.model.entities import Robot
 from robosc.names import copy_name
-from robosc.plant.composites import with_composites
 from robosc.plant.counting import copies_of, with_counts
 from robosc.runtime.values import NOW
 
@@ -143,14 +138,19 @@ def to_dsl(
     spelled: Callable[[Leaf], str | None] = lambda leaf: None,
     *,
     is_part: bool = False,
+    element: tuple[str, str] = ("", ""),
 ) -> str:
     """Return the expression as model text, as in a requirement.
 
     Tests of the plant are written as the model has them. ``spelled`` may give a leaf another text.
     ``is_part``: the text is to be used within a requirement, not as the whole condition.
+    ``element`` is a component, and the variable that stands for it.
     """
     component_names = {component.name for component in robot.components}
     lasting = {condition.name for condition in robot.lasting}
+
+    def owner(component: str) -> str:
+        return element[1] if component == element[0] else escape(component)
 
     def leaf(node: Leaf) -> str:
         match node:
@@ -168,13 +168,16 @@ def to_dsl(
                 | StateRef(component=component, state=name)
             ):
                 path = ".".join(map(escape, name.replace(" ", ".").split(".")))
-                return f"{escape(component)}.{path}"
+                return f"{owner(component)}.{path}"
             case ParameterRef(parameter=parameter):
                 return ".".join(escape(part) for part in parameter.key.split("."))
             case PhaseRef(communication=key, phase=phase):
                 name = robot.display_names[key]
-                name = key if name in component_names else name
-                name = ".".join(escape(part) for part in name.split("."))
+                component, _, own = key.partition(".")
+                if component == element[0] or name in component_names:
+                    name = f"{owner(component)}.{escape(own)}"
+                else:
+                    name = ".".join(escape(part) for part in name.split("."))
                 # In models, a message that has never been heard is silent, too.
                 return (
                     f"({name}.heard and {name}.silent)" if phase == "silent" else f"{name}.{phase}"
@@ -186,9 +189,11 @@ def to_dsl(
 
     def of_leaf(node: Literal | Leaf) -> Spelled:
         if isinstance(node, Count):
-            return _count_text(
-                node, lambda one: to_dsl(one, robot, spelled, is_part=True), component_names
-            )
+
+            def text(one: Expr, element: tuple[str, str]) -> str:
+                return to_dsl(one, robot, spelled, is_part=True, element=element)
+
+            return _count_text(node, text, component_names)
         if not isinstance(node, Literal):
             return Spelled(leaf(node), _ATOM)
         negative = not isinstance(node.value, bool | str) and str(node.value)[0] == "-"
@@ -224,8 +229,7 @@ def to_dsl(
     def text_of(written: Expr) -> str:
         return fold(written, of_leaf, of_operation, bound=of_aggregate).text
 
-    named = with_composites(exact(with_counts(expr)), robot)
-    return text_of(with_presence_written(named, not is_part))
+    return text_of(with_presence_written(exact(with_counts(expr)), not is_part))
 
 
 def _is_element(argument: Expr, enum: EnumType) -> bool:
@@ -237,28 +241,41 @@ def _is_element(argument: Expr, enum: EnumType) -> bool:
     )
 
 
-def _count_text(count: Count, text: Callable[[Expr], str], components: Collection[str]) -> Spelled:
+def _count_text(
+    count: Count, text: Callable[[Expr, tuple[str, str]], str], components: Collection[str]
+) -> Spelled:
     """``count(s.served for s in Station[1..3]) < 2``, or ``count(x for x in [A.busy, …]) < 2``."""
     copies = copies_of(count)
-    texts = [text(one) for one in count.conditions[: 1 if copies else None]]
-    words = {word for text in texts for word in re.findall(r"\w+", text)} | {*components}
+    shown = count.conditions[: 1 if copies else None]
+    taken = {*components, *(name for one in shown for name in _bare_names(one))}
     letter = "x" if copies is None else copies[0][0].lower()
-    name = next(n for n in (letter * length for length in range(1, 99)) if n not in words)
+    name = next(n for n in (letter * length for length in range(1, 99)) if n not in taken)
     if copies is None:
-        inner = f"({name} for {name} in [{', '.join(texts)}])"
+        texts = ", ".join(text(one, ("", "")) for one in shown)
+        inner = f"({name} for {name} in [{texts}])"
     else:
         kind, low = copies
         high = low + len(count.conditions) - 1
         is_whole = {copy_name(kind, low - 1), copy_name(kind, high + 1)}.isdisjoint(components)
         array = escape(kind) if is_whole else f"{escape(kind)}[{low}..{high}]"
-        # The text of a name with its index occurs nowhere else.
-        element = texts[0].replace(f"{copy_name(kind, low)}.", f"{name}.")
-        inner = f"({element} for {name} in {array})"
+        inner = f"({text(shown[0], (copy_name(kind, low), name))} for {name} in {array})"
     if count.least in (1, len(count.conditions)):
         function = "any" if count.least == 1 else "all"
         return Spelled("!" * count.negated + function + inner, _UNARY_LEVEL)
     sign = "<" if count.negated else ">="
     return Spelled(f"count{inner} {sign} {count.least}", BINARY[sign].level)
+
+
+def _bare_names(expr: Expr) -> Iterator[str]:
+    """The names in the text of a condition that stand behind no component's."""
+    for part in walk(exact(expr)):
+        match part:
+            case Literal(value=str() as name) | ElementRef(variable=name):
+                yield name
+            case ParameterRef(parameter=parameter):
+                yield from parameter.key.split(".")
+            case Aggregate(variable=name, position=position):
+                yield from (name, position)
 
 
 def _parts(path: tuple[str | int, ...]) -> str:
@@ -287,97 +304,6 @@ def _constant_text(value: Any, type_: Type) -> str:
     text = repr(value)
     # Exponents as people write them: 1E16, not 1e+16.
     return text.replace("e+", "E").replace("e-", "E-") if isinstance(value, float) else text
-
-
-# --- Python text ---------------------------------------------------------------------------------
-
-
-def may_be_huge(expr: Expr) -> bool:
-    """Whether this is an integer that may be too large for a double.
-
-    Received integers have at most 64 bits, so that takes a variable without a range, or a product
-    of more than twelve factors.
-    """
-    if not isinstance(expr.type, IntegerType):
-        return False
-    parts = list(walk(expr))
-    factors = sum(isinstance(part, Binary) and part.operator == "*" for part in parts)
-    return factors > 12 or any(
-        isinstance(part, VariableRef) and part.type == IntegerType() for part in parts
-    )
-
-
-def to_python(
-    expr: Expr,
-    leaf: Callable[[Leaf], str],
-    literal: Callable[[Literal], str] = lambda node: repr(node.value),
-    convert: Callable[[EnumType, str], str] | None = None,
-    part: Callable[[Part, str], str] | None = None,
-) -> str:
-    """Return the expression as Python source.
-
-    ``leaf``, ``literal``, ``convert`` and ``part`` give the texts of these nodes.
-
-    Division is written ``divide(a, b)``, and an integer that may be too large for the other
-    operand, a double, ``widen(a)``: the namespace of the text must have the functions of
-    ``HELPERS``. Texts of nodes that are not atomic (``a == b``) must include their parentheses.
-    """
-
-    def of_leaf(node: Literal | Leaf) -> Spelled:
-        if not isinstance(node, Literal):
-            return Spelled(leaf(node), PYTHON_ATOM)
-        spelled = literal(node)
-        return Spelled(spelled, PYTHON_ATOM - spelled.startswith("-"))
-
-    def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
-        operation = node.operation
-        if isinstance(node, Convert):
-            assert convert is not None
-            return Spelled(convert(node.type, operands[0].text), PYTHON_ATOM)
-        if isinstance(node, Part):
-            assert part is not None
-            return Spelled(part(node, operands[0].text), PYTHON_ATOM)
-        if isinstance(node, Made):
-            parts = [text.text for text in operands]
-            names = [literal(Literal(name, StringType())) for name in node.names]
-            named = [f"{n}: {p}" for n, p in zip(names, parts, strict=False)]
-            listed = f"{{{', '.join(named)}}}" if named else f"[{', '.join(parts)}]"
-            return Spelled(listed, PYTHON_ATOM)
-        if isinstance(node.type, DoubleType) and operation.python.level < PYTHON_ATOM:
-            operands = tuple(
-                Spelled(f"widen({text.text})", PYTHON_ATOM) if may_be_huge(part) else text
-                for part, text in zip(node.operands, operands, strict=True)
-            )
-        return operation.python.of(operands)
-
-    return fold(expr, of_leaf, of_operation, bound=_through_array).text
-
-
-def _through_array(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
-    """Return an aggregate as a function of a list comprehension without undefined elements."""
-    name, items, of_pair = element_name(node.variable), array.text, "{}"
-    if node.position:
-        name = f"{element_name(node.position)}, {name}"
-        items, of_pair = f"enumerate({items})", "spread({})"
-    element = visit(node.element)
-    condition = None if node.condition is None else visit(node.condition).text
-    if condition is not None and node.condition is not None and may_be_undefined(node.condition):
-        test = of_pair.format(f"lambda {name}: {condition}")
-        items, condition = f"where({test}, {items})", None
-    kept = "" if condition is None else f" if {condition}"
-    if may_be_undefined(node.element) and not node.makes_array:
-        chosen = f"[({name}) for {name} in {items}{kept}]" if kept else items
-        results = f"defined({of_pair.format(f'lambda {name}: {element.text}')}, {chosen})"
-    elif element.text == name and not kept and not node.makes_array:
-        results = items
-    else:
-        results = f"[{element.text} for {name} in {items}{kept}]"
-    return node.operation.python.of([Spelled(results, PYTHON_ATOM)])
-
-
-def element_name(variable: str) -> str:
-    """Return the Python name of an aggregate's variable: no keyword, no name of the runtime."""
-    return f"{variable}_"
 
 
 def simplified(expr: Expr) -> Expr:

@@ -59,7 +59,7 @@ def _events(
     for component in robot.components:
         for index, place, transition in _steps(component):
             identity = transition.event, component.name, index
-            yield identity, cases_of_step(component, place, transition)
+            yield identity, cases_of_step(robot, component, place, transition)
 
 
 def _steps(component: Component) -> Iterator[tuple[int, str | None, ResultTransition]]:

@@ -30,6 +30,7 @@ from robosc.language.events import EventKind
 from robosc.model.automata import Assignment, ResultTransition
 from robosc.model.entities import Communication, Component, Robot
 from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.places import each_place, in_states
 from robosc.plant.precedence import taken_in
 
 Owner: TypeAlias = str
@@ -57,7 +58,7 @@ def cases_of(
     """What an event of a communication does to all components, and to the communication."""
     components = [c for c in robot.components if c.behaviour is not None]
     cases: dict[Owner, Sequence[EventCase]] = {
-        c.name: _cases(c, communication.key, kind) for c in components
+        c.name: _cases(robot, c, communication.key, kind) for c in components
     }
     sort = communication.sort.event(kind)
     assert sort is not None
@@ -65,20 +66,26 @@ def cases_of(
 
 
 def cases_of_step(
-    component: Component, place: str | None, transition: ResultTransition
+    robot: Robot, component: Component, place: str | None, transition: ResultTransition
 ) -> dict[Owner, Sequence[EventCase]]:
     """What a transition, which stands in a place and belongs to one component, does where it is
     taken."""
     here = [state.name for state in component.states if state.is_in(place)]
+    in_here = _in_states(robot, component, here)
     found = [
-        EventCase(conjunction([_in_states(component, here), *where]), conjunction(where), here,
-             transition.goto, dict(assigned))
+        EventCase(
+            conjunction([in_here, *where]),
+            conjunction(where),
+            here,
+            transition.goto,
+            dict(assigned),
+        )
         for where, assigned in _defined(component, transition.assignments)
-    ]  # fmt: skip
+    ]
     return {component.name: found}
 
 
-def _cases(component: Component, key: str, kind: EventKind) -> list[EventCase]:
+def _cases(robot: Robot, component: Component, key: str, kind: EventKind) -> list[EventCase]:
     """What an event does to a component: exactly one of the cases holds."""
     behaviour = component.behaviour
     assert behaviour is not None
@@ -94,11 +101,10 @@ def _cases(component: Component, key: str, kind: EventKind) -> list[EventCase]:
             before.append(negation(guard))
         states.setdefault((conjunction(before), None, ()), []).append(state.name)
     return [
-        EventCase(
-            conjunction([_in_states(component, here), where]), where, here, place, dict(assigned)
-        )
+        EventCase(conjunction([in_here, where]), where, here, place, dict(assigned))
         for (where, place, assigned), here in states.items()
         if where != FALSE
+        for in_here in [_in_states(robot, component, here)]
     ]
 
 
@@ -106,10 +112,10 @@ _Effect: TypeAlias = tuple[Expr, str | None, tuple[tuple[str, Expr], ...]]
 """Where something happens, the state after it, and what is assigned."""
 
 
-def _in_states(component: Component, names: Sequence[str]) -> Expr:
+def _in_states(robot: Robot, component: Component, names: Sequence[str]) -> Expr:
     if len(names) == len(component.states):
         return TRUE
-    return disjunction(StateRef(component.name, name) for name in names)
+    return disjunction(in_states(robot, component.name, names))
 
 
 def _defined(
@@ -127,8 +133,11 @@ def _defined(
 def after_event(condition: Expr, cases: Mapping[Owner, Sequence[EventCase]]) -> Expr:
     """A condition on the state after an event, as one on the state before it."""
     match condition:
-        case StateRef(component=name, state=place) | PhaseRef(communication=name, phase=place):
-            return _place_after(condition, place, cases.get(name, ()))
+        case StateRef(component=name) | PhaseRef(communication=name):
+            if all(case.place is None for case in cases.get(name, ())):
+                return condition
+            # An event may lead from one of several states or phases to another.
+            return disjunction(_place_after(part, cases[name]) for part in each_place(condition))
         case Unary() | Binary() if all(isinstance(o.type, BooleanType) for o in condition.operands):
             return with_operands(
                 condition, tuple(after_event(o, cases) for o in condition.operands)
@@ -149,10 +158,9 @@ def after_event(condition: Expr, cases: Mapping[Owner, Sequence[EventCase]]) -> 
     return disjunction(parts)
 
 
-def _place_after(node: StateRef | PhaseRef, place: str, cases: Sequence[EventCase]) -> Expr:
+def _place_after(node: StateRef | PhaseRef, cases: Sequence[EventCase]) -> Expr:
     """Where a component is in a state, or a communication in a phase, after an event."""
-    if all(case.place is None for case in cases):
-        return node
+    (place,) = node.places
     parts = []
     for case in cases:
         if case.place == place:

@@ -38,14 +38,14 @@ class SystemState:
 
     def look(self, leaf: Leaf) -> Value | None:
         match leaf:
-            case StateRef(component=component, state=name):
-                return self.components[component] == name
+            case StateRef(component=component, places=names):
+                return self.components[component] in names
             case TestRef(name=name):
                 return self.tests[name] if name in self.tests else value_of(leaf, self.look)
             case VariableRef(component=component, variable=name):
                 return self.variables[f"{component}.{name}"]
-            case PhaseRef(communication=key, phase=phase):
-                return self.phases[key] == phase
+            case PhaseRef(communication=key, places=phases):
+                return self.phases[key] in phases
             case ValueRef():
                 return None
             case ElementRef() | ParameterRef():

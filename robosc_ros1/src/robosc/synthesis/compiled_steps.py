@@ -30,7 +30,7 @@ from robosc.expr.types import EnumType
 from robosc.language.functions import HELPERS
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.plant.data.classes import Classes
-from robosc.plant.formulas import to_python
+from robosc.plant.python_text import to_python
 from robosc.plant.step import Outcome, Values, Verdict, is_consistent, missing_together, valuations
 from robosc.runtime.values import Undefined
 from robosc.supervisor import Guard
@@ -306,8 +306,10 @@ class Stepper:
         variable = self.plant.variable_of(leaf)
         assert variable is not None
         match leaf:
-            case StateRef(state=name) | PhaseRef(phase=name):
-                return f"(s[{variable}] == {self.plant.variables[variable].values.index(name)})"
+            case StateRef(places=names) | PhaseRef(places=names):
+                indexes = [self.plant.variables[variable].values.index(name) for name in names]
+                test = f"== {indexes[0]}" if len(indexes) == 1 else f"in {tuple(indexes)}"
+                return f"(s[{variable}] {test})"
             case VariableRef() | TestRef():
                 values = self.plant.variables[variable].values
                 if isinstance(values, range):

@@ -96,9 +96,11 @@ def _constant_of_data(node: Expr) -> NDArray[Any] | None:
 
 def _leaf(variable: StateVariable, expr: Expr, indexes: Indexes) -> NDArray[Any]:
     match expr:
-        case StateRef(state=name) | PhaseRef(phase=name):
+        case StateRef(places=(name,)) | PhaseRef(places=(name,)):
             result: NDArray[Any] = indexes == variable.values.index(name)
             return result
+        case StateRef(places=names) | PhaseRef(places=names):
+            return np.isin(indexes, [variable.values.index(name) for name in names])
         case VariableRef(type=EnumType(values=names)) | TestRef(type=EnumType(values=names)):
             codes = [names.index(str(v)) for v in variable.values]
             return np.array(codes, dtype=np.int64)[indexes]

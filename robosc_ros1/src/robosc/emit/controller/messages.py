@@ -40,7 +40,7 @@ from robosc.model.entities import (
 from robosc.model.typing.command_values import fold_text
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import is_optional, value_parts, value_type
-from robosc.plant.formulas import may_be_huge
+from robosc.plant.python_text import may_be_huge
 
 
 def reading(

@@ -46,14 +46,9 @@ from robosc.expr.types import (
     Type,
 )
 from robosc.plant.counting import with_counts
-from robosc.plant.formulas import (
-    conjunction,
-    disjunction,
-    element_name,
-    exact,
-    negation,
-    to_python,
-)
+from robosc.plant.formulas import conjunction, disjunction, exact, negation
+from robosc.plant.places import written_out
+from robosc.plant.python_text import element_name, to_python
 from robosc.runtime.values import NOW
 
 Path = tuple[str | int, ...]
@@ -125,7 +120,7 @@ class Attributes:
         def part(node: Part, whole: str) -> str:
             return converted(node.carried, defined_access(whole, node.path), self)
 
-        spread = _spread(exact(with_counts(expr, chains=False)))
+        spread = _spread(written_out(exact(with_counts(expr, chains=False))))
         return to_python(spread, leaf, _constant, convert, part)
 
     def operand(self, expr: Expr) -> str:
@@ -152,8 +147,8 @@ class Attributes:
                     yield self.locations[component]
                 case VariableRef(key=key):
                     yield self.variables[key]
-                case PhaseRef(communication=key, phase=phase):
-                    yield self.phases[key, phase]
+                case PhaseRef(communication=key, places=phases):
+                    yield from (self.phases[key, phase] for phase in phases)
 
 
 def read_by(codes: Iterable[PythonCode], more: Iterable[str] = ()) -> tuple[str, ...]:

@@ -23,7 +23,8 @@ from robosc.model.automata import Variable
 from robosc.model.stages import told_stages
 from robosc.plant.acceptance import acceptance_of, components_of, phase_of, resets_of
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
-from robosc.plant.formulas import exact, may_be_huge, to_dsl
+from robosc.plant.formulas import exact, to_dsl
+from robosc.plant.python_text import may_be_huge
 
 _IMPOSSIBLE = {EventKind.TIMEOUT: "silent", EventKind.CANCELLED: "not being cancelled"}
 """What a communication is where an event of it is not possible, if it is not just idle."""

@@ -20,6 +20,7 @@ from robosc.expr.traversal import fold, walk
 from robosc.expr.tree import Binary, Expr, Holds, Leaf, Literal, Operation, TestRef, VariableRef
 from robosc.expr.types import BooleanType, EnumType, IntegerType, Value, domain, is_number
 from robosc.language.operators import Spelled
+from robosc.plant.places import written_out
 
 _MOST_REPEATED = 4  # `x + x + x + x`; larger factors are written out value by value
 
@@ -57,7 +58,7 @@ def condition(scope: CifScope, expr: Expr, least: int = 0) -> str:
             ),
         )
 
-    return f"{fold(expr, leaf, operation, known=whole):{least}}"
+    return f"{fold(written_out(expr), leaf, operation, known=whole):{least}}"
 
 
 def _spelled(node: Operation, operands: Iterable[Spelled]) -> Spelled:

@@ -53,6 +53,7 @@ from robosc.model.entities import (
 from robosc.plant.assumptions import events_of
 from robosc.plant.event_values import value_type
 from robosc.plant.formulas import exact
+from robosc.plant.places import written_out
 from robosc.supervisor import Guard
 
 
@@ -291,7 +292,7 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
             return ["part", *operands, list(node.path), _type(node.carried, enums)]
         return [node.operation.key, *operands]
 
-    return fold(expr, leaf, operation)
+    return fold(written_out(expr), leaf, operation)
 
 
 def _type(type_: Type, enums: dict[str, EnumType]) -> Json:

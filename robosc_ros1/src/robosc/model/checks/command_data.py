@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 
 from robosc.expr.evaluation import evaluate
 from robosc.expr.presence import condition_on_data, known_condition
+from robosc.expr.quantified import opposite
 from robosc.expr.traversal import (
     fold,
     may_be_undefined,
@@ -32,7 +33,6 @@ from robosc.expr.tree import (
     Literal,
     Operation,
     ValueRef,
-    opposite,
 )
 from robosc.expr.types import ArrayType, BooleanType, ObjectType, Type, Value
 from robosc.language.events import command_key

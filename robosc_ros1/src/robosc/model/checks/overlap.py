@@ -100,10 +100,11 @@ def _choices(
         if values is None or values[: limits.OVERLAP_CASES] != values:
             return None
         choices.append([{leaf: value} for value in values])
-    for component, refs in in_states.items():
-        choices.append([{ref: ref.state == s for ref in refs} for s in states.get(component, ())])
-    for phases in in_phases.values():
-        choices.append([{ref: ref == phase for ref in phases} for phase in (*phases, None)])
+    for component, asked in in_states.items():
+        choices.append([{ref: s in ref.places for ref in asked} for s in states.get(component, ())])
+    for refs in in_phases.values():
+        phases = dict.fromkeys(phase for ref in refs for phase in ref.places)
+        choices.append([{ref: p in ref.places for ref in refs} for p in (*phases, None)])
     return choices
 
 

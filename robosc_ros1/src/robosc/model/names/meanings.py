@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.presence import none_of
-from robosc.expr.quantified import chain
 from robosc.expr.tree import (
     REASON,
     Expr,
@@ -312,8 +311,8 @@ class Meanings:
 
     def _in_state(self, component: Instance, path: str, span: Span) -> Expr:
         """The condition that a component is in a state, or in one of those in it."""
-        leaves = [StateRef(component.name, leaf, span) for leaf in component.leaves(path)]
-        condition = chain("or", leaves, span)
+        leaves = tuple(component.leaves(path))
+        condition = StateRef(component.name, path, span, () if leaves == (path,) else leaves)
         self._named.of(condition, lambda _: (component.states[path], component.name))
         return condition
 
@@ -374,8 +373,8 @@ class Meanings:
             return []  # the robot has no memory of it
         info.heard = True
         self._record_communication(access, info)
-        names = ("fresh", "silent") if info.has_timeout else ("heard",)
-        return [chain("or", [PhaseRef(info.key, n, access.span) for n in names], access.span)]
+        within = ("fresh", "silent") if info.has_timeout else ()
+        return [PhaseRef(info.key, "heard", access.span, within)]
 
     def out_of_sight(self, access: Access, types: list[Type], known: list[Expr]) -> list[Expr]:
         """The name as a value of enums among ``types`` that are not in scope."""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from robosc.expr.by_identity import ByIdentity
 from robosc.expr.evaluation import constant
-from robosc.expr.quantified import Chains, chain, compared, joined
+from robosc.expr.quantified import Chains, chain, compared, joined, opposite
 from robosc.expr.traversal import may_be_undefined, part_of, rewritten
 from robosc.expr.tree import (
     Aggregate,
@@ -27,7 +27,6 @@ from robosc.expr.tree import (
     Leaf,
     Literal,
     is_constant_data,
-    opposite,
 )
 from robosc.expr.types import ArrayType, BooleanType, EnumType, IntegerType, NoneType, Type
 from robosc.language.functions import AGGREGATES

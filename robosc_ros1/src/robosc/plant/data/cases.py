@@ -33,6 +33,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import ArrayType, BooleanType, Type, Value, domain
 from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.places import each_place
 
 
 def reads_states(expr: Expr) -> bool:
@@ -48,8 +49,10 @@ def by_state(expr: Expr) -> Iterator[tuple[Expr, Expr]]:
     """
     read = [part for part in walk(expr) if isinstance(part, StateRef | PhaseRef)]
     named = list(dict.fromkeys(part for part in read if _owner(part) == _owner(read[0])))
-    for current in (*named, None):
-        given = {part: part == current for part in named}
+    places = dict.fromkeys(place for part in named for place in each_place(part))
+    for current in (*places, None):
+        there = () if current is None else current.places
+        given = {part: not {*there}.isdisjoint(part.places) for part in named}
         where = conjunction(map(negation, named)) if current is None else current
         yield where, _given(expr, given)
 

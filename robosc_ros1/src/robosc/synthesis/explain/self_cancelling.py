@@ -173,7 +173,7 @@ def _named_alike(plant: Plant, action: Event, condition: Expr) -> frozenset[int]
             sides = part.sides if isinstance(part, TestRef) else (part,)
             names = [p.variable for p in walk_all(sides) if isinstance(p, VariableRef)]
         elif isinstance(part, StateRef) and part.component not in takes_part:
-            names = [part.state]
+            names = [part.state, *part.within]
         variable = plant.variable_of(part)
         if variable is not None and any(len(stem) > 2 and _stem(n) == stem for n in names):
             found.add(variable)

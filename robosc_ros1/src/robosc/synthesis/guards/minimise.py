@@ -20,7 +20,6 @@ from robosc.expr.tree import (
     Binary,
     Expr,
     Literal,
-    StateRef,
     TestRef,
     Unary,
     VariableRef,
@@ -30,6 +29,7 @@ from robosc.plant.automaton import Plant, StateVariable, VariableKind
 from robosc.plant.data.cases import has_value
 from robosc.plant.data.classes import Classes, intervals
 from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.places import in_phases, in_states
 from robosc.synthesis.guards.sum_of_products import Diagrams, Product, TooLarge, full_mask
 
 _BOOLEAN = BooleanType()
@@ -106,26 +106,43 @@ def _literal(plant: Plant, index: StateVariable, needed: int, free: int) -> Expr
         case VariableKind.PHASE:
             if index.size == 2:
                 return index.phase(1 if free & 2 else 0)
-            return _member(index.size, needed, free, index.phase)
+            communication = plant.robot.communications[index.name]
+
+            def phases(chosen: Sequence[int]) -> Iterable[Expr]:
+                named = in_phases(communication, [str(index.values[v]) for v in chosen if v])
+                return named if all(chosen) else [index.phase(0), *named]
+
+            return _member(index.size, needed, free, phases)
         case VariableKind.LOCATION:
-            return _member(
-                index.size, needed, free, lambda v: StateRef(index.name, str(index.values[v]))
-            )
+
+            def states(chosen: Sequence[int]) -> Iterable[Expr]:
+                return in_states(plant.robot, index.name, [str(index.values[v]) for v in chosen])
+
+            return _member(index.size, needed, free, states)
     variable = plant.leaf_of(index)
     if isinstance(index.values, Classes):
         return index.values.condition(_values(needed), _values(free)).of(variable)
-    members = _member(index.size, needed, free, lambda v: has_value(variable, index.values[v]))
+
+    def values(chosen: Sequence[int]) -> Iterable[Expr]:
+        return (has_value(variable, index.values[value]) for value in chosen)
+
+    members = _member(index.size, needed, free, values)
     if isinstance(variable.type, IntegerType):
         return min(_interval(index, variable, needed, free), members, key=_cost)
     return members
 
 
-def _member(size: int, needed: int, free: int, is_value: Callable[[int], Expr]) -> Expr:
-    """Return that the value is one of some, or none of the others: whichever names fewer."""
+def _member(
+    size: int, needed: int, free: int, named: Callable[[Sequence[int]], Iterable[Expr]]
+) -> Expr:
+    """Return that the value is one of some, or none of the others: whichever names fewer.
+
+    ``named`` gives conditions of which one holds for each of some values.
+    """
     some, others = _values(needed), _values(full_mask(size) - free)
     if len(some) <= len(others):
-        return disjunction(map(is_value, some))
-    return conjunction(negation(is_value(value)) for value in others)
+        return disjunction(named(some))
+    return conjunction(map(negation, named(others)))
 
 
 def _values(mask: int) -> list[int]:

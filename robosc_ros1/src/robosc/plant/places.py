@@ -1,0 +1,52 @@
+"""Conditions on states and phases: with as few names as the model has for them, or written out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from robosc.expr.quantified import chain
+from robosc.expr.traversal import rewritten
+from robosc.expr.tree import Expr, Leaf, Literal, PhaseRef, StateRef
+from robosc.model.entities import Communication, Robot
+
+
+def in_states(robot: Robot, component: str, names: Sequence[str]) -> list[StateRef]:
+    """Conditions of which one holds where a component is in one of some states.
+
+    An outer state stands for all states in it, the largest first.
+    """
+    found = {name: StateRef(component, name) for name in names}
+    behaviours = (c.behaviour for c in robot.components if c.name == component)
+    behaviour = next(behaviours, None)  # a lasting condition has none
+    for outer, within in behaviour.inside.items() if behaviour is not None else ():
+        if all(name in found and not found[name].within for name in within):
+            found |= dict.fromkeys(within, StateRef(component, outer, within=within))
+    return list(dict.fromkeys(found.values()))
+
+
+def in_phases(communication: Communication, names: Sequence[str]) -> list[PhaseRef]:
+    """Conditions of which one holds where a communication is in one of some phases."""
+    if communication.heard and {"fresh", "silent"} <= {*names}:
+        heard = PhaseRef(communication.key, "heard", within=("fresh", "silent"))
+        others = [name for name in names if name not in heard.within]
+        return [heard, *(PhaseRef(communication.key, name) for name in others)]
+    return [PhaseRef(communication.key, name) for name in names]
+
+
+def each_place(ref: StateRef | PhaseRef) -> list[StateRef] | list[PhaseRef]:
+    """The conditions of which one holds where a state or a phase with others in it does."""
+    if isinstance(ref, StateRef):
+        return [replace(ref, state=name, within=()) for name in ref.places]
+    return [replace(ref, phase=name, within=()) for name in ref.places]
+
+
+def written_out(expr: Expr) -> Expr:
+    """A condition in which states and phases that have others in them are these."""
+
+    def leaf(node: Literal | Leaf) -> Expr:
+        if isinstance(node, StateRef | PhaseRef) and node.within:
+            return chain("or", each_place(node), node.span)
+        return node
+
+    return rewritten(expr, leaf)
