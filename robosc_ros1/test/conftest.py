@@ -38,6 +38,17 @@ LONGEST = (
 SLOW = {"bed", "client", "extension", "ros", "shared_browser", "terminal"}
 
 
+# A test's name goes from process to process with each of its reports, and into the environment.
+LONGEST_ID = 100
+
+
+def pytest_make_parametrize_id(val: object) -> str | None:
+    """The beginning of a long text stands for it in the name of a test."""
+    if isinstance(val, str | bytes) and len(val) > LONGEST_ID:
+        return f"{val[:LONGEST_ID]!a}..."
+    return None
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--renew", action="store_true", help="write the outputs anew that are kept")
 

@@ -68,9 +68,13 @@ def test_few_fixpoints_of_parts_are_enough(monkeypatch: pytest.MonkeyPatch) -> N
         assert differences(robot, Oracle(robot), "bdd") == [], seed
 
 
+DEPTH = 300
+"""More than the tests themselves need."""
+
+
 def test_more_variables_than_python_can_recurse() -> None:
     """A set with a level for each of very many variables."""
-    count = sys.getrecursionlimit() * 2
+    count = 2 * DEPTH
     components = "".join(
         f"component C{i} {{ outgoing message m{i} with type: none behaviour {{"
         f" initial marked state a {{ on response from m{i} goto b }}"
@@ -78,7 +82,12 @@ def test_more_variables_than_python_can_recurse() -> None:
         for i in range(count)
     )
     engine = SymbolicEngine(plant_of(f"robot R {{ {components} }}"))
-    solution = engine.solve()
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(DEPTH)
+    try:
+        solution = engine.solve()
+    finally:
+        sys.setrecursionlimit(limit)
     assert solution.controlled_states == 2**count
 
 
