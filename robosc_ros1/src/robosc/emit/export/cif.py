@@ -293,8 +293,8 @@ class _Writer:
             yield f"requirement invariant not ({text});"
         for occurrence in self.occurrences:
             event = occurrence.event
-            restricted = event.kind.sent and requirement.concerns(event.kind)
-            if restricted and event.key in requirement.communications:
+            restricted = event.kind.given and requirement.concerns(event.kind)
+            if restricted and event.command in requirement.communications:
                 if requirement.kind == "needs":
                     yield f"requirement invariant {occurrence.name} needs {text};"
                 else:
@@ -305,7 +305,7 @@ class _Writer:
         kept = self.plant.view.met(requirement)
         for occurrence in self.occurrences:
             event = occurrence.event
-            if event.kind.sent and event.key in requirement.communications:
+            if event.kind.sent and event.command in requirement.communications:
                 text = condition(self.scope, holds(kept, event.data))
                 yield f"requirement invariant {occurrence.name} needs {text};"
 
