@@ -14,11 +14,15 @@ from .ros_messages import compose, has_oddities, plain
 
 def explained(make, text, data):
     """Return an answer that a call failed: what ``make`` makes of the data, or of none where they
-    do not fit, with the reason in its field ``message`` if it has one that is empty."""
+    do not fit, with the reason in its field ``message`` if it has one that is empty. Its field
+    ``success`` is false if the data do not give it, whatever the type says."""
     try:
         answer = make(data)
     except Exception:
+        data = None
         answer = make(None)
+    if isinstance(getattr(answer, "success", None), bool) and "success" not in (data or ()):
+        answer.success = False
     if getattr(answer, "message", None) == "":
         answer.message = text
     return answer

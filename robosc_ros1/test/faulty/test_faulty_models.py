@@ -18,6 +18,7 @@ from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
 
 FOLDER = Path(__file__).parent
+ABOUT_ROS_2 = ("refusal-not-seen",)
 MODELS = sorted(p.stem for p in FOLDER.glob("*.rscd") if not p.stem.startswith("_"))
 
 
@@ -25,7 +26,8 @@ MODELS = sorted(p.stem for p in FOLDER.glob("*.rscd") if not p.stem.startswith("
 def test_output_is_exact(code: str, kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     model = FOLDER / f"{code}.rscd"
     monkeypatch.chdir(FOLDER)
-    definitions = MessageDefinitions.for_model(model, {})
+    environment = {"ROS_VERSION": "2"} if code in ABOUT_ROS_2 else {}
+    definitions = MessageDefinitions.for_model(model, environment)
     robot, diagnostics = load(model.name, definitions=definitions)
     kept.text(FOLDER / f"{code}.txt", render_all(diagnostics))
     shown = [d for d in diagnostics if d.code == code]

@@ -168,7 +168,7 @@ class FileResolver:
             check_undefined_data(robot, lengths, self._scope.source, self._report)
             if not library:
                 check_stop(robot, self._report)
-                check_served(robot, self._report)
+                check_served(robot, self._binder.sent, self._report)
             check_unused(
                 self._scope,
                 self.types.values,

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from robosc.errors import Note
+from robosc.expr.tree import StateRef
+from robosc.expr.types import NoneType
 from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Communication, Robot
+from robosc.model.entities import Command, Communication, Robot
+from robosc.model.names.tables import DUE
+from robosc.model.ros.sent import SentData
 
 
-def check_served(robot: Robot, report: Report) -> None:
-    """Report names that are served twice, or served and called, and calls that nobody takes, or
-    goals that nobody answers."""
+def check_served(robot: Robot, sent: SentData, report: Report) -> None:
+    """Report names that are served twice, or served and called, calls that nobody takes, goals that
+    nobody answers, and refusals of which a caller in ROS 2 cannot know."""
     served = [c for c in robot.communications.values() if c.sort.served]
     by_name: dict[str, Communication] = {}
     for call in served:
@@ -44,6 +48,39 @@ def check_served(robot: Robot, report: Report) -> None:
                 f"every call of '{call.name}' is refused: no component takes its request",
                 f"add to a state: on request from {call.name} goto STATE",
             )
+    if sent.is_for_ros2:
+        for call in served:
+            _check_refusals(call, robot, sent, report)
+
+
+def _check_refusals(call: Communication, robot: Robot, sent: SentData, report: Report) -> None:
+    """Report a service whose refused calls get the response that others may get, too.
+
+    ROS 2 has no errors of services.
+    """
+    error = Command(call, EventKind.REFUSAL)
+    if call.kind is not Kind.SERVED_SERVICE or not call.binding.found:
+        return
+    success = sent.field_of(error, ("success",))
+    if success is not None and success.type.base == "bool":
+        return
+    # What a state performs is given in that state alone, and a call may be refused in all others.
+    due = {f"{where}.{path}.{DUE}" for where, path in robot.performed.get(error.key, ())}
+    for provide in robot.provides:
+        where = provide.condition
+        performed = isinstance(where, StateRef) and f"{where.component}.{where.state}" in due
+        if provide.communication == error.key and not performed:
+            return
+    hint = "take a type whose response has the fields bool success and string message"
+    if not isinstance(error.type, NoneType):
+        hint += f", or say what a refused call gets: provide {call.name}.error with {{ … }}"
+    report.add(
+        "refusal-not-seen",
+        call.span,
+        f"in ROS 2 a refused call of '{call.name}' gets a response with default values, as if it"
+        f" were done: {call.binding.type} has no field 'success'",
+        hint,
+    )
 
 
 def _report_twice(one: Communication, first: Communication, what: str, report: Report) -> None:

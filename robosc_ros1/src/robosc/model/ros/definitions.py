@@ -95,6 +95,11 @@ class MessageDefinitions:
         """The definitions that a model file may use, see :mod:`robosc.model.ros.packages`."""
         return cls(Packages.for_model(path, environment), ros_version)
 
+    @property
+    def are_for_ros2(self) -> bool:
+        """Whether code is generated for ROS 2, or, if that is not known, ROS 2 is sourced."""
+        return self._manifests == "2"
+
     def interface(self, package: str, type_: str, folder: Folder) -> Interface | Missing:
         """The definition of ``package/folder/type_``.
 

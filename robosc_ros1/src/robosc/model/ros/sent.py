@@ -26,6 +26,10 @@ class SentData:
         self._definitions = definitions
         self._report = report
 
+    @property
+    def is_for_ros2(self) -> bool:
+        return self._definitions.are_for_ros2
+
     def field_of(self, command: Command, path: Sequence[str | int]) -> Field | None:
         """The field of a command's data at a path; None if no definition is installed."""
         communication = command.communication
