@@ -2,10 +2,11 @@
 """Actions of the node, whose goals the controller answers.
 
 rclpy wants to know at once whether a goal is accepted, so its thread waits for the engine, which
-decides within a moment. An accepted goal is executed when it is answered: only then rclpy gets a
-task to complete, because an executor keeps a processor busy for each task that waits. ROS 2 has no
-text for rejected goals; that of an aborted or cancelled one is in the field ``message`` of its
-result, if it has one.
+decides within a moment. If it does not, the goal is rejected, and the engine learns that when it
+comes to it: so a goal is carried out if, and only if, its client was told that it is accepted. It
+is executed when it is answered: only then rclpy gets a task to complete, because an executor keeps
+a processor busy for each task that waits. ROS 2 has no text for rejected goals; that of an aborted
+or cancelled one is in the field ``message`` of its result, if it has one.
 """
 
 import threading
@@ -19,7 +20,7 @@ from .ros_messages import compose, has_oddities, plain
 from .ros_served import explained
 
 DECISION = 2.0
-"""Seconds after which a goal is rejected if the engine, which is ending, has not decided."""
+"""Seconds after which a goal is rejected that the engine, busy or ending, has not come to."""
 KEPT = 60
 """Seconds for which the result of a goal is kept for a client that asks late."""
 
@@ -45,8 +46,12 @@ class ServedAction:
         def asked(goal):
             call = _Call(self)
             post(convert(goal), call)
+            if not call.is_accepted():
+                return GoalResponse.REJECT
             self._accepted = call
-            return GoalResponse.ACCEPT if call.is_accepted() else GoalResponse.REJECT
+            # By then rclpy has told the client, and begun the goal; or it has failed to.
+            self.later(call.look, recall)
+            return GoalResponse.ACCEPT
 
         def begun(handle):
             call = self._goals[_id(handle)] = self._accepted
@@ -87,6 +92,10 @@ class ServedAction:
     def ending(self):
         self._ending += 1
 
+    def forget(self):
+        """Leave out the end of a goal of which its client does not know."""
+        self._ending -= 1
+
     def end(self, handle, succeeds, result):
         """End a goal, in the executor's thread, and forget it."""
 
@@ -113,26 +122,40 @@ def _unused(handle):
 
 
 class _Call(WaitingCall):
-    """A goal. Its ``handle`` is there from :meth:`begin` on, all else waits for it."""
+    """A goal. Its ``handle`` is there from :meth:`begin` on; without one its client does not know
+    of it, so nothing is told."""
 
     def __init__(self, action):
         self._action = action
         self._decided = threading.Event()
+        self._lock = threading.Lock()
+        self._claimed = self._given_up = False
         self._accepted = False
         self._handle = None
-        self._early = []
 
     def is_accepted(self):
         """Wait until the engine has decided, and return what."""
-        self._decided.wait(DECISION)
+        if not self._decided.wait(DECISION):
+            with self._lock:
+                self._given_up = not self._claimed
+            if self._given_up:
+                return False
+            self._decided.wait()
         return self._accepted
 
+    def claim(self):
+        with self._lock:
+            self._claimed = not self._given_up
+        return self._claimed
+
     def begin(self, handle):
-        """Go on with what was decided before the handle was there; in the executor's thread."""
+        """Take the goal as rclpy has it; in the executor's thread."""
         self._handle = handle
-        for function, arguments in self._early:
-            function(*arguments)
-        self._early.clear()
+
+    def look(self, recall):
+        """Have the goal cancelled if its client, which has gone, could not be told of it."""
+        if self._handle is None:
+            recall(self)
 
     def accept(self):
         self._accepted = True
@@ -155,16 +178,14 @@ class _Call(WaitingCall):
         self._later(self._end, False, result)
 
     def _report(self, feedback):
-        self._handle.publish_feedback(feedback)
+        if self._handle is not None:
+            self._handle.publish_feedback(feedback)
 
     def _end(self, succeeds, result):
-        self._action.end(self._handle, succeeds, result)
+        if self._handle is not None:
+            self._action.end(self._handle, succeeds, result)
+        else:
+            self._action.forget()
 
     def _later(self, function, *arguments):
-        def begun():
-            if self._handle is None:
-                self._early.append((function, arguments))
-            else:
-                function(*arguments)
-
-        self._action.later(begun)
+        self._action.later(function, *arguments)

@@ -6,6 +6,8 @@ import json
 from collections.abc import Callable
 
 import pytest
+from ros2.bed import HERE
+from ros2.conftest import Built
 from ros2.ros2_support import Graph, Peer, Process
 from ros2.test_ros2_lifecycle import ACTIVATE, CONFIGURE, DEACTIVATE, change
 
@@ -69,6 +71,36 @@ def test_what_is_not_taken_is_rejected(graph: Graph, robot: Peer) -> None:
     assert not other.expect("answer", id=send(other))["accepted"]
     told(robot, "mission is busy: it serves one call at a time")
     robot.expect_state(NODE, lambda s: s["counters"]["refused"] == 2)
+    step(robot, 3)
+    assert robot.expect("result", id=goal)["status"] == SUCCEEDED
+
+
+def slow(graph: Graph, built: Built, when: str) -> Peer:
+    """A robot whose controller is slow with its first goal; see slow_engine_node.py."""
+    script, quality = HERE / "slow_engine_node.py", "qos.step.reliability:='reliable'"
+    words = (script, NODE, when, "--ros-args", "-p", quality)
+    graph.start(graph.bed.python, *words, **built.environment(NODE))
+    robot = graph.peer()
+    robot.watch(NODE)
+    return robot
+
+
+def test_a_goal_whose_client_was_refused_is_not_carried_out(graph: Graph, built: Built) -> None:
+    """The engine comes to it when rclpy could wait no longer."""
+    robot = slow(graph, built, "before")
+    robot.subscribe(f"{NODE}/events", "std_msgs/msg/String")
+    assert not robot.expect("answer", id=send(robot))["accepted"]
+    told(robot, "its client was refused already")
+    state = robot.expect_state(NODE, lambda s: s["counters"].get("refused") == 1)
+    assert state["components"]["Missions"] == "free"
+    goal = accepted(robot)
+    step(robot, 3)
+    assert robot.expect("result", id=goal)["status"] == SUCCEEDED
+
+
+def test_a_goal_on_which_the_engine_decides_is_waited_for(graph: Graph, built: Built) -> None:
+    robot = slow(graph, built, "meanwhile")
+    goal = accepted(robot)
     step(robot, 3)
     assert robot.expect("result", id=goal)["status"] == SUCCEEDED
 

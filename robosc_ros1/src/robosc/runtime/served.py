@@ -25,6 +25,10 @@ class WaitingCall:
     ``answer`` or ``refuse`` is called once, and none after it.
     """
 
+    def claim(self) -> bool:
+        """Return whether somebody still waits; then they wait until it is accepted or refused."""
+        return True
+
     def accept(self) -> None:
         """Tell the caller that the call is taken: it is answered later. Not called of one that is
         refused at once."""
@@ -75,6 +79,8 @@ class Serving(Requests):
                 )
             if entry.read is not None:
                 value = entry.read(message)
+            if not call.claim():
+                raise Mismatch("its client was refused already: the controller had no time for it")
             entry.apply(value)
         except Mismatch as mismatch:
             self._refuse(entry, value, call, str(mismatch))
@@ -82,6 +88,9 @@ class Serving(Requests):
         except UNREADABLE as error:  # the request does not have the type that the model states
             self._refuse(entry, value, call, "%s: %s" % (type(error).__name__, error))
             return
+        except Exception:  # an unexpected one, of which others tell
+            call.refuse("the controller has an internal error", self._refusal(entry.key))
+            raise
         call.accept()
         self._waiting[entry.key] = call
         self._happened(entry, value)
