@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from typing import Any
 
+import pytest
+
 from robosc.runtime.matching import command_patterns, matching_command
+from robosc.runtime.values import not_finite
+
+NAN = float("nan")
 
 
 class Header:
     __slots__ = ("frame_id", "seq", "stamp")
 
-    def __init__(self, seq: int) -> None:
+    def __init__(self, seq: int = 0) -> None:
         self.seq, self.stamp, self.frame_id = seq, seq / 10, "base"
 
 
@@ -96,3 +102,35 @@ def test_fields_that_a_header_has_too_are_data() -> None:
     assert matching_command(patterns, Drive(2.0, frame_id="a")) == "drive"
     assert matching_command(patterns, Drive(2.0)) is None
     assert matching_command(patterns, Drive(0.0, stamp=1.0)) is None
+
+
+class Point:
+    __slots__ = ("name", "x", "y")
+
+    def __init__(self, x: float = 0.0, y: float = 0.0) -> None:
+        self.x, self.y, self.name = x, y, ""
+
+
+class Pose:
+    """A message without arrays, whose fields are read all at once."""
+
+    __slots__ = ("goal", "header", "level")
+
+    def __init__(self, x: float = 0.0, y: float = 0.0, level: int = 0, seq: int = 0) -> None:
+        self.header, self.goal, self.level = Header(seq), Point(x, y), level
+
+
+def test_fields_of_fields_count_and_headers_do_not() -> None:
+    rows = (("a", ({"x": 1.0}, {"y": 2.0}), None), ("b", ({"level": 3},), None), ("c", (), None))
+    patterns = command_patterns(rows, lambda data: Pose(**data))
+    messages = [Pose(1.0), Pose(y=2.0, seq=5), Pose(level=3), Pose(1.0, 2.0), Pose(NAN)]
+    assert [matching_command(patterns, m) for m in messages] == ["a", "a", "b", "c", "c"]
+
+
+@pytest.mark.parametrize("number", [NAN, math.inf, -math.inf])
+def test_numbers_that_are_not_finite_are_told_by_their_field(number: float) -> None:
+    assert not_finite(Pose(1.0, 2.0, 3)) is None
+    assert not_finite(Pose(1.0, number)) == f"goal.y is {number}"
+    assert not_finite(Point(number)) == f"x is {number}"
+    assert not_finite(Speed(limits=(0.0, number))) == f"limits[1] is {number}"
+    assert not_finite(Other(7)) is None

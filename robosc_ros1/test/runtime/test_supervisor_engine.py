@@ -160,7 +160,7 @@ class Speed:
 
     __slots__ = ("label", "parts", "x")
 
-    def __init__(self, x: float, parts: Any = ()) -> None:
+    def __init__(self, x: float = 0.0, parts: Any = ()) -> None:
         self.label, self.x, self.parts = "nan", x, parts
 
 

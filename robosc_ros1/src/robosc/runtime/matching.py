@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from .values import jsonable, only_field, parts_of
+from .values import is_header, jsonable, leaves_of, only_field, parts_of
 
 Path = Tuple[str, ...]
 Row = Tuple[str, Tuple[Dict[str, Any], ...], Optional[Tuple[Path, Tuple[Any, ...]]]]
@@ -33,7 +33,7 @@ def command_patterns(
     patterns: List[CommandPattern] = []
     for key, exact, field in table:
         if exact:
-            patterns.append(CommandPattern(key, _one_of([_content(make(data)) for data in exact])))
+            patterns.append(CommandPattern(key, _one_of([make(data) for data in exact])))
         elif field:
             patterns.append(CommandPattern(key, _has(*field)))
         else:
@@ -81,19 +81,16 @@ def _content(message: Any) -> Any:
         return message.tolist()
     if not hasattr(message, "__slots__"):
         return message
-    if _is_header(type(message)):
+    if is_header(type(message)):
         return None
     return [_content(part) for part in parts_of(message).values()]
 
 
-def _is_header(message_class: type) -> bool:
-    """Whether this is ``std_msgs/Header`` of either ROS; other types may have the same fields."""
-    package = message_class.__module__.partition(".")[0]
-    return (package, message_class.__name__) == ("std_msgs", "Header")
-
-
-def _one_of(contents: List[Any]) -> Callable[[Any], bool]:
-    return lambda message: _content(message) in contents
+def _one_of(expected: List[Any]) -> Callable[[Any], bool]:
+    leaves = leaves_of(type(expected[0]))
+    read = _content if leaves is None else leaves
+    contents = [read(message) for message in expected]
+    return lambda message: read(message) in contents
 
 
 def _has(path: Path, values: Tuple[Any, ...]) -> Callable[[Any], bool]:

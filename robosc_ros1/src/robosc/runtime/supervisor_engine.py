@@ -143,21 +143,23 @@ class SupervisorEngine(RelayedCalls):
         self, key: str, kind: str, message: Any, payload: Any, repack: Repack
     ) -> Tuple[CheckedCommand, Reasons]:
         row = self._scheduled[key, kind].row
-        checked = CheckedCommand(payload)
         if row.read is None:
-            return checked, self._unfit(message)
+            return CheckedCommand(payload), self._unfit(message)
+        corrected = None
         try:
             data = row.read(self.controller, message)
             corrected = self._corrected(row, message, data)
             if corrected is not None:
                 message = corrected.made
                 data = row.read(self.controller, message)
-                checked = CheckedCommand(repack(message), (), corrected)
+                payload = repack(message)
         except Undefined:
-            return checked, [{"kind": "data", "text": NOTHING_TO_CORRECT_BY}]
+            problem = NOTHING_TO_CORRECT_BY
         except UNFIT as error:
-            return checked, [{"kind": "data", "text": str(error)}]
-        return checked._replace(data=(data,)), self._unfit(message)
+            problem = str(error)
+        else:
+            return CheckedCommand(payload, (data,), corrected), self._unfit(message)
+        return CheckedCommand(payload, (), corrected), [{"kind": "data", "text": problem}]
 
     def _reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
         if self.stopped == HELD and not self._is_step:

@@ -6,8 +6,9 @@ from __future__ import annotations
 import copy
 import functools
 import math
+import operator
 from types import SimpleNamespace
-from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Tuple
 
 Value = Any
 """A value of the language: bool, int, float or str; for an event's value a dict of them by path;
@@ -110,6 +111,9 @@ def not_finite(data: Value) -> Optional[str]:
 
 def _first_not_finite(data: Value) -> Optional[Tuple[str, float]]:
     """Return the path and the value of the first number that is not finite."""
+    floats = leaves_of(type(data), float) if hasattr(data, "__slots__") else None
+    if floats is not None and all(map(math.isfinite, floats(data))):
+        return None
     if isinstance(data, float):
         return None if math.isfinite(data) else ("", data)
     if data is None or isinstance(data, (bool, int, str, bytes)):
@@ -199,6 +203,45 @@ def _fields(kind: Any) -> Tuple[Tuple[str, str], ...]:
     """Return the fields of a class of messages, which may have none, and their slots."""
     slots = kind.__slots__
     return tuple((slot.lstrip("_"), slot) for slot in slots if slot != "_check_fields")
+
+
+def is_header(kind: Any) -> bool:
+    """Whether a class is ``std_msgs/Header`` of either ROS, whatever fields others have."""
+    package = kind.__module__.partition(".")[0]
+    return (package, kind.__name__) == ("std_msgs", "Header")
+
+
+@functools.lru_cache(maxsize=None)
+def leaves_of(kind: Any, wanted: Any = object) -> Optional[Callable[[Any], Tuple[Value, ...]]]:
+    """Return a function that reads at once the ``wanted`` plain fields of a message of a class, but
+    for its headers; None if the messages of the class differ in what fields they have, as those
+    with arrays do."""
+    if not hasattr(kind, "__slots__"):
+        return None
+    try:
+        found = dict(_leaves(kind(), ()))
+    except _Varying:
+        return None
+    paths = [".".join(path) for path, value in found.items() if isinstance(value, wanted)]
+    if not paths:
+        return lambda message: ()
+    read = operator.attrgetter(*paths)
+    return read if len(paths) > 1 else lambda message: (read(message),)
+
+
+class _Varying(Exception):
+    """A message has an array, of which another one may have more elements."""
+
+
+def _leaves(message: Any, path: Tuple[str, ...]) -> Iterator[Tuple[Tuple[str, ...], Value]]:
+    for _, slot in _fields(type(message)):
+        part = getattr(message, slot)
+        if isinstance(part, (list, tuple, bytes)) or hasattr(part, "tolist"):
+            raise _Varying
+        if not hasattr(part, "__slots__"):
+            yield (*path, slot), part
+        elif not is_header(type(part)):
+            yield from _leaves(part, (*path, slot))
 
 
 def copied_for(message: Any, data: Dict[str, Value]) -> Any:
