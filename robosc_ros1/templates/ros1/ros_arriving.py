@@ -4,6 +4,7 @@
 import functools
 import io
 
+from genpy.message import SerializationError
 from roslib.message import get_message_class as message_class
 
 from ._runtime.values import copied_for
@@ -11,8 +12,16 @@ from .ros_messages import fill
 
 
 def serialised(message):
+    """Return the bytes of a message.
+
+    Raises:
+        ValueError: a number does not fit into its field.
+    """
     buffer = io.BytesIO()
-    message.serialize(buffer)
+    try:
+        message.serialize(buffer)
+    except SerializationError as error:
+        raise ValueError(str(error)) from error
     return buffer.getvalue()
 
 

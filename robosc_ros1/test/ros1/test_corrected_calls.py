@@ -133,3 +133,13 @@ def test_calls(node: Node, robot: Puppet, driver: Puppet) -> None:
     assert reason["text"] == "requirement set_level needs value.level > 0"
     failed = driver.wait(lambda line: line.get("answered"), "the failure", since=mark)
     assert "requirement set_level needs" in failed["failure"]
+
+
+def test_a_number_too_large_for_its_field(node: Node, robot: Puppet, driver: Puppet) -> None:
+    robot.do("listen", topic="/gear", type="std_msgs/Int8")
+    driver.publish("/supervised/gear", "std_msgs/Int8", 2)
+    (reason,) = blocked(driver, "gear")["blocked_by"]
+    assert reason == {"kind": "data", "text": "field data exceeds specified width [int8]"}
+    driver.publish("/supervised/gear", "std_msgs/Int8", 1)
+    assert robot.hears("/gear")["data"] == 100
+    node.shows(lambda s: s["stopped"] is None and s["counters"]["blocked"] == 1)
