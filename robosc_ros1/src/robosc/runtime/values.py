@@ -211,13 +211,20 @@ def is_header(kind: Any) -> bool:
     return (package, kind.__name__) == ("std_msgs", "Header")
 
 
-@functools.lru_cache(maxsize=None)
 def leaves_of(kind: Any, wanted: Any = object) -> Optional[Callable[[Any], Tuple[Value, ...]]]:
     """Return a function that reads at once the ``wanted`` plain fields of a message of a class, but
     for its headers; None if the messages of the class differ in what fields they have, as those
     with arrays do."""
-    if not hasattr(kind, "__slots__"):
-        return None
+    key = (kind, wanted)
+    if key not in _LEAVES:
+        _LEAVES[key] = _reader_of(kind, wanted) if hasattr(kind, "__slots__") else None
+    return _LEAVES[key]
+
+
+_LEAVES: Dict[Tuple[Any, Any], Optional[Callable[[Any], Tuple[Value, ...]]]] = {}
+
+
+def _reader_of(kind: Any, wanted: Any) -> Optional[Callable[[Any], Tuple[Value, ...]]]:
     try:
         found = dict(_leaves(kind(), ()))
     except _Varying:
@@ -234,7 +241,7 @@ class _Varying(Exception):
 
 
 def _leaves(message: Any, path: Tuple[str, ...]) -> Iterator[Tuple[Tuple[str, ...], Value]]:
-    for _, slot in _fields(type(message)):
+    for _, slot in _fields(message.__class__):
         part = getattr(message, slot)
         if isinstance(part, (list, tuple, bytes)) or hasattr(part, "tolist"):
             raise _Varying

@@ -8,8 +8,8 @@ from robosc.expr.types import NoneType
 from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Command, Communication, Robot
-from robosc.model.names.tables import DUE
 from robosc.model.ros.sent import SentData
+from robosc.runtime.places import DUE
 
 
 def check_served(robot: Robot, sent: SentData, report: Report) -> None:
@@ -65,7 +65,7 @@ def _check_refusals(call: Communication, robot: Robot, sent: SentData, report: R
     if success is not None and success.type.base == "bool":
         return
     # What a state performs is given in that state alone, and a call may be refused in all others.
-    due = {f"{where}.{path}.{DUE}" for where, path in robot.performed.get(error.key, ())}
+    due = {f"{where}.{path} {DUE}" for where, path in robot.performed.get(error.key, ())}
     for provide in robot.provides:
         where = provide.condition
         performed = isinstance(where, StateRef) and f"{where.component}.{where.state}" in due
