@@ -12,11 +12,13 @@ from robosc.language.keywords import starts_of
 from robosc.language.reasons import REASONS
 from robosc.lsp.analysis import Desk
 from robosc.lsp.interfaces import model_type
+from robosc.lsp.member_offers import MemberOffers
 from robosc.lsp.offers import (
     COMPARISONS,
     EVENTS,
     OPERATORS,
     Candidate,
+    Offers,
     block_words,
     ends_operand,
     keywords,
@@ -46,36 +48,42 @@ def complete(desk: Desk, path: str, offset: int) -> list[Candidate]:
         return []
     known = [a for a in (desk.recent(path), desk.whole(path)) if a is not None]
     found: dict[str, Candidate] = {}
-    for candidate in _Completer(desk, path, context, known).candidates():
+    for candidate in _Completer(Offers(desk, path, context, known)).candidates():
         best = found.get(candidate.label)
         if best is None or candidate.rank < best.rank:
             found[candidate.label] = candidate
     return sorted(found.values(), key=lambda c: c.sort_key)
 
 
-class _Completer(StatementOffers):
+class _Completer:
     """What can follow the words of a declaration, for each kind of it."""
+
+    def __init__(self, offers: Offers) -> None:
+        self._offers = offers
+        self._context = offers.context
+        self._members = MemberOffers(offers)
+        self._statements = StatementOffers(offers)
 
     def candidates(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
         if last == ".":
-            yield from self._members()
+            yield from self._members.behind_dot()
             return
-        if last == "[" and self._context.word(-2).lstrip("^") in self._several:
-            yield from self._indexes()
+        if last == "[" and self._context.word(-2).lstrip("^") in self._offers.several:
+            yield from self._offers.indexes()
             return
-        if last == "/" and self._is_ros_package(self._context.word(-2)):
-            yield from self._ros_types(self._context.word(-2), self._ros_folder())
+        if last == "/" and self._offers.is_ros_package(self._context.word(-2)):
+            yield from self._offers.ros_types(self._context.word(-2), self._offers.ros_folder())
             return
         match self._context.block.kind:
             case "file" | "behaviour" | "component" | "state" | "robot" | "library" | "for" if (
                 not words
             ):
-                yield from self._beginnings()
+                yield from self._statements.beginnings()
             case "robot" | "library" | "for":
-                yield from self._statement()
+                yield from self._statements.statement()
             case "component" if words[0] in starts_of("for"):
-                yield from self._statement()
+                yield from self._statements.statement()
             case "component":
                 yield from self._communication()
             case "behaviour" | "state":
@@ -85,7 +93,9 @@ class _Completer(StatementOffers):
             case "enum":
                 yield from self._enum()
             case "commands":
-                yield from self._communications(listed_events(self._context.block.header) or SENT)
+                yield from self._offers.communications(
+                    listed_events(self._context.block.header) or SENT
+                )
             case "data":
                 yield from self._data()
 
@@ -104,20 +114,20 @@ class _Completer(StatementOffers):
         elif first == "behaviour":
             return
         elif first in ("constant", "parameter", "function"):
-            yield from self._value()
+            yield from self._statements.value()
         elif last == ":" and self._context.word(-2) in _DURATIONS:
-            yield from self._durations()
+            yield from self._offers.durations()
         elif last == ":" and self._context.word(-2) in _WORDS:
             yield Candidate(_WORDS[self._context.word(-2)], "keyword")
         elif self._is_expectation():
             yield from self._received()
         elif last == "links":
-            yield from self._interfaces()
+            yield from self._offers.interfaces()
         elif last == ":" and self._context.word(-2) in (a.name for a in _TYPES):
             if sort in _LABELS and self._context.word(-2) == "type":
-                yield from self._ros_packages(FOLDERS[sort])
+                yield from self._offers.ros_packages(FOLDERS[sort])
             else:
-                yield from self._types()
+                yield from self._offers.types()
         elif last in ("with", ","):
             wanted = _LABELS.get(sort, ("type",))
             missing = [w for w in wanted if w not in words[2 + served :]]
@@ -134,7 +144,7 @@ class _Completer(StatementOffers):
                 yield from keywords(("with",))
         elif ends_operand(last) or last == ")":
             yield from keywords(("links",))
-            yield from self._next()
+            yield from self._offers.next_declaration()
 
     def _is_expectation(self) -> bool:
         """Whether an operand may stand here, of what an attribute expects."""
@@ -147,8 +157,8 @@ class _Completer(StatementOffers):
     def _received(self) -> Iterator[Candidate]:
         """The operands of conditions that read a received value only."""
         yield from keywords(("value", "true", "false"))
-        for contents in self._known:
-            yield from self._named_values(contents.types.values)
+        for contents in self._offers.known:
+            yield from self._offers.named_values(contents.types.values)
 
     # --- behaviour -------------------------------------------------------------------------------
 
@@ -172,22 +182,22 @@ class _Completer(StatementOffers):
 
     def _after(self) -> Iterator[Candidate]:
         if len(self._context.words) == 1:
-            yield from self._durations()
+            yield from self._offers.durations()
         else:
             yield from self._clauses(("if", "do", "goto"))
 
     def _variable(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
         if last == ":":
-            yield from self._types(variable=True)
+            yield from self._offers.types(variable=True)
         elif last == "=":
-            type_ = self._type_named(self._context.behind(":"))
-            yield from self._values(type_)
+            type_ = self._offers.type_named(self._context.behind(":"))
+            yield from self._offers.values(type_)
             if self._context.behind(":") == "boolean":
                 yield from keywords(("false", "true"), rank=0)
         elif ":" in words:
             yield Candidate("=", "keyword")
-            yield from self._next()
+            yield from self._offers.next_declaration()
 
     def _on(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
@@ -198,7 +208,7 @@ class _Completer(StatementOffers):
         elif not {"from", "to"} & {*words}:
             yield from keywords(("to",) if last == "request" else ("from", "to"))
         elif last in ("from", "to"):
-            yield from self._communications(listed_events(words))
+            yield from self._offers.communications(listed_events(words))
             yield ALL_COMMANDS
         else:
             yield from keywords(("except",) if {"if", "do", "goto"}.isdisjoint(words) else ())
@@ -211,19 +221,19 @@ class _Completer(StatementOffers):
         words, last = self._context.words, self._context.last
         clause = next((w for w in reversed(words) if w in clauses), "")
         if last == "goto":
-            for owner in self._owners(self._own):
+            for owner in self._offers.owners(self._offers.own):
                 for name, state in owner.states.items():
                     detail = " ".join(["initial"] * state.initial + ["marked"] * state.marked)
                     yield Candidate(name, "state", detail or "state", rank=0)
         elif clause == "do" and last in ("do", ","):
-            for owner in self._owners(self._own):
+            for owner in self._offers.owners(self._offers.own):
                 for name, node in owner.variable_nodes.items():
                     text = f"{name} := "
                     yield Candidate(name, "variable", node.type.span.text, text, rank=0)
         elif clause == "do" and len(words) > 1 and last == ":=":
-            yield from self._expression(self._variable_type(self._context.word(-2)))
+            yield from self._offers.expression(self._offers.variable_type(self._context.word(-2)))
         elif clause in ("if", "do") and not ends_operand(last):
-            yield from self._expression(self._expected())
+            yield from self._offers.expression(self._offers.expected())
             if "error" in listed_events(words):
                 yield Candidate("reason", "variable", "why it failed")
             if "reason" in (self._context.word(-2), self._context.word(-3)):  # = timeout, in { lost
@@ -234,7 +244,7 @@ class _Completer(StatementOffers):
             yield from keywords(rest, rank=0)
             if clause in ("if", "do"):
                 yield from keywords((*OPERATORS, *COMPARISONS))
-            yield from self._next()
+            yield from self._offers.next_declaration()
 
     # --- datatypes -------------------------------------------------------------------------------
 
@@ -244,12 +254,12 @@ class _Completer(StatementOffers):
             field = self._field_type(self._context.word(0))
             if field and last == ":":
                 yield Candidate(field, "object", "the type of the real field", rank=0)
-            yield from self._types(none=False)
+            yield from self._offers.types(none=False)
             return
         if words and len(words) < 3:
             return
         name = self._context.block.name
-        for analysis in self._analyses:
+        for analysis in self._offers.analyses:
             definition = analysis.carriers.get(name)
             contents = analysis.contents
             node = contents.scope.datatypes.get(name) if contents is not None else None
@@ -263,7 +273,7 @@ class _Completer(StatementOffers):
                     yield Candidate(field_.name, "property", detail, text, rank=0)
 
     def _field_type(self, name: str) -> str:
-        for analysis in self._analyses:
+        for analysis in self._offers.analyses:
             definition = analysis.carriers.get(self._context.block.name)
             field = definition.field(name.lstrip("^")) if definition is not None else None
             if field is not None:
@@ -274,7 +284,7 @@ class _Completer(StatementOffers):
         words, last = self._context.words, self._context.last
         name = self._context.block.name
         if last == "->":
-            for contents in self._known:
+            for contents in self._offers.known:
                 enum = contents.types.enum(name)
                 for value in enum.values if enum is not None else ():
                     yield Candidate(value, "enum value", f"value of {name}", rank=0)
@@ -309,14 +319,14 @@ class _Completer(StatementOffers):
             elif ends_operand(last):
                 yield from keywords((*OPERATORS, *COMPARISONS))
             else:
-                yield from self._expression(inner_type)
+                yield from self._offers.expression(inner_type)
 
     def _data_type(self) -> Type | None:
         """The type of the object whose braces are open."""
         braces = [b for b in self._context.blocks if b.kind == "data"]
         header = braces[0].header
         end = header.index("with") if "with" in header else len(header)
-        type_ = self._request(header[1:end])
+        type_ = self._statements.request(header[1:end])
         for brace in braces[1:]:
             type_ = type_.property(brace.name) if isinstance(type_, ObjectType) else None
             type_ = type_.element if isinstance(type_, ArrayType) else type_

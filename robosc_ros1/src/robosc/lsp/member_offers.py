@@ -10,13 +10,17 @@ from robosc.lsp.offers import Candidate, Offers, keywords
 from robosc.model.ros.interfaces import Missing
 
 
-class MemberOffers(Offers):
+class MemberOffers:
     """The members of components, libraries, enums, values and what else has any."""
 
-    def _members(self) -> Iterator[Candidate]:
+    def __init__(self, offers: Offers) -> None:
+        self._offers = offers
+        self._context = offers.context
+
+    def behind_dot(self) -> Iterator[Candidate]:
         """Behind a dot."""
         chain = names_before(self._context.words)
-        aggregates = dict(self._aggregates)
+        aggregates = dict(self._offers.aggregates)
         while chain and chain[0] in aggregates:
             chain = aggregates.pop(chain[0]) + chain[1:]
         if not chain:
@@ -24,7 +28,7 @@ class MemberOffers(Offers):
         if chain[:1] == ["value"]:
             yield from self._parts(chain[1:])
             return
-        if len(chain) != 1 and not (chain[1:] == ["[]"] and chain[0] in self._several):
+        if len(chain) != 1 and not (chain[1:] == ["[]"] and chain[0] in self._offers.several):
             yield from self._further(chain)
             return
         if self._context.words[-3:-2] == ("/",):
@@ -34,47 +38,47 @@ class MemberOffers(Offers):
         statement = self._context.word(0)
         before = self._context.words[-3:-2]
         commands = before and before[0] in ("to", "from", "provide", "requirement", "disables")
-        for owner in self._owners(chain[0]):
+        for owner in self._offers.owners(chain[0]):
             if commands:
                 for name, info in owner.communications.items():
                     yield Candidate(name, "communication", info.kind.value, rank=0)
             if not (commands and statement in ("on", "provide")):
-                yield from self._behaviour_of(owner, owner.name)
-        for contents in self._known:
+                yield from self._offers.behaviour_of(owner, owner.name)
+        for contents in self._offers.known:
             library = contents.types.libraries.get(chain[0])
             if library is not None:
-                yield from self._named_values(library.values)
+                yield from self._offers.named_values(library.values)
                 for name in library.scope.datatypes:
                     yield Candidate(name, "enum" if library.enum(name) else "object", rank=0)
             enum = contents.types.enum(chain[0])
-            yield from self._values(enum)
+            yield from self._offers.values(enum)
 
     def _further(self, chain: list[str]) -> Iterator[Candidate]:
         """What only some names have behind them: parts, phases, constants of an interface, and the
         values of a library's enum."""
         first, *rest = chain
-        for owner in self._owners(self._own):
+        for owner in self._offers.owners(self._offers.own):
             yield from self._parts_of(owner.variables.get(first), rest)
-        for owner in self._owners(first) if rest else ():
+        for owner in self._offers.owners(first) if rest else ():
             yield from self._parts_of(owner.variables.get(rest[0]), rest[1:])
-        for info in self._infos():
+        for info in self._offers.infos():
             if chain not in ([info.name], [info.instance.name, info.name]):
                 continue
             if info.phases is not None:
                 yield from keywords(info.phases.names, rank=0)
             if info.sort.may_be_heard:
                 yield from keywords(("heard",), rank=0)
-        for contents in self._known:
+        for contents in self._offers.known:
             library = contents.types.libraries.get(first)
             if library is not None and len(rest) == 1:
-                yield from self._values(library.enum(rest[0]))
+                yield from self._offers.values(library.enum(rest[0]))
             interface = contents.scope.interfaces.get(first)
             if interface is not None and not rest:
                 yield from self._constants(interface.package.text, interface.type.text)
 
     def _constants(self, package: str, type_: str) -> Iterator[Candidate]:
         """The constants of a real definition."""
-        for contents in self._known:
+        for contents in self._offers.known:
             found = contents.types.type_declarations.ros.constants(package, type_)
             if not isinstance(found, Missing):
                 for name, value in found.items():
@@ -82,7 +86,7 @@ class MemberOffers(Offers):
 
     def _parts(self, path: list[str]) -> Iterator[Candidate]:
         """The properties of what comes in."""
-        return self._parts_of(self._incoming(), path)
+        return self._parts_of(self._offers.incoming(), path)
 
     def _parts_of(self, type_: Type | None, path: list[str]) -> Iterator[Candidate]:
         """The properties of a part of a type."""

@@ -67,84 +67,84 @@ class Offers:
     """Candidates for one context. Names come from the text as it is, and as it was when whole."""
 
     def __init__(self, desk: Desk, path: str, context: Context, known: Iterable[Analysis]) -> None:
-        self._desk = desk
-        self._path = path
-        self._context = context
-        self._analyses = list(known)
-        self._known = [a.contents for a in self._analyses if a.contents is not None]
-        self._aggregates = aggregate_variables(context)
-        self._several = {name: at for c in self._known for name, at in several(c).items()}
+        self.desk = desk
+        self.path = path
+        self.context = context
+        self.analyses = list(known)
+        self.known = [a.contents for a in self.analyses if a.contents is not None]
+        self.aggregates = aggregate_variables(context)
+        self.several = {name: at for c in self.known for name, at in several(c).items()}
         component = context.around("component")
-        self._own = component.name if component is not None else ""
-        if self._own in self._several:
-            self._own = copy_name(self._own, self._several[self._own].first)
+        self.own = component.name if component is not None else ""
+        if self.own in self.several:
+            self.own = copy_name(self.own, self.several[self.own].first)
 
-    def _next(self) -> Iterator[Candidate]:
+    def next_declaration(self) -> Iterator[Candidate]:
         """What may begin behind a declaration that could end here."""
-        yield from keywords(block_words(self._context.block.kind), rank=2)
+        yield from keywords(block_words(self.context.block.kind), rank=2)
 
     # --- names -----------------------------------------------------------------------------------
 
     def _is_further_copy(self, instance: Instance) -> bool:
         """Whether it is one of several of a kind, of which another one is offered for all."""
         copy = instance.declaration.copy
-        return copy is not None and copy.index != self._several[copy.family].first
+        return copy is not None and copy.index != self.several[copy.family].first
 
     def _indexed(self, name: str) -> str:
         """A name with the index of a copy as one would write it here, perhaps ``Station[i]``."""
-        loop = self._context.around("for")
+        loop = self.context.around("for")
         several, bracket, rest = name.partition("[")
         if not bracket or loop is None or len(loop.header) < 2:
             return name
         return f"{several}[{loop.header[1]}{rest[rest.index(']') :]}"
 
-    def _indexes(self) -> Iterator[Candidate]:
+    def indexes(self) -> Iterator[Candidate]:
         """Behind ``Station[``."""
-        indexes = self._several.get(self._context.word(-2).lstrip("^"))
+        indexes = self.several.get(self.context.word(-2).lstrip("^"))
         if indexes is None:
             return
-        loop = self._context.around("for")
+        loop = self.context.around("for")
         if loop is not None and len(loop.header) > 1:
             yield Candidate(loop.header[1], "variable", "of this for", rank=0)
-        if self._own.endswith("]"):
+        if self.own.endswith("]"):
             yield Candidate("index", "variable", "of this copy", rank=0)
         for index in range(indexes.first, indexes.last + 1):
             yield Candidate(str(index), "value", rank=1, order=index)
 
-    def _owners(self, name: str) -> Iterator[Instance]:
-        if name in self._several:
-            name = copy_name(name, self._several[name].first)
-        for contents in self._known:
+    def owners(self, name: str) -> Iterator[Instance]:
+        if name in self.several:
+            name = copy_name(name, self.several[name].first)
+        for contents in self.known:
             owner = contents.instances.get(name)
             if owner is not None:
                 yield owner
 
-    def _behaviour_of(self, owner: Instance, name: str) -> Iterator[Candidate]:
+    def behaviour_of(self, owner: Instance, name: str) -> Iterator[Candidate]:
         """What a component of that name has in its behaviour, and its named values."""
         for variable, node in owner.variable_nodes.items():
             yield Candidate(variable, "variable", node.type.span.text)
         for state in owner.states:
             yield Candidate(state, "state", f"state of {name}")
-        yield from self._named_values(owner.types.values)
+        yield from self.named_values(owner.types.values)
 
-    def _infos(self) -> Iterator[CommunicationInfo]:
-        for contents in self._known:
+    def infos(self) -> Iterator[CommunicationInfo]:
+        for contents in self.known:
             for instance in contents.instances.values():
                 if not self._is_further_copy(instance):
                     yield from instance.communications.values()
 
-    def _communications(self, events: tuple[str, ...], rank: int = 1) -> Iterator[Candidate]:
+    def communications(self, events: tuple[str, ...], rank: int = 1) -> Iterator[Candidate]:
         """Those that have one of the events; own ones first."""
         names: dict[str, set[str]] = {}
-        for info in self._infos():
+        for info in self.infos():
             names.setdefault(info.name, set()).add(info.key)
-        for info in self._infos():
+        for info in self.infos():
             known = {kind.word for kind in info.events}
             if events and not known.intersection(events):
                 continue
             if "request" in events and info.kind is Kind.OUTGOING:
                 continue
-            own = info.instance.name == self._own
+            own = info.instance.name == self.own
             alone = len(names[info.name]) == 1 and "[" not in info.key
             label = info.name if own or alone else self._indexed(info.key)
             yield Candidate(
@@ -154,10 +154,10 @@ class Offers:
                 rank=0 if own else rank,
             )
 
-    def _communication_of(self, words: tuple[str, ...]) -> CommunicationInfo | None:
+    def communication_of(self, words: tuple[str, ...]) -> CommunicationInfo | None:
         name = [w.lstrip("^") for w in words if w != "."]
-        for contents in self._known:
-            own = contents.instances.get(self._own)
+        for contents in self.known:
+            own = contents.instances.get(self.own)
             found: CommunicationInfo | None = None
             if len(name) == 1:
                 known = SymbolTable(contents.component_table, own).communications(name[0])
@@ -168,13 +168,13 @@ class Offers:
                 return found
         return None
 
-    def _interfaces(self) -> Iterator[Candidate]:
-        for contents in self._known:
+    def interfaces(self) -> Iterator[Candidate]:
+        for contents in self.known:
             for name, node in contents.scope.interfaces.items():
                 detail = f"{node.package.text}/{node.type.text}"
                 yield Candidate(name, "interface", detail, rank=0)
 
-    def _types(
+    def types(
         self, *, none: bool = True, variable: bool = False, sources: bool = False
     ) -> Iterator[Candidate]:
         for word in _BASIC:
@@ -182,82 +182,82 @@ class Offers:
                 word == "array" and (none or variable)
             ):
                 continue
-            if word == "duration" and self._context.word(0) not in ("constant", "parameter"):
+            if word == "duration" and self.context.word(0) not in ("constant", "parameter"):
                 continue
             yield Candidate(word, "keyword", "built-in type")
-        for contents in self._known:
+        for contents in self.known:
             for name in contents.scope.datatypes:
                 is_enum = contents.types.enum(name) is not None
                 if not (is_enum if sources else variable and not is_enum):
                     kind = "enum" if is_enum else "object"
                     yield Candidate(name, kind, f"datatype {kind}", rank=0)
 
-        yield from self._ros_packages("msg")
+        yield from self.ros_packages("msg")
 
-    def _ros_folder(self) -> str:
+    def ros_folder(self) -> str:
         """Which definitions a type of the declaration that is being typed can name."""
-        behind_type = self._context.behind("type") == ":"
-        return FOLDERS.get(self._context.word(0), "msg") if behind_type else "msg"
+        behind_type = self.context.behind("type") == ":"
+        return FOLDERS.get(self.context.word(0), "msg") if behind_type else "msg"
 
-    def _is_ros_package(self, name: str) -> bool:
-        return self._desk.definitions(self._path).packages.find(name) is not None
+    def is_ros_package(self, name: str) -> bool:
+        return self.desk.definitions(self.path).packages.find(name) is not None
 
-    def _ros_packages(self, folder: str) -> Iterator[Candidate]:
+    def ros_packages(self, folder: str) -> Iterator[Candidate]:
         """Packages with definitions of a kind; behind the slash come their types."""
-        for package, _, of in offered_types(self._desk.definitions(self._path)):
+        for package, _, of in offered_types(self.desk.definitions(self.path)):
             if of == folder:
                 yield Candidate(package, "ROS package", text=f"{package}/", rank=2)
 
-    def _ros_types(self, package: str, folder: str) -> Iterator[Candidate]:
-        for home, name, of in offered_types(self._desk.definitions(self._path)):
+    def ros_types(self, package: str, folder: str) -> Iterator[Candidate]:
+        for home, name, of in offered_types(self.desk.definitions(self.path)):
             if home == package and of == folder:
                 yield Candidate(name, "ROS type", f"{package}/{name}", rank=0)
 
-    def _type_named(self, name: str) -> Type | None:
-        found = (contents.types.known(name.lstrip("^")) for contents in self._known)
+    def type_named(self, name: str) -> Type | None:
+        found = (contents.types.known(name.lstrip("^")) for contents in self.known)
         return next((type_ for type_ in found if type_ is not None), None)
 
-    def _variable_type(self, name: str) -> Type | None:
-        found = (owner.variables.get(name.lstrip("^")) for owner in self._owners(self._own))
+    def variable_type(self, name: str) -> Type | None:
+        found = (owner.variables.get(name.lstrip("^")) for owner in self.owners(self.own))
         return next((type_ for type_ in found if type_ is not None), None)
 
     # --- expressions -----------------------------------------------------------------------------
 
-    def _expression_or_more(self) -> Iterator[Candidate]:
-        if ends_operand(self._context.last):
+    def expression_or_more(self) -> Iterator[Candidate]:
+        if ends_operand(self.context.last):
             yield from keywords((*OPERATORS, *COMPARISONS))
-            yield from self._next()
+            yield from self.next_declaration()
         else:
-            yield from self._expression(self._expected())
+            yield from self.expression(self.expected())
 
-    def _expected(self) -> Type | None:
+    def expected(self) -> Type | None:
         """The type on the other side of a comparison that is being typed."""
-        words = self._context.words
-        if len(words) < 2 or self._context.word(-1) not in ("=", "!="):
+        words = self.context.words
+        if len(words) < 2 or self.context.word(-1) not in ("=", "!="):
             return None
-        if len(words) > 3 and self._context.word(-3) == ".":
-            for owner in self._owners(self._context.word(-4).lstrip("^")):
-                return owner.variables.get(self._context.word(-2).lstrip("^"))
-        if self._context.word(-2) == "value":
-            return self._incoming()
-        return self._variable_type(self._context.word(-2))
+        if len(words) > 3 and self.context.word(-3) == ".":
+            for owner in self.owners(self.context.word(-4).lstrip("^")):
+                return owner.variables.get(self.context.word(-2).lstrip("^"))
+        if self.context.word(-2) == "value":
+            return self.incoming()
+        return self.variable_type(self.context.word(-2))
 
-    def _expression(self, expected: Type | None) -> Iterator[Candidate]:
+    def expression(self, expected: Type | None) -> Iterator[Candidate]:
         """What an expression can begin with."""
-        yield from self._values(expected)
-        for name in self._aggregates:
+        yield from self.values(expected)
+        for name in self.aggregates:
             yield Candidate(name, "variable", "of this aggregate", rank=0)
         if isinstance(expected, BooleanType) or expected is None:
             yield from keywords(("true", "false"), rank=2)
-        if self._incoming() is not None:
+        if self.incoming() is not None:
             # Most requirements are about the state.
-            rank = 2 if self._context.words[:1] == ("requirement",) else 0
-            yield Candidate("value", "value", str(self._incoming()), rank=rank)
-        if self._own:
-            for owner in self._owners(self._own):
-                yield from self._behaviour_of(owner, self._own)
-        for contents in self._known:
-            yield from self._named_values(contents.types.values)
+            rank = 2 if self.context.words[:1] == ("requirement",) else 0
+            yield Candidate("value", "value", str(self.incoming()), rank=rank)
+        if self.own:
+            for owner in self.owners(self.own):
+                yield from self.behaviour_of(owner, self.own)
+        for contents in self.known:
+            yield from self.named_values(contents.types.values)
             for name in contents.types.libraries:
                 yield Candidate(name, "library", rank=2)
             for name, owner in contents.instances.items():
@@ -268,7 +268,7 @@ class Offers:
                 for value in contents.types.enum_values():
                     yield Candidate(value, "enum value", rank=2)
 
-    def _named_values(self, scope: ValueScope, rank: int = 1) -> Iterator[Candidate]:
+    def named_values(self, scope: ValueScope, rank: int = 1) -> Iterator[Candidate]:
         """The constants, parameters and conditions that a file or a component declares."""
         for name, function in scope.functions.items():
             head = function.span.text.partition("(")[2].partition("=")[0]
@@ -282,30 +282,30 @@ class Offers:
                 kind = "parameter" if isinstance(node, ParameterNode) else "constant"
                 yield Candidate(name, kind, node.type.span.text, rank=rank)
 
-    def _durations(self) -> Iterator[Candidate]:
+    def durations(self) -> Iterator[Candidate]:
         """Names of durations, behind ``timeout:`` and ``after``."""
-        for contents in self._known:
+        for contents in self.known:
             scopes = [contents.types.values]
-            scopes += [owner.types.values for owner in self._owners(self._own)]
-            for candidate in (c for scope in scopes for c in self._named_values(scope, rank=0)):
+            scopes += [owner.types.values for owner in self.owners(self.own)]
+            for candidate in (c for scope in scopes for c in self.named_values(scope, rank=0)):
                 if candidate.detail == "duration":
                     yield candidate
 
-    def _values(self, type_: Type | None) -> Iterator[Candidate]:
+    def values(self, type_: Type | None) -> Iterator[Candidate]:
         if isinstance(type_, EnumType):
             for value in type_.values:
                 yield Candidate(value, "enum value", f"value of {type_.name}", rank=0)
 
-    def _incoming(self) -> Type | None:
+    def incoming(self) -> Type | None:
         """What ``value`` is here."""
-        words = self._context.words
-        if self._context.block.kind == "enum":
-            for contents in self._known:
-                known = contents.types.known(self._context.block.name)
+        words = self.context.words
+        if self.context.block.kind == "enum":
+            for contents in self.known:
+                known = contents.types.known(self.context.block.name)
                 if isinstance(known, EnumType):
                     return known.source
         if words[:1] == ("requirement",) and "needs" in words:
-            command = self._communication_of(words[1 : words.index("needs")])
+            command = self.communication_of(words[1 : words.index("needs")])
             return None if command is None else command.sent
         events = listed_events(words)
         if not events:
@@ -313,7 +313,7 @@ class Offers:
         end = next(
             (i for i, w in enumerate(words) if w in ("if", "else", "do", "goto")), len(words)
         )
-        info = self._communication_of(words[2 * len(events) + 1 : end])
+        info = self.communication_of(words[2 * len(events) + 1 : end])
         kind = None if info is None else info.sort.named(events[0])
         return None if info is None or kind is None else info.brought(kind)
 

@@ -55,27 +55,27 @@ class OpenTexts:
         )
         self._desk = desk
         self._given_path = tuple(desk.library_path)
-        self._derived: dict[str, Derived] = {}
+        self.derived: dict[str, Derived] = {}
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self._awaited: dict[str, asyncio.Future[None]] = {}
         self._runs: dict[str, asyncio.Task[None]] = {}
         self._reads: set[asyncio.Task[None]] = set()  # the loop itself keeps no task alive
         self._reader = ThreadPoolExecutor(1)
-        self._handled_at = 0.0
+        self.handled_at = 0.0
         self._page = _installed_page()
 
     # --- the client and its files ----------------------------------------------------------------
 
     @property
-    def _encoding(self) -> Encoding:
+    def encoding(self) -> Encoding:
         chosen = self.server.server_capabilities.position_encoding
         value = getattr(chosen, "value", chosen)
         return "utf-8" if value == "utf-8" else "utf-32" if value == "utf-32" else "utf-16"
 
-    def _initialize(self, params: types.InitializeParams) -> None:
+    def initialize(self, params: types.InitializeParams) -> None:
         self._configure(params.initialization_options)
 
-    def _initialized(self, params: types.InitializedParams) -> None:
+    def initialized(self, params: types.InitializedParams) -> None:
         self._find_folders()
         watching = self.server.client_capabilities.workspace
         watching = watching.did_change_watched_files if watching is not None else None
@@ -96,7 +96,7 @@ class OpenTexts:
             roots = [self.server.workspace.root_path]
         self._desk.folders = roots
 
-    def _configured(self, params: types.DidChangeConfigurationParams) -> None:
+    def configured(self, params: types.DidChangeConfigurationParams) -> None:
         settings = params.settings
         if isinstance(settings, Mapping):
             self._configure(settings.get("robosc", settings))
@@ -121,25 +121,25 @@ class OpenTexts:
         if isinstance(site, str):
             self._page = f"{site.rstrip('/')}/diagnostics/" if site else _installed_page()
 
-    def _shutdown(self, params: None) -> None:
+    def shutdown(self, params: None) -> None:
         for timer in self._timers.values():
             timer.cancel()
         for run in self._runs.values():
             run.cancel()
 
-    def _opened(self, params: types.DidOpenTextDocumentParams) -> None:
+    def opened(self, params: types.DidOpenTextDocumentParams) -> None:
         self._take(params.text_document.uri, 0.0)
 
-    def _changed(self, params: types.DidChangeTextDocumentParams) -> None:
+    def changed(self, params: types.DidChangeTextDocumentParams) -> None:
         self._take(params.text_document.uri, _REST)
 
-    def _saved(self, params: types.DidSaveTextDocumentParams) -> None:
+    def saved(self, params: types.DidSaveTextDocumentParams) -> None:
         self._refresh()
 
-    def _files_changed(self, params: types.DidChangeWatchedFilesParams) -> None:
+    def files_changed(self, params: types.DidChangeWatchedFilesParams) -> None:
         self._refresh()
 
-    def _folders_changed(self, params: types.DidChangeWorkspaceFoldersParams) -> None:
+    def folders_changed(self, params: types.DidChangeWorkspaceFoldersParams) -> None:
         self._refresh()
 
     def _refresh(self) -> None:
@@ -148,11 +148,11 @@ class OpenTexts:
         for path in self._desk.open:
             self._schedule(path, 0.0)
 
-    def _closed(self, params: types.DidCloseTextDocumentParams) -> None:
+    def closed(self, params: types.DidCloseTextDocumentParams) -> None:
         path = wire.path_of(params.text_document.uri)
         self._stop(path)
         self._release(path)
-        self._derived.pop(path, None)
+        self.derived.pop(path, None)
         self._desk.close(path)
         self.server.text_document_publish_diagnostics(
             types.PublishDiagnosticsParams(params.text_document.uri, [])
@@ -191,7 +191,7 @@ class OpenTexts:
         if run is not None:
             run.cancel()
 
-    async def _read(self, path: str) -> None:
+    async def read(self, path: str) -> None:
         """Return when a long text that is open was read; at once for any other."""
         while self._desk.is_long(path) and not self._desk.is_known(path) and path in self._awaited:
             await asyncio.shield(self._awaited[path])
@@ -202,7 +202,7 @@ class OpenTexts:
         While a request is worked on the pause goes by, and further keys wait to be read.
         """
         loop = asyncio.get_running_loop()
-        rest = self._handled_at + _QUIET - loop.time()
+        rest = self.handled_at + _QUIET - loop.time()
         if rest > 0:
             self._timers[path] = loop.call_later(rest, self._read_when_quiet, path)
         elif self._desk.is_long(path) and not self._desk.is_known(path):
@@ -254,35 +254,35 @@ class OpenTexts:
             self._release(path)
         if analysis is None or path not in self._desk.open:
             return
-        uri = self._uri(path)
+        uri = self.uri(path)
         self.server.text_document_publish_diagnostics(
             types.PublishDiagnosticsParams(
                 uri,
-                self._shown(analysis, self._diagnostics(analysis)),
+                self.shown(analysis, self.diagnostics(analysis)),
                 version=self.server.workspace.get_text_document(uri).version,
             )
         )
 
-    def _uri(self, path: str) -> str:
+    def uri(self, path: str) -> str:
         """The URI as the client has written it."""
         documents = self.server.workspace.text_documents.values()  # its keys are rewritten
         return next((d.uri for d in documents if wire.path_of(d.uri) == path), wire.uri_of(path))
 
-    def _diagnostics(self, analysis: Analysis) -> list[Diagnostic]:
-        derived = self._derived.get(analysis.path)
+    def diagnostics(self, analysis: Analysis) -> list[Diagnostic]:
+        derived = self.derived.get(analysis.path)
         if derived is None or analysis.reading.robot is None:
             return sort_diagnostics(analysis.diagnostics)
         return sort_diagnostics([*analysis.diagnostics, *moved(derived, analysis.source)])
 
-    def _shown(
+    def shown(
         self, analysis: Analysis, diagnostics: Sequence[Diagnostic]
     ) -> list[types.Diagnostic]:
-        return wire.diagnostics_for(analysis.source, diagnostics, self._encoding, self._page)
+        return wire.diagnostics_for(analysis.source, diagnostics, self.encoding, self._page)
 
     async def _derive(self, path: str, rest: float) -> None:
         """Ask a process of its own for what synthesis finds; cancelled when the text changes."""
         await asyncio.sleep(rest)
-        await self._read(path)
+        await self.read(path)
         analysis = self._desk.analysis(path)
         if analysis is None or analysis.reading.robot is None:
             return
@@ -294,7 +294,7 @@ class OpenTexts:
         if derived is None:
             self._log(f"{path}: no answer from synthesis")
             return
-        self._derived[path] = derived
+        self.derived[path] = derived
         self._tell(path)
 
     def _text(self, path: str) -> str:

@@ -13,7 +13,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, BinaryIO
 
 from lsprotocol import types
 
@@ -28,7 +28,7 @@ from robosc.lsp.hover import hover_text, keyword_hover
 from robosc.lsp.inlay_hints import inlay_hints
 from robosc.lsp.open_texts import OpenTexts
 from robosc.lsp.outline import folds, outline, symbols
-from robosc.lsp.positions import offset_of
+from robosc.lsp.positions import Encoding, offset_of
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
 from robosc.lsp.signatures import signature_at
 from robosc.model.names.occurrences import Occurrence
@@ -43,28 +43,33 @@ def serve(version: str, library_path: Sequence[str] = (), strict: bool = False) 
     # pygls closes what it writes to; and whatever else might be printed must not get in between.
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     with contextlib.redirect_stdout(sys.stderr):
-        session.server.start_io(stdout=output)
+        session.serve(output)
 
 
-class _Session(OpenTexts):
-    """One client."""
+class _Session:
+    """The requests of one client."""
 
     def __init__(self, version: str, desk: Desk) -> None:
-        super().__init__(version, desk)
+        self._desk = desk
+        self._texts = OpenTexts(version, desk)
         self._register()
+
+    def serve(self, output: BinaryIO) -> None:
+        """Answer what comes from standard input until the client says that it has ended."""
+        self._texts.server.start_io(stdout=output)
 
     def _register(self) -> None:
         handlers: dict[str, Callable[[Any], Any]] = {
-            types.INITIALIZE: self._initialize,
-            types.INITIALIZED: self._initialized,
-            types.SHUTDOWN: self._shutdown,
-            types.TEXT_DOCUMENT_DID_OPEN: self._opened,
-            types.TEXT_DOCUMENT_DID_CHANGE: self._changed,
-            types.TEXT_DOCUMENT_DID_SAVE: self._saved,
-            types.TEXT_DOCUMENT_DID_CLOSE: self._closed,
-            types.WORKSPACE_DID_CHANGE_WATCHED_FILES: self._files_changed,
-            types.WORKSPACE_DID_CHANGE_WORKSPACE_FOLDERS: self._folders_changed,
-            types.WORKSPACE_DID_CHANGE_CONFIGURATION: self._configured,
+            types.INITIALIZE: self._texts.initialize,
+            types.INITIALIZED: self._texts.initialized,
+            types.SHUTDOWN: self._texts.shutdown,
+            types.TEXT_DOCUMENT_DID_OPEN: self._texts.opened,
+            types.TEXT_DOCUMENT_DID_CHANGE: self._texts.changed,
+            types.TEXT_DOCUMENT_DID_SAVE: self._texts.saved,
+            types.TEXT_DOCUMENT_DID_CLOSE: self._texts.closed,
+            types.WORKSPACE_DID_CHANGE_WATCHED_FILES: self._texts.files_changed,
+            types.WORKSPACE_DID_CHANGE_WORKSPACE_FOLDERS: self._texts.folders_changed,
+            types.WORKSPACE_DID_CHANGE_CONFIGURATION: self._texts.configured,
             types.TEXT_DOCUMENT_FORMATTING: self._formatting,
             types.WORKSPACE_SYMBOL: self._workspace_symbols,
         }
@@ -108,22 +113,26 @@ class _Session(OpenTexts):
         def handle(params: Any) -> Any:  # pygls marks what it is given; methods cannot be marked
             return self._handled(handler, params)
 
-        self.server.feature(name, options)(handle)
+        self._texts.server.feature(name, options)(handle)
 
     def _add_reading(self, name: str, handler: Callable[[Any], Any], options: Any = None) -> None:
         """A request that is answered from the text as it is; it can be cancelled until then."""
 
         async def handle(params: Any) -> Any:
-            await self._read(wire.path_of(params.text_document.uri))
+            await self._texts.read(wire.path_of(params.text_document.uri))
             return self._handled(handler, params)
 
-        self.server.feature(name, options)(handle)
+        self._texts.server.feature(name, options)(handle)
 
     def _handled(self, handler: Callable[[Any], Any], params: Any) -> Any:
         try:
             return handler(params)
         finally:
-            self._handled_at = asyncio.get_running_loop().time()
+            self._texts.handled_at = asyncio.get_running_loop().time()
+
+    @property
+    def _encoding(self) -> Encoding:
+        return self._texts.encoding
 
     # --- requests about a document ---------------------------------------------------------------
 
@@ -186,7 +195,7 @@ class _Session(OpenTexts):
         if named is None:
             return self._keyword_hover(params)
         analysis, occurrence = named
-        derived = self._derived.get(analysis.path)
+        derived = self._texts.derived.get(analysis.path)
         if derived is not None and derived.source.text != analysis.source.text:
             derived = None
         text = hover_text(analysis, occurrence, derived)
@@ -267,7 +276,7 @@ class _Session(OpenTexts):
     def _workspace_edit(self, edits: Mapping[str, Sequence[Edit]]) -> types.WorkspaceEdit:
         return types.WorkspaceEdit(
             {
-                self._uri(path): [wire.text_edit(edit, self._encoding) for edit in here]
+                self._texts.uri(path): [wire.text_edit(edit, self._encoding) for edit in here]
                 for path, here in edits.items()
             }
         )
@@ -293,7 +302,7 @@ class _Session(OpenTexts):
         )
 
     def _has_snippets(self) -> bool:
-        document = self.server.client_capabilities.text_document
+        document = self._texts.server.client_capabilities.text_document
         completion = document.completion if document is not None else None
         item = completion.completion_item if completion is not None else None
         return bool(item is not None and item.snippet_support)
@@ -305,12 +314,12 @@ class _Session(OpenTexts):
         start = self._offset(analysis.source, params.range.start)
         end = self._offset(analysis.source, params.range.end)
         actions = []
-        for diagnostic in self._diagnostics(analysis):
+        for diagnostic in self._texts.diagnostics(analysis):
             span = diagnostic.span
             if span.source is not analysis.source or span.start > end or span.end < start:
                 continue
             for action in actions_for(analysis, diagnostic):
-                shown = self._shown(analysis, [diagnostic])
+                shown = self._texts.shown(analysis, [diagnostic])
                 actions.append(
                     types.CodeAction(
                         title=action.title,

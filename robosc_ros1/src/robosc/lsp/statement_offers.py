@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 from robosc.expr.types import Type
 from robosc.lsp.interfaces import offered_types
-from robosc.lsp.member_offers import MemberOffers
-from robosc.lsp.offers import Candidate, block_words, ends_operand, keywords
+from robosc.lsp.offers import Candidate, Offers, block_words, ends_operand, keywords
 from robosc.lsp.snippets import SNIPPETS
 from robosc.model.file_resolver import FileContents
 
@@ -16,17 +15,21 @@ SENT = ("request", "cancel")
 """The events of what the controller sends."""
 
 
-class StatementOffers(MemberOffers):
+class StatementOffers:
     """What can begin a declaration, and follow the words of a statement."""
 
-    def _beginnings(self) -> Iterator[Candidate]:
+    def __init__(self, offers: Offers) -> None:
+        self._offers = offers
+        self._context = offers.context
+
+    def beginnings(self) -> Iterator[Candidate]:
         """What a declaration of the block can begin with, and whole declarations to fill in."""
         block = self._context.block.kind
         yield from keywords(block_words(block))
         for one in SNIPPETS.get(block, ()):
             yield Candidate(one.label, "snippet", one.meaning, one.text, rank=2)
 
-    def _statement(self) -> Iterator[Candidate]:
+    def statement(self) -> Iterator[Candidate]:
         match self._context.word(0):
             case "component":
                 yield from self._import()
@@ -39,7 +42,7 @@ class StatementOffers(MemberOffers):
             case "stop" if self._context.last == "stop":
                 yield from keywords(("with",))
             case "stop":
-                yield from self._communications(("request",))
+                yield from self._offers.communications(("request",))
             case "provide":
                 yield from self._provide()
             case "datatype":
@@ -47,26 +50,26 @@ class StatementOffers(MemberOffers):
             case "interface":
                 yield from self._interface()
             case "constant" | "parameter" | "condition" | "function":
-                yield from self._value()
+                yield from self.value()
 
-    def _value(self) -> Iterator[Candidate]:
+    def value(self) -> Iterator[Candidate]:
         """A constant, a parameter or a named condition."""
         words, last = self._context.words, self._context.last
         if last == ":":
-            yield from self._types(variable=True)
+            yield from self._offers.types(variable=True)
             yield Candidate("duration", "keyword", "built-in type")
         elif last == "=":
-            type_ = self._type_named(self._context.behind(":"))
-            yield from self._expression(type_)
+            type_ = self._offers.type_named(self._context.behind(":"))
+            yield from self._offers.expression(type_)
         elif "=" in words:
-            yield from self._expression_or_more()
+            yield from self._offers.expression_or_more()
         elif ":" in words or self._context.word(0) == "condition":
             yield from keywords(("=",) if len(words) > 1 else ())
 
     def _import(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
         if last == "from":
-            for name in self._desk.libraries(self._path):
+            for name in self._offers.desk.libraries(self._offers.path):
                 yield Candidate(name, "library")
         elif last == "import":
             library = self._context.behind("from")
@@ -79,13 +82,13 @@ class StatementOffers(MemberOffers):
             yield from keywords(("import",))
         elif self._context.word(-2) == "import":
             yield Candidate("with prefix:", "keyword", text='with prefix: "')
-            yield from self._next()
+            yield from self._offers.next_declaration()
         elif last in ("with", ",") and "with" in words:
             if "prefix" not in words:
                 yield Candidate("prefix:", "keyword", text='prefix: "', rank=0)
             yield from self._arguments()
         elif "with" in words:
-            yield from self._next()
+            yield from self._offers.next_declaration()
 
     def _arguments(self) -> Iterator[Candidate]:
         """What an import can set of a component: what it has not set yet."""
@@ -98,8 +101,8 @@ class StatementOffers(MemberOffers):
 
     def _library(self, name: str) -> Iterator[FileContents]:
         """The libraries of a name among the files that may have to do with this one."""
-        for file in self._desk.all_files(self._path):
-            analysis = self._desk.analysis(file)
+        for file in self._offers.desk.all_files(self._offers.path):
+            analysis = self._offers.desk.analysis(file)
             contents = analysis.contents if analysis is not None else None
             if contents is not None and contents.scope.node.name.text == name:
                 yield contents
@@ -107,10 +110,10 @@ class StatementOffers(MemberOffers):
     def _requirement(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
         if len(words) == 1:
-            yield from self._communications(SENT, rank=0)
+            yield from self._offers.communications(SENT, rank=0)
             yield ALL_COMMANDS
             yield from keywords(("never", "always", "possible"))
-            yield from self._expression(None)
+            yield from self._offers.expression(None)
             return
         if (
             "needs" not in words
@@ -123,45 +126,45 @@ class StatementOffers(MemberOffers):
             if len(words) == 2:
                 return
         elif last == "disables":
-            yield from self._communications(SENT)
+            yield from self._offers.communications(SENT)
             yield ALL_COMMANDS
             return
-        yield from self._expression_or_more()
+        yield from self._offers.expression_or_more()
 
     def _assumption(self) -> Iterator[Candidate]:
         words = self._context.words
         if len(words) == 1:
-            yield from self._communications(("response",), rank=0)
+            yield from self._offers.communications(("response",), rank=0)
             yield from keywords(("never", "always"))
         elif "needs" in words or self._context.word(1) in ("never", "always"):
-            yield from self._expression_or_more()
+            yield from self._offers.expression_or_more()
         else:
             yield from keywords(("needs",), rank=0)
 
     def _preference(self) -> Iterator[Candidate]:
         if self._context.last in ("prefer", "over", "except"):
-            yield from self._communications(SENT)
+            yield from self._offers.communications(SENT)
             yield ALL_COMMANDS
         elif "over" not in self._context.words:
             yield from keywords(("over", "except"))
         else:
             yield from keywords(("except",))
-            yield from self._next()
+            yield from self._offers.next_declaration()
 
     def _provide(self) -> Iterator[Candidate]:
         words = self._context.words
         if len(words) == 1:
-            yield from self._communications(("request",))
+            yield from self._offers.communications(("request",))
         elif "with" not in words:
             yield from keywords(("with",))
         elif self._context.word(-1) == "with":
             yield Candidate("{ }", "keyword", text="{ $0 }")
-            yield from self._expression(self._request(words[1 : words.index("with")]))
+            yield from self._offers.expression(self.request(words[1 : words.index("with")]))
         elif "if" not in words and ends_operand(self._context.word(-1)):
             yield from keywords(("if",))
-            yield from self._next()
+            yield from self._offers.next_declaration()
         else:
-            yield from self._expression_or_more()
+            yield from self._offers.expression_or_more()
 
     def _datatype(self) -> Iterator[Candidate]:
         words = self._context.words
@@ -169,13 +172,13 @@ class StatementOffers(MemberOffers):
             yield from keywords(("object", "enum"))
         elif self._context.word(1) == "enum" and len(words) > 2:
             if self._context.word(-1) == "from":
-                yield from self._types(sources=True)
+                yield from self._offers.types(sources=True)
             else:
                 yield from keywords(("to",) if "from" in words else ("from",))
 
     def _interface(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
-        definitions = self._desk.definitions(self._path)
+        definitions = self._offers.desk.definitions(self._offers.path)
         if last == "use":
             for package, type_, folder in offered_types(definitions):
                 yield Candidate(
@@ -192,8 +195,8 @@ class StatementOffers(MemberOffers):
         elif len(words) == 4:
             yield from keywords(("from",))
         elif len(words) > 5:
-            yield from self._next()
+            yield from self._offers.next_declaration()
 
-    def _request(self, words: tuple[str, ...]) -> Type | None:
-        info = self._communication_of(words)
+    def request(self, words: tuple[str, ...]) -> Type | None:
+        info = self._offers.communication_of(words)
         return info.sent if info is not None else None
