@@ -87,7 +87,7 @@ class Folded {
     for (const [state, group] of this.diagram.states) {
       const count = this.counts.get(state);
       toggle(group, "active", count > 0);
-      write(group.querySelector("text"), count ? `${state} · ${count}` : state);
+      write(group.querySelector("text"), bareName(state) + (count ? ` · ${count}` : ""));
     }
     const told = [...this.counts].filter(([, count]) => count).map(([state, count]) => `${count} ${state}`);
     write(this.tile, told.join(", "));

@@ -40,13 +40,15 @@ class Diagram {
     this.active = null;
     this.fire = fire;
     this.words = [];
+    this.alike = new Map(); // a transition to those that are drawn as one with it
     this.element = this.build();
   }
 
   build() {
     const nodes = this.nodes();
-    const links = this.links(nodes);
-    const size = layOut(nodes, links);
+    const links = this.links();
+    const level = new Level(nodes, links);
+    const { size } = level;
     this.isWide = size.width > WIDE;
     const name = `tip-${this.number}`;
     const tip = draw("marker", {
@@ -59,6 +61,7 @@ class Diagram {
       "aria-label": `Automaton of ${this.component.name}`,
     }, draw("defs", {}, tip));
     picture.style.minWidth = `${round(size.width * SMALLEST)}px`;
+    for (const box of level.boxes) picture.append(this.drawBox(box));
     for (const link of links) picture.append(this.drawLink(link, name));
     for (const node of nodes) picture.append(...this.drawNode(node, name));
     return picture;
@@ -69,41 +72,55 @@ class Diagram {
     const nodes = states.map((state) => {
       const loops = transitions.filter(
         (t) => t.from === state.name && (t.to === null || t.to === state.name));
-      const half = Math.max(34, widthOf(state.name + room, "600 12.5px") / 2 + 14);
+      const told = state.performs ? widthOf(`performs ${state.performs}`, "11px") : 0;
+      const half = Math.max(34, Math.max(widthOf(bareName(state.name) + room, "600 12.5px"), told) / 2 + 14);
+      const tall = told ? 42 : 32;
+      const begins = state.initial || transitions.some((t) => t.into && t.to === state.name);
       const label = loops.length ? sizeOf(loops) : null;
       return {
-        state, half, label, left: half + (state.initial ? 28 : 0), right: half + (label ? label.width + 26 : 0),
-        height: Math.max(32, label ? label.height : 0), loops,
+        state, path: state.name, half, tall, begins, label, left: half + (begins ? 28 : 0),
+        right: half + (label ? label.width + 26 : 0), height: Math.max(tall, label ? label.height : 0), loops,
       };
     });
     nodes.sort((a, b) => b.state.initial - a.state.initial);
     if (transitions.some((t) => t.from === null && t.to !== null)) {
-      nodes.push({ any: true, half: 34, left: 34, right: 34, height: 24, loops: [] });
+      nodes.push({ any: true, half: 34, tall: 24, left: 34, right: 34, height: 24, loops: [] });
     }
     return nodes;
   }
 
-  links(nodes) {
+  /** One that leaves a state with states in it, or enters one, is listed for each, and drawn once. */
+  links() {
     const groups = new Map();
     for (const t of this.component.transitions) {
       if (t.to === null || t.from === t.to) continue;
-      const key = `${t.from}\n${t.to}\n${isOwn(t.event)}`;
-      if (!groups.has(key)) groups.set(key, []);
-      groups.get(key).push(t);
+      const leaves = t.box && !standsIn(t.into ?? t.to, t.box) && !standsIn(t.to, t.box);
+      const enters = t.into && t.from !== null && !standsIn(leaves ? t.box : t.from, t.into);
+      const [source, target] = [leaves ? t.box : t.from ?? "", enters ? t.into : t.to];
+      const key = `${source}\n${target}\n${isOwn(t.event)}`;
+      if (!groups.has(key)) groups.set(key, { source, target, own: isOwn(t.event), transitions: [] });
+      const { transitions } = groups.get(key);
+      const like = transitions.find((other) => leaves && other.place === t.place
+        && eventName(other.event) === eventName(t.event));
+      if (like) this.alike.get(like).push(t);
+      else {
+        transitions.push(t);
+        this.alike.set(t, [t]);
+      }
     }
-    return [...groups.values()].map((transitions) => {
-      const [{ from, to, event }] = transitions;
-      return {
-        from: nodes.find((n) => (from === null ? n.any : n.state?.name === from)),
-        to: nodes.find((n) => n.state?.name === to),
-        own: isOwn(event), transitions, ...sizeOf(transitions),
-      };
-    });
+    return [...groups.values()].map((link) => ({ ...link, ...sizeOf(link.transitions) }));
+  }
+
+  drawBox({ path, x, y, half, height }) {
+    const [left, top] = [round(x - half), round(y - height / 2)];
+    return draw("g", { class: "box" },
+      draw("rect", { x: left, y: top, width: round(2 * half), height: round(height), rx: 12 }),
+      draw("text", { x: left + 10, y: top + TITLE / 2 + 2 }, bareName(path)));
   }
 
   drawLink(link, tip) {
     const group = draw("g", { class: `edge ${link.own ? "controllable" : "uncontrollable"}` });
-    const d = pathOf(link);
+    const d = wayOf(link);
     group.append(draw("path", { d, "marker-end": `url(#${tip})` }));
     const flash = draw("path", { d, class: "flash" });
     const x = link.label.x;
@@ -121,7 +138,7 @@ class Diagram {
       words.append(line);
       if (!transition) return;
       line.append(draw("title", {}, wholeText(transition)));
-      this.remember(transition, line, flash);
+      for (const one of this.alike.get(transition) ?? [transition]) this.remember(one, line, flash);
     });
     return words;
   }
@@ -139,7 +156,7 @@ class Diagram {
   }
 
   drawNode(node, tip) {
-    const [x, y, h] = [node.x - node.half, node.y, node.any ? 24 : 32];
+    const [x, y, h] = [node.x - node.half, node.y, node.tall];
     const box = { x: round(x), y: round(y - h / 2), width: round(2 * node.half), height: h, rx: 9 };
     if (node.any) {
       return [draw("g", { class: "any" }, draw("rect", box),
@@ -152,11 +169,16 @@ class Diagram {
         height: h - 6, rx: 6,
       }));
     }
-    group.append(draw("text", { x: round(node.x), y: round(y) }, node.state.name));
+    const { name, performs } = node.state;
+    group.append(draw("text", { x: round(node.x), y: round(performs ? y - 7 : y) }, bareName(name)));
+    if (performs) {
+      group.append(draw("text", { class: "performs", x: round(node.x), y: round(y + 9) }, `performs ${performs}`));
+    }
+    if (name !== bareName(name)) group.append(draw("title", {}, name));
     this.states.set(node.state.name, group);
     const drawn = [group];
     if (node.loops.length) drawn.unshift(this.drawLoop(node, tip));
-    if (node.state.initial) {
+    if (node.begins) {
       drawn.push(draw("circle", { class: "start", cx: round(x - 24), cy: round(y), r: 3.5 }),
         draw("path", { class: "start", d: `M${round(x - 24)} ${round(y)}h24`, "marker-end": `url(#${tip})` }));
     }

@@ -165,12 +165,10 @@ function ports(node, links, side) {
 /**
  * A layered drawing after Sugiyama, Tagawa and Toda (1981): `nodes` have `left`, `right`, `height`
  * and `half` (of the box itself); `links` join two of them and have the `width` and `height` of
- * their labels. All get their places; the result is the size of the whole.
+ * their labels. All have their ranks, and get their places; the result is the size of the whole.
  */
-function layOut(nodes, links) {
-  const order = breadthFirst(nodes, links);
-  giveRanks(order, links);
-  const rows = makeRows(order, links);
+function placeRanked(nodes, links) {
+  const rows = makeRows(nodes, links);
   untangle(rows);
   giveColumns(rows);
   let y = 12;
@@ -188,12 +186,13 @@ function layOut(nodes, links) {
 
 /** A curve through the bends, upright at ends and labels, in the direction of the arrow. */
 function pathOf(link) {
-  const points = [[link.leaves, link.upper.y + link.upper.height / 2]];
+  const reach = ({ tall, height }) => (tall ?? height) / 2; // loops are higher than their nodes
+  const points = [[link.leaves, link.upper.y + reach(link.upper)]];
   for (const bend of link.way) {
     if (bend.height) points.push([bend.x, bend.y - bend.height / 2], [bend.x, bend.y + bend.height / 2]);
     else points.push([bend.x, bend.y, "free"]);
   }
-  points.push([link.enters, link.lower.y - link.lower.height / 2]);
+  points.push([link.enters, link.lower.y - reach(link.lower)]);
   if (link.back) points.reverse();
   const slopes = points.map(([, , free], i) =>
     free ? (points[i + 1][0] - points[i - 1][0]) / (points[i + 1][1] - points[i - 1][1]) : 0);
