@@ -12,7 +12,14 @@ import gallery
 
 pytestmark = pytest.mark.slow
 
-LONG = {"corridor": 2.4, "follow_wall": 3.0, "maze": 2.4, "pick_and_place": 0.66}
+LONG = {
+    "corridor": 2.4,
+    "follow_wall": 3.0,
+    "inspection": 3.0,
+    "maze": 2.4,
+    "patrol": 3.0,
+    "pick_and_place": 0.66,
+}
 """What is not driven to its end, but so many metres: through the corridor once, the hand of the arm
 with a part to its box."""
 SECONDS = 20.0

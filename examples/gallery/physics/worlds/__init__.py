@@ -8,9 +8,11 @@ from physics.worlds.corridor import Corridor
 from physics.worlds.follow_person import FollowPerson
 from physics.worlds.follow_wall import FollowWall
 from physics.worlds.go_to_pose import GoToPose
+from physics.worlds.inspection import Inspection
 from physics.worlds.limiter import Limiter
 from physics.worlds.line_follower import LineFollower
 from physics.worlds.maze import Maze
+from physics.worlds.patrol import Patrol
 from physics.worlds.pick_and_place import PickAndPlace
 
 __all__ = ["WORLDS"]
@@ -26,4 +28,6 @@ WORLDS: dict[str, type[World]] = {
     "pick_and_place": PickAndPlace,
     "corridor": Corridor,
     "limiter": Limiter,
+    "patrol": Patrol,
+    "inspection": Inspection,
 }

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 from physics.rover import RADIUS, Laser
 from physics.rover_world import STOP, RoverWorld, sees, wall
 from physics.tasks import Drive, Place, way
 from physics.world import Sample, Task
 
-__all__ = ["GoToPose"]
+__all__ = ["GOAL", "GoToPose"]
 
 HALF = 1.8
 COLUMN = 0.18
@@ -26,11 +26,14 @@ class GoToPose(RoverWorld):
     buttons = {**STOP, "/clicked_point": "geometry_msgs/PointStamped"}
     commands = {"/alive": "std_msgs/Empty"}
     actions = {"/drive": "gallery_msgs/Drive"}
+    free: ClassVar[tuple[Place, ...]] = (GOAL,)
+    """Where no column stands."""
     view = {"distance": 5.2, "elevation": -60.0, "azimuth": 90.0}
 
     def __init__(self, seed: int) -> None:
         super().__init__(seed)
         self._driving: Drive | None = None
+        self.goal: Place | None = None
         self._clicks = {0.5: (1.4, self.random.uniform(-1.4, 0.0)), 3.0: GOAL}
         self.observer.note(goal=None)
 
@@ -44,7 +47,7 @@ class GoToPose(RoverWorld):
                 self._columns.clear()
             at = self.random.uniform(-1.1, 1.1), self.random.uniform(-1.1, 1.1)
             apart = all(math.dist(at, c) > 0.9 for c in self._columns)
-            if apart and math.dist(at, GOAL) > COLUMN + MARGIN:
+            if apart and all(math.dist(at, place) > COLUMN + MARGIN for place in self.free):
                 self._columns.append(at)
         columns = "".join(
             f'<geom name="wall_column{i}" type="cylinder" pos="{x} {y} .2" size="{COLUMN} .2"'
@@ -57,7 +60,7 @@ class GoToPose(RoverWorld):
             for i, (begin, end) in enumerate(zip(CORNERS, ends, strict=True))
         )
 
-    def _is_free(self, at: Place) -> bool:
+    def is_free(self, at: Place) -> bool:
         inside = max(abs(at[0]), abs(at[1])) < HALF - MARGIN
         return inside and all(math.dist(at, c) > COLUMN + MARGIN for c in self._columns)
 
@@ -67,14 +70,15 @@ class GoToPose(RoverWorld):
         for at, (x, y) in list(self._clicks.items()):
             if self.time >= at:
                 del self._clicks[at]
-                self.observer.note(goal=(x, y))
+                self.goal = (x, y)
+                self.observer.note(goal=self.goal)
                 fields = {"header": {"frame_id": "map"}, "point": {"x": x, "y": y}}
                 yield "/clicked_point", self.buttons["/clicked_point"], fields
 
     def begin(self, action: str, request: Any) -> Task:
         goal = (request.x, request.y)
         self.observer.judge("drives to the last click", lambda m: m["goal"] == goal)
-        self._driving = Drive(self.rover, way(self.rover.position, goal, self._is_free))
+        self._driving = Drive(self.rover, way(self.rover.position, goal, self.is_free))
         return self._driving
 
     def watch(self) -> None:
