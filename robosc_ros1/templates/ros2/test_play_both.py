@@ -60,7 +60,9 @@ class Controller(RandomController):
     """The controller and its connections."""
 
     SUCCEEDED = GoalStatus.STATUS_SUCCEEDED
-    NOT_BEGUN = (GoalStatus.STATUS_ABORTED,)
+    NOT_BEGUN = (GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
+    # rclpy lets no goal end as cancelled that its client has not cancelled.
+    REPLACED = ((GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED),)
 
     def __init__(self, node, seed, robot, judge):
         super().__init__(seed, robot, judge)

@@ -51,6 +51,9 @@ ROWS = {
         "event +drive request",
         "event +show request",
     ),
+    # Its goals are replaced.
+    "courier_controller": ("event +go request", "event +go response", "event +go cancel"),
+    "courier_supervisor": ("event +go request", "event +go cancel"),
     # The robot calls, and the controller that is guarded answers.
     "orders_supervisor": ("event +order request", "state +Orders.asked"),
     "missions_supervisor": ("event +mission request", "state +Missions.running"),

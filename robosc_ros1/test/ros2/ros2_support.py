@@ -25,7 +25,6 @@ import contextlib
 import fcntl
 import json
 import subprocess
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -42,8 +41,8 @@ PATIENCE = 60.0
 
 @contextlib.contextmanager
 def free_domain() -> Iterator[int]:
-    """A ROS_DOMAIN_ID that no other test on this machine uses now."""
-    locks = Path(tempfile.gettempdir()) / "robosc-ros2-domains"
+    """A ROS_DOMAIN_ID that no other test on this machine uses now, whatever its TMPDIR."""
+    locks = Path("/tmp/robosc-ros2-domains")
     locks.mkdir(exist_ok=True)
     for domain in range(1, 101):
         with (locks / str(domain)).open("w") as lock:

@@ -158,16 +158,14 @@ def test_commands_that_are_to_be_compared_wait_for_a_slow_test(
     [
         "hoist_controller",
         "sonar_controller",
+        "courier_controller",
+        "courier_supervisor",
+        "courier_monitor",
         "mirror_controller",
         "mirror_supervisor",
         "mirror_monitor",
         "guarded_arm_monitor",
-        pytest.param(
-            "line_follower_monitor",
-            marks=pytest.mark.xfail(
-                reason="sometimes told otherwise where goals of one action overlap", strict=False
-            ),
-        ),
+        "line_follower_monitor",
     ],
 )
 def test_what_a_node_does_is_judged(graph: Graph, built: Any, package: str) -> None:

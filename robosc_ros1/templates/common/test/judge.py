@@ -334,7 +334,8 @@ class Judge:
         """Return the message that an event with this value reports, which the robot sent."""
         with self.robot.lock:
             queue = self.robot.sent.get((key, kind))
-            if queue and self.asked.get(key):
+            # What is there may be the end of a replaced goal, and the latest one was never sent.
+            if queue and self.asked.get(key) and "replaces" not in PLANT_COMMUNICATIONS[key]:
                 self.asked[key][-1][1] = True
             message = queue.popleft() if queue else None
             if self._drops(key):
