@@ -148,7 +148,7 @@ def check(events: Path, goals: Path, count: int) -> None:
 
 def check_monitor(events: Path, goals: Path, crossing: float) -> None:
     """The log of a monitor, which may take what comes late for forbidden, and may not know what is
-    cancelled then, but never takes an action for over while a goal runs."""
+    cancelled or over then, but never takes an action for over while a goal runs."""
     found = followed(events, goals, crossing)
     assert found.early == ()
     assert all(found.counts.values()), found.counts

@@ -271,7 +271,7 @@ class ActionRelay(GoalCaller):
 
     def recall(self, token, reason):
         self._end_for_controller(GoalID(id=self._goal_id), GoalStatus.RECALLED, reason)
-        super().recall(token, reason)
+        super().recall(token, "%s; %s" % (FAILURES[GoalStatus.RECALLED], reason))
 
     def forget(self):
         self._accepted = self._is_sent = False

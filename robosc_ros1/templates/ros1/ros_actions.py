@@ -146,8 +146,8 @@ class GoalCaller(Caller):
         raise NotImplementedError
 
     def retire(self, token):
-        """Keep the current goal, which goes on and is to be replaced, among the replaced ones.
-        Return whether it was sent. With ``_lock``."""
+        """Keep the current goal, which another one follows, among the replaced ones, also where it
+        was cancelled. Return whether it was sent. With ``_lock``."""
         raise NotImplementedError
 
     def cancel_replaced(self, token):
@@ -190,7 +190,7 @@ class GoalCaller(Caller):
     def begin(self, goal, token, timeout):
         """Send a goal now, or when the server is connected."""
         with self._lock:
-            if self._token is not None and not self._cancelled and not self.retire(self._token):
+            if self._token is not None and not self.retire(self._token):
                 self.recall(self._token, "replaced before it was sent")
             self._token, self._cancelled = token, False
             self.forget()
@@ -257,6 +257,7 @@ class GoalCaller(Caller):
                 return
             if self._cancelled:
                 self.recall(token, "cancelled before it was sent")
+                self._token = None
             else:
                 self.transmit(goal, token)
 

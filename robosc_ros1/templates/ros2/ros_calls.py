@@ -189,10 +189,12 @@ class Action(Caller):
 
     def _answered(self, goal, future):
         goal.answered = True
+        accepted = future.result().accepted
         if goal.token not in self._goals:
-            self._send_cancel(goal)  # it has ended for the engine, and must not go on
+            if accepted:
+                self._send_cancel(goal)  # it has ended for the engine, and must not go on
             return
-        if not future.result().accepted:
+        if not accepted:
             rejected = Failure("rejected", None, REJECTED)
             self._finish(goal, "cancelled" if goal.dropped else "error", rejected)
             return
@@ -206,17 +208,19 @@ class Action(Caller):
         self._executor_thread.poll((self, goal.token), lambda: self._watch(goal), WATCH)
 
     def _ask(self, goal):
+        known = goal.answered
         future = goal.handle.get_result_async()
-        future.add_done_callback(lambda future: self._finished(goal, future))
+        future.add_done_callback(lambda future: self._finished(goal, future, known))
 
-    def _finished(self, goal, future):
+    def _finished(self, goal, future, known):
+        """Take the end of a goal; ``known``: the server had accepted it when it was asked."""
         answer = future.result()
-        if goal.answered or answer.status != GoalStatus.STATUS_UNKNOWN:
+        if known or answer.status != GoalStatus.STATUS_UNKNOWN:
             self._ended(goal, answer)
-            return
-        goal.unknown += 1  # it may still be accepted
-        if goal.unknown == UNKNOWN:
-            self._finish(goal, "cancelled", "its server does not know it")
+        elif not goal.answered:  # it may still be accepted
+            goal.unknown += 1
+            if goal.unknown == UNKNOWN:
+                self._finish(goal, "cancelled", "its server does not know it")
 
     def _ended(self, goal, answer):
         if answer.status == GoalStatus.STATUS_SUCCEEDED:

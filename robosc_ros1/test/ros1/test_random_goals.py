@@ -56,7 +56,7 @@ def test_a_supervisor_and_a_monitor_follow_them_too(
     stage: Stage, ear: Puppet, tmp_path: Path
 ) -> None:
     with (
-        follower(stage, ear, tmp_path, "monitor") as (monitor, seen),
+        follower(stage, ear, tmp_path, "monitor") as (_, seen),
         follower(stage, ear, tmp_path, "supervisor") as (supervisor, guarded),
         follower(stage, ear, tmp_path, "controller", rate__go=100.0, remap=REMAP) as (
             controller,
@@ -66,7 +66,7 @@ def test_a_supervisor_and_a_monitor_follow_them_too(
         with server(stage, tmp_path, listeners=2) as told:
             pass
         mark = ear.mark
-        for node in (controller, supervisor, monitor):
+        for node in (controller, supervisor):
             node.shows(at_rest, since=mark)
     check(sent, told, GOALS)
     check(guarded, told, GOALS)
