@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sqlite3
+import struct
 import subprocess
 import sys
 from collections.abc import Callable
@@ -16,7 +17,7 @@ import pytest
 pytest.importorskip("rosbags")
 
 from emit.generated_code import supervisor_of
-from rosbags import rosbag2
+from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_typestore
 from simulate.recorded_runs import START, BagWriter
 from simulate.test_judged_bags import MODEL
@@ -43,6 +44,7 @@ def written(path: Path, *messages: tuple[str, str, Any], start: float = START) -
     return bag.path
 
 
+BELOW = (("/left/distance", FLOAT, {"data": 0.9}), ("/left/vel", TWIST, {}))
 RIGHT = (("/distance", FLOAT, {"data": 0.9}), ("/vel", TWIST, {}))
 
 
@@ -127,6 +129,8 @@ def of_types(name: str, *types: str) -> Make:
         (of_types("/distance", FLOAT, STRING), "std_msgs/Float32 and std_msgs/String, .* keep only those"),
         (of_types("/grab/_action/status", STRING), "--remap /grab:=/OTHER"),
         (of_types("/left/distance", FLOAT), "--remap /distance:=/left/distance$"),
+        (lambda folder: written(folder / "run.bag", *BELOW),
+         "give --remap /distance:=/left/distance --remap /vel:=/left/vel$"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_read_has_one_error_with_a_remedy(
@@ -172,6 +176,37 @@ def test_a_compressed_bag_of_ros_2(
 def test_a_number_of_another_size(supervisor: Supervisor, tmp_path: Path) -> None:
     path = written(tmp_path / "run.bag", ("/distance", "std_msgs/msg/Float64", {"data": 0.9}))
     assert judged(supervisor, path).exit_code == 0
+
+
+def test_two_definitions_of_one_type(supervisor: Supervisor, tmp_path: Path) -> None:
+    """As of two publishers of different workspaces; each message is read by its own."""
+    path = tmp_path / "run.bag"
+    with rosbag1.Writer(path) as writer:
+        for number, (kind, pack) in enumerate((("float32", "<f"), ("float64", "<d"))):
+            connection = writer.add_connection(
+                "/distance", FLOAT, msgdef=f"{kind} data\n", md5sum=str(number) * 32
+            )
+            writer.write(connection, int((START + number) * 1e9), struct.pack(pack, 0.9))
+    found = judged(supervisor, path)
+    assert (found.tracks["/distance"].count, found.exit_code) == (2, 0)
+
+
+@pytest.mark.parametrize("plugin", rosbag2.StoragePlugin)
+@pytest.mark.parametrize("definition", ["", "not { a definition"])
+def test_definitions_that_are_not_there_or_of_no_use(
+    supervisor: Supervisor, tmp_path: Path, plugin: rosbag2.StoragePlugin, definition: str
+) -> None:
+    """Those that are not there are as in the latest ROS 2; of other topics none is needed."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    hash_ = store.hash_rihs01(FLOAT)
+    with rosbag2.Writer(tmp_path / "bag", version=9, storage_plugin=plugin) as writer:
+        other = writer.add_connection("/odd", "odd/msg/Odd", msgdef=definition, rihs01=hash_)
+        writer.write(other, int(START * 1e9), b"\0\1\0\0????")
+        connection = writer.add_connection("/distance", FLOAT, msgdef="", rihs01=hash_)
+        raw = store.serialize_cdr(store.types[FLOAT](0.9), FLOAT)
+        writer.write(connection, int(START * 1e9), raw)
+    found = judged(supervisor, tmp_path / "bag")
+    assert (found.tracks["/distance"].count, found.exit_code) == (1, 0)
 
 
 def test_the_parts_of_a_split_bag_are_put_together(supervisor: Supervisor, tmp_path: Path) -> None:

@@ -131,7 +131,7 @@ class Bag:
         self.start, self.end = 0.0, 0.0
         if reader.message_count:
             self.start, self.end = reader.start_time / 1e9, reader.end_time / 1e9
-        self._store = _types_of(reader.connections, self.ros_1)
+        self._stores: dict[tuple[str, str], Any] = {}
 
     def messages(
         self, topics: Iterable[str], progress: Progress
@@ -145,18 +145,19 @@ class Bag:
         chosen = [c for c in self._reader.connections if c.topic in wanted]
         most = sum(c.msgcount for c in chosen)
         with bag_errors(self.path):
-            read = self._deserialise()
+            reads = {c.id: self._deserialise(self._store(c)) for c in chosen}
             found = self._reader.messages(chosen) if chosen else ()
             for number, (connection, time, raw) in enumerate(found):
                 if not number % 256:
                     progress("reading messages", number, most)
-                message = _plain(read(raw, _stored(connection.msgtype)))
+                message = _plain(reads[connection.id](raw, _stored(connection.msgtype)))
                 yield connection.topic, time / 1e9, message
 
     def make(self, type_: str) -> Callable[[dict[str, Any]], Any]:
         """A function that makes messages of a type from data, as they would arrive."""
 
-        return lambda data: self._arrived(_plain(default_message(self._store, type_)), data)
+        store = self._store_of(type_)
+        return lambda data: self._arrived(_plain(default_message(store, type_)), data)
 
     def corrected(self, message: Any, data: dict[str, Any]) -> Any:
         """A copy of a message with other fields, as it would arrive."""
@@ -164,15 +165,29 @@ class Bag:
 
     def _arrived(self, message: Any, data: dict[str, Any]) -> Any:
         fill(message, data)
-        store, type_ = self._store, message.__msgtype__
+        type_ = message.__msgtype__
+        store = self._store_of(type_)
         pack = store.serialize_ros1 if self.ros_1 else store.serialize_cdr
         raw = pack(_with_arrays(store, message), type_)
-        return _plain(self._deserialise()(raw, type_))
+        return _plain(self._deserialise(store)(raw, type_))
 
-    def _deserialise(self) -> Callable[[Any, str], Any]:
+    def _deserialise(self, store: Any) -> Callable[[Any, str], Any]:
         name = "deserialize_ros1" if self.ros_1 else "deserialize_cdr"
-        found: Callable[[Any, str], Any] = getattr(self._store, name)
+        found: Callable[[Any, str], Any] = getattr(store, name)
         return found
+
+    def _store_of(self, type_: str) -> Any:
+        one = next(c for c in self._reader.connections if _stored(c.msgtype) == type_)
+        with bag_errors(self.path):
+            return self._store(one)
+
+    def _store(self, connection: Any) -> Any:
+        """The types of a connection. Each has its own: others may have other definitions of them,
+        or some that nobody can read."""
+        place = connection.msgtype, connection.msgdef.data
+        if place not in self._stores:
+            self._stores[place] = _types_of(connection, self.ros_1)
+        return self._stores[place]
 
 
 @contextmanager
@@ -186,9 +201,7 @@ def opened_bag(path: Path) -> Iterator[Bag]:
         context = bag_reader(path)
         reader = context.__enter__()
     try:
-        with bag_errors(path):
-            bag = Bag(path, reader)
-        yield bag
+        yield Bag(path, reader)
     finally:
         context.__exit__(None, None, None)
 
@@ -199,21 +212,23 @@ def _stored(type_: str) -> str:
     return type_ if folder.endswith("/msg") else f"{folder}/msg/{name}"
 
 
-def _types_of(connections: Iterable[Any], ros_1: bool) -> Any:
+def _types_of(connection: Any, ros_1: bool) -> Any:
     """The types as they were recorded; without definitions, those of the latest ROS 2."""
     from rosbags.interfaces import MessageDefinitionFormat
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
     defined: dict[str, Any] = {}
-    for connection in connections:
-        text = connection.msgdef.data
-        if connection.msgdef.format == MessageDefinitionFormat.MSG:
-            defined.update(get_types_from_msg(text, connection.msgtype))
-        elif connection.msgdef.format == MessageDefinitionFormat.IDL:
-            line = "=" * 80 + "\n"
-            for part in text.split(line)[1:] if text.startswith(line) else [f"\n{text}"]:
-                defined.update(get_types_from_idl(part.partition("\n")[2]))
-    store: Any = get_typestore(Stores.EMPTY if defined else Stores.LATEST)
+    text = connection.msgdef.data
+    latest: Any = get_typestore(Stores.LATEST)
+    if not text.strip() and _stored(connection.msgtype) in latest.fielddefs:
+        pass  # it was recorded without, unless it is one that has no fields there either
+    elif connection.msgdef.format == MessageDefinitionFormat.MSG:
+        defined.update(get_types_from_msg(text, connection.msgtype))
+    elif connection.msgdef.format == MessageDefinitionFormat.IDL:
+        line = "=" * 80 + "\n"
+        for part in text.split(line)[1:] if text.startswith(line) else [f"\n{text}"]:
+            defined.update(get_types_from_idl(part.partition("\n")[2]))
+    store: Any = get_typestore(Stores.EMPTY) if defined else latest
     store.register(defined)
     for name, type_ in store.types.items():
         _as_in_ros(name, type_)

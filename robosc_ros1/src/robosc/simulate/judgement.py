@@ -110,7 +110,7 @@ def judge(
         if not run.hears:
             raise UsageError(
                 f"{path} has no topic of {robot.name}: {_first(bag.topics)}; if names were"
-                f" remapped, give --remap {_likely(run.absent, bag.topics)}"
+                f" remapped, give {_likely(run.absent, bag.topics)}"
             )
         judgement = Judgement(
             robot, str(path), 1 if bag.ros_1 else 2, bag.start, bag.end, sum(bag.counts.values())
@@ -133,9 +133,9 @@ def _first(topics: Sequence[str] | dict[str, str]) -> str:
 
 
 def _likely(absent: Sequence[str], topics: dict[str, str]) -> str:
-    """How a topic may have been remapped: into a namespace, for one."""
-    found = ((name, topic) for name in absent for topic in sorted(topics) if topic.endswith(name))
-    return ":=".join(next(found, ("FROM", "TO")))
+    """How topics may have been remapped: into a namespace, for one."""
+    found = {name: t for name in absent for t in sorted(topics, reverse=True) if t.endswith(name)}
+    return " ".join(f"--remap {a}:={b}" for a, b in (found or {"FROM": "TO"}).items())
 
 
 class _Collector:
