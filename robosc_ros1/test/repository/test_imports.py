@@ -53,6 +53,7 @@ THIRD_PARTY = {
     "rclpy": ("view.ros2", "new.from_ros2"),
     "rosidl_parser": ("view.ros2",),
     "std_msgs": ("view.ros1", "view.ros2"),
+    "diagnostic_msgs": ("view.ros1", "view.ros2"),
 }
 """Library to the modules that may import it."""
 

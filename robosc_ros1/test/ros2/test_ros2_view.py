@@ -89,8 +89,11 @@ def test_a_viewer_of_ros_2_takes_part_in_nothing_and_leaves_in_order(
 
     found = await_condition(ends, "the viewer's subscriptions")
     assert sorted(found["hears"]) == [f"/{NODE}/{topic}" for topic in ("events", "model", "state")]
-    # Every node of rclpy has that one, and says there nothing but which parameters it has.
-    assert found["publishes"] == ["/parameter_events"]
+    # Every node of rclpy has the second, and says there nothing but which parameters it has.
+    assert sorted(found["publishes"]) == ["/diagnostics", "/parameter_events"]
+    robot.subscribe("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+    (status,) = robot.expect("message", name="/diagnostics")["data"]["status"]
+    assert (status["name"], status["message"]) == (f"{NODE}: page", url)
     assert found["serves"] == []
     viewer.signal(signal.SIGINT)
     assert viewer.wait() == 130

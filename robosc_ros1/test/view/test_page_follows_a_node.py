@@ -90,6 +90,13 @@ def test_the_page_shows_what_the_controller_tells(
     browser.sees(link_says("silent"))
 
 
+def test_where_the_page_is_stands_in_diagnostics(puppet: Puppet, url: str) -> None:
+    puppet.do("listen", topic="/diagnostics", type="diagnostic_msgs/DiagnosticArray")
+    puppet.hears("/diagnostics")
+    (status,) = puppet.all_heard("/diagnostics")[0]["status"]
+    assert (status["name"], status["message"]) == (f"{NODE}: page", url)
+
+
 def reasons_are_those_of_the_topic(browser: Browser, node: Node, command: str, words: str) -> None:
     """The page forbids a command by just the requirements that the topic tells, each with the line
     on which it stands in the model."""

@@ -23,14 +23,16 @@ CHECK = 0.5
 
 class Listener(Protocol):
     """A node of ROS that only listens: it publishes nothing of the robot's and calls nobody, unless
-    an operator's hand does (:class:`~robosc.view.operating.Hand`).
+    an operator's hand does (:class:`~robosc.view.operating.Hand`). Where the page is it tells on
+    ``/diagnostics``.
 
     It may be there before the node it listens to, and stays when that goes.
     """
 
     heard: Heard
 
-    def start(self) -> None: ...
+    def start(self, page: str) -> None:
+        """Listen; ``page`` is the address of the page."""
 
     def order(self, word: str) -> None: ...
 
@@ -105,6 +107,18 @@ class Heard:
         else:
             status = {"good": False, "text": f"silent; {self.otherwise}", "stale": True}
         self._hub.put("status", dump(status))
+
+
+def diagnosis(messages: Any, node: str, page: str, stamp: Any, fine: Any) -> Any:
+    """Return what ``/diagnostics`` says of the page of a node: ``messages`` is ROS's module of
+    them, ``fine`` its level for it."""
+    told = [messages.KeyValue(key="node", value=node), messages.KeyValue(key="page", value=page)]
+    status = messages.DiagnosticStatus(
+        level=fine, name=f"{node.lstrip('/')}: page", message=page, values=told
+    )
+    array = messages.DiagnosticArray(status=[status])
+    array.header.stamp = stamp
+    return array
 
 
 def _document(text: str, field: str) -> str | None:

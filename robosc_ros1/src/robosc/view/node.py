@@ -42,7 +42,7 @@ def view_node(
         answers = OperatorDesk(listener, persons, listener.heard.document).answers
         token = secrets.token_urlsafe(24)
     with PageServer(where, hub, answers, token) as server, contextlib.closing(listener):
-        listener.start()
+        listener.start(server.address)
         server.run()
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
-from robosc.view.listening import CHECK, Heard
+from robosc.view.listening import CHECK, Heard, diagnosis
 from robosc.view.operating import PATIENCE, UNHEARD
 from robosc.view.server import Unable
 
@@ -36,9 +36,10 @@ class Ros1:
         self._subscribers: list[Any] = []
         self._publishers: dict[str, Any] = {}
 
-    def start(self) -> None:
+    def start(self, page: str) -> None:
         self.heard.watch()
-        threading.Thread(target=self._run, name="listener", daemon=True).start()
+        arguments = (page,)
+        threading.Thread(target=self._run, args=arguments, name="listener", daemon=True).start()
 
     def close(self) -> None:
         import rospy
@@ -82,7 +83,8 @@ class Ros1:
             time.sleep(0.01)
         publisher.publish(message)
 
-    def _run(self) -> None:
+    def _run(self, page: str) -> None:
+        import diagnostic_msgs.msg
         import rosgraph
         import rospy
 
@@ -95,6 +97,10 @@ class Ros1:
         master = rosgraph.Master(rospy.get_name())
         while not rospy.is_shutdown():
             self._keep_registered(master)
+            with contextlib.suppress(rospy.ROSException):  # it is shut down meanwhile
+                stamp, messages = rospy.Time.now(), diagnostic_msgs.msg
+                told = diagnosis(messages, self.heard.node, page, stamp, 0)
+                self._publishers["/diagnostics"].publish(told)
             time.sleep(CHECK)
 
     def _keep_registered(self, master: Any) -> None:
@@ -116,12 +122,18 @@ class Ros1:
             self._subscribe()
 
     def _subscribe(self) -> None:
+        import diagnostic_msgs.msg
         import rospy
         import std_msgs.msg
 
-        for subscriber in self._subscribers:
+        for end in (*self._subscribers, *self._publishers.values()):
             with contextlib.suppress(OSError, rospy.ROSException):
-                subscriber.unregister()
+                end.unregister()
+        self._publishers = {
+            "/diagnostics": rospy.Publisher(
+                "/diagnostics", diagnostic_msgs.msg.DiagnosticArray, queue_size=1
+            )
+        }
         heard = self.heard
         topics = {"model": heard.model, "state": heard.state, "events": heard.event}
         self._subscribers = [

@@ -11,7 +11,7 @@ from typing import Any
 
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
-from robosc.view.listening import CHECK, Heard
+from robosc.view.listening import CHECK, Heard, diagnosis
 from robosc.view.operating import PATIENCE, UNHEARD
 from robosc.view.server import Unable
 
@@ -55,7 +55,16 @@ class Ros2:
         self._executor.add_node(self._node)
         self._thread = threading.Thread(target=self._run, name="listener", daemon=True)
 
-    def start(self) -> None:
+    def start(self, page: str) -> None:
+        from diagnostic_msgs import msg as messages
+
+        publisher = self._node.create_publisher(messages.DiagnosticArray, "/diagnostics", 10)
+
+        def tell() -> None:
+            stamp = self._node.get_clock().now().to_msg()
+            publisher.publish(diagnosis(messages, self.heard.node, page, stamp, bytes([0])))
+
+        self._node.create_timer(CHECK, tell)
         self.heard.watch()
         self._thread.start()
 

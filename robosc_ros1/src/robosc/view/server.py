@@ -92,15 +92,20 @@ class PageServer(ThreadingHTTPServer):
             super().__init__((host, 0), _Handler)
 
     @property
-    def url(self) -> str:
+    def address(self) -> str:
+        """Where everyone finds the page who may look at it."""
         address = _address(self._host)
         # "All addresses" is none to go to.
         everywhere = address is not None and address.is_unspecified
         host = _own_address(self.address_family) if everywhere else self._host
         host = f"[{host}]" if ":" in host else host
+        return f"http://{host}:{self.server_address[1]}/"
+
+    @property
+    def url(self) -> str:
+        """The address, with the token of whoever may operate."""
         # Behind the #, browsers keep it to themselves.
-        token = "" if self.token is None else f"#token={self.token}"
-        return f"http://{host}:{self.server_address[1]}/{token}"
+        return self.address + ("" if self.token is None else f"#token={self.token}")
 
     def run(self) -> None:
         """Tell where to look, and serve until interrupted."""
