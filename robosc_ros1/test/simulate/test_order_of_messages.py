@@ -175,6 +175,26 @@ def test_messages_overtake_each_other_by_no_more_than_the_tolerance(
     assert found.reordered == is_possible
 
 
+@pytest.mark.parametrize("apart", [0.8 * TOLERANCE, 1.2 * TOLERANCE])
+def test_a_requirement_on_states_that_is_violated_for_a_moment(
+    tmp_path: Path, apart: float
+) -> None:
+    """The light goes out when the cart begins to drive; it may be heard a little later."""
+    model = CART.replace(
+        "    requirement shine needs",
+        "    requirement never (Mode.driving and Sensor.bright)\n    requirement shine needs",
+    )
+    bag = BagWriter(tmp_path / "run.bag", {})
+    bag.write("/range", "std_msgs/msg/Float64", START, {"data": 2.0})
+    bag.write("/light", "std_msgs/msg/Bool", START, {"data": True})
+    bag.write("/order", "std_msgs/msg/Int64", START + 1.0, {"data": 1})
+    bag.write("/light", "std_msgs/msg/Bool", START + 1.0 + apart, {"data": False})
+    bag.close()
+    found = judged(supervisor_of(model, str(MODEL)), bag.path)
+    times = [round(f.time - START, 3) for f in found.findings]
+    assert times == ([] if apart < TOLERANCE else [1.0])
+
+
 def test_the_picture_shows_the_state_after_the_order_that_is_possible(tmp_path: Path) -> None:
     supervisor, path = two_orders(tmp_path, 0.8 * TOLERANCE)
     recording = Recording(supervisor, str(path), Hub())

@@ -3,9 +3,19 @@
 
 from __future__ import annotations
 
-from typing import Iterator, Set
+from typing import Any, Dict, Iterator, NamedTuple, Optional, Set
 
 from .model import Controller, Requirement
+from .reasons import violation
+
+
+class Violated(NamedTuple):
+    """A requirement that does not hold since a time of the port; ``stamp`` is the recorder's."""
+
+    row: Requirement
+    reason: Dict[str, Any]
+    since: float
+    stamp: float
 
 
 class Invariants:
@@ -16,16 +26,32 @@ class Invariants:
         self._controller = controller
         self.rows = [r for i, r in enumerate(controller.REQUIREMENTS) if i not in on_commands]
         self._violated: Set[int] = set()
+        self._untold: Dict[int, Violated] = {}
 
     def leave_out(self) -> None:
         """Judge none of them."""
         self.rows = []
 
-    def newly_violated(self) -> Iterator[Requirement]:
-        """Yield those that held until now."""
+    def look(self, now: float, stamp: float) -> None:
+        """Notice which hold, and which do not any more."""
         for number, row in enumerate(self.rows):
             if row.holds(self._controller):
                 self._violated.discard(number)
+                self._untold.pop(number, None)
             elif number not in self._violated:
                 self._violated.add(number)
-                yield row
+                reason = violation(self._controller, row)
+                self._untold[number] = Violated(row, reason, now, stamp)
+
+    @property
+    def earliest(self) -> Optional[float]:
+        """Since when one is violated that was not told yet; None: there is none."""
+        return min((found.since for found in self._untold.values()), default=None)
+
+    def lasting(self, now: float, span: float) -> Iterator[Violated]:
+        """Yield those that are violated for so many seconds, each once: what is over sooner may
+        come from messages that crossed."""
+        for number, found in list(self._untold.items()):
+            if now - found.since >= span:
+                del self._untold[number]
+                yield found

@@ -25,7 +25,7 @@ from .model import Controller
 from .offers import Reasons, Repack
 from .ordering_engine import OrderingEngine
 from .port import steady_time
-from .reasons import reason_text, violation
+from .reasons import reason_text
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
 from .seen import MonitorPort, RecentStates, Seen
@@ -77,9 +77,12 @@ class MonitorEngine(OrderingEngine):
 
     def time_to_deadline(self) -> Optional[float]:
         found = super().time_to_deadline()
-        if not self._seen:
+        times = [self._seen[0].time] if self._seen else []
+        if self._invariants.earliest is not None:
+            times.append(self._invariants.earliest)
+        if not times:
             return found
-        left = max(0.0, self._seen[0].time + self.tolerance - self._now())
+        left = max(0.0, min(times) + self.tolerance - self._now())
         return left if found is None else min(left, found)
 
     def _meet_deadlines(self) -> None:
@@ -87,6 +90,8 @@ class MonitorEngine(OrderingEngine):
             super()._meet_deadlines()
         if self._seen:
             self._judge()
+        if self._invariants.rows:
+            self._tell_violations()
 
     # What is seen
 
@@ -321,13 +326,18 @@ class MonitorEngine(OrderingEngine):
         return written
 
     def _look_at_states(self) -> None:
-        """Report the requirements on all states that are violated from now on."""
-        for row in self._invariants.newly_violated():
-            reason = violation(self.controller, row)
+        self._invariants.look(self._now(), self.recorder.now())
+        self._tell_violations()
+
+    def _tell_violations(self) -> None:
+        """Report the requirements on all states that are violated for longer than the tolerance."""
+        for row, reason, _, stamp in self._invariants.lasting(self._now(), self.tolerance):
             text = reason_text(reason)
             self.recorder.counters["violations"] += 1
-            self.recorder.record("state", "", None, "violated", text, blocked_by=[reason])
-            self._tell("violated", "state", "", None, text, [reason])
+            self.recorder.record(
+                "state", "", None, "violated", text, time=stamp, blocked_by=[reason]
+            )
+            self._tell("violated", "state", "", None, text, [reason], stamp)
             self._log("warning", row.place, "violated: " + text)
 
     def _mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> None:

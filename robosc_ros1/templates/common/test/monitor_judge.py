@@ -105,8 +105,18 @@ class MonitorJudge(Judge):
         super()._judge_commands(document, state)
         told = self._told_after.get(document["number"])
         if told is not None and self._sees_all:
-            for text in set(state.broken_invariants()) - told:
+            for text in self._broken_before(document["number"], document["time"]) - told:
                 self.faults.append("after event %d not told: %s" % (document["number"], text))
+
+    def _broken_before(self, number, time):
+        """Return the requirements on states that were violated for a moment before a time."""
+        broken = set(self._history[number].broken_invariants())
+        for earlier in sorted((n for n in self._history if n <= number), reverse=True):
+            broken &= set(self._history[earlier].broken_invariants())
+            began = self._times.get(earlier)
+            if began is None or began < time - 2 * A_MOMENT:
+                return broken
+        return set()
 
     def _drops(self, key):
         return True  # messages of an action's topics cross
