@@ -10,6 +10,7 @@ import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
 
+from robosc.runtime.gathering_engine import ArrivalTime
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.monitor_engine import MonitorEngine
 from robosc.runtime.observation import SeenAction, SeenActionOfRos2
@@ -96,6 +97,27 @@ def test_a_command_that_crosses_what_decides_is_not(bench: Bench, before: bool) 
         bench.command(0.3)
     bench.wait(TOLERANCE)
     assert bench.found() == []
+
+
+def test_what_waited_is_judged_as_when_it_came(bench: Bench) -> None:
+    bench.hear(BLOCKED)
+    bench.port.time += 1.0
+    bench.monitor.offer("/drive", DRIVE, 0.3, None)
+    bench.port.time += 2 * TOLERANCE
+    bench.monitor.poster([SENSOR])(CLEAR)
+    bench.wait(TOLERANCE)
+    assert bench.found() == [("violation", "go.request", ["go needs clear"])]
+
+
+def test_the_clock_of_arrivals_does_not_go_back_with_them_but_with_its_own() -> None:
+    times = iter((5.0, 7.0, 7.0, 2.0, 2.0, 2.5))
+    clock = ArrivalTime(lambda: next(times))
+    assert clock() == 5.0
+    for arrival, expected in ((6.0, 6.0), (5.5, 6.0), (2.0, 2.0)):
+        clock.go_back(arrival)
+        assert clock() == expected
+    clock.go_on()
+    assert clock() == 2.0
 
 
 def test_a_mismatch_is_a_departure_with_the_number_of_its_event(bench: Bench) -> None:
