@@ -48,4 +48,6 @@ def test_what_would_be_sent_stands_beside_what_was(browser: Browser) -> None:
         say(0.4, outcome="withheld")
         shows(f"sent {{linear: {{x: 0.3}}}}{at}", 0.4)
         browser.sees("document.querySelector('[data-gauge=withheld]').textContent === '1'")
+        line = "document.querySelector('[data-command=\"move.request\"] .sent')"
+        browser.sees(f"{line}.scrollWidth <= {line}.clientWidth")  # all of it can be read
         browser.picture("view-shadow")

@@ -186,10 +186,11 @@ class Orderings:
     def _ways(self, orders: Iterable[Ordering], seen: SeenEvent) -> List[Ordering]:
         """Return all that may become of orders when something was seen, each once."""
         since = self._since(seen)
+        until = seen.time + 3 * self._span()  # but for commands that waited: or time went back
         found: List[Ordering] = []
         todo: Deque[Ordering] = deque()
         for order in orders:
-            if all(event.time > since for event in order.ahead):
+            if all(since < event.time <= until for event in order.ahead):
                 todo.extend(self._extended(order, seen))
         while todo and len(found) < 4 * MOST:
             order = todo.popleft()

@@ -78,6 +78,7 @@ class CommandRow {
   tell() {
     const { last, would } = this;
     const at = (done) => `${done.words} at ${clock(done.time)}`.trimStart();
+    this.sent.classList.toggle("both", Boolean(would));
     if (!would) write(this.sent, `sent ${last.words}`.trimEnd());
     else write(this.sent, `${last ? `sent ${at(last)}` : "not sent"} · would send ${at(would)}`);
   }
