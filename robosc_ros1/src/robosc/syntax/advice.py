@@ -28,8 +28,20 @@ _NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
 _DECLARED_ELSEWHERE = {
     **dict.fromkeys(("let", "define", "def", "macro"), _NAMING),
     "var": "a component's behaviour has variables: 'variable NAME: type'",
+    **dict.fromkeys(("if", "when", "while"), "write 'requirement COMMAND needs CONDITION'"),
+    **dict.fromkeys(("never", "always"), "write 'requirement never CONDITION'"),
+    **dict.fromkeys(("publish", "send"), write("provide")),
+    **dict.fromkeys(
+        ("sensor", "actuator", "device", "part", "class", "module", "node"), write("component")
+    ),
 }
-"""Keywords with which other languages begin declarations, each with a hint."""
+"""Words with which other languages begin declarations, each with a hint."""
+
+_ROBOTS = ("node", "model", "system", "machine", "controller", "plant")
+_IMPORTS = ("import", "include", "from", "use", "using")
+_IMPORTING = "a library is named where it is used: 'component NAME from LIBRARY import COMPONENT'"
+_INITIAL = ("start", "begin", "entry", "default", "first")
+_FINAL = ("final", "end", "accepting", "terminal", "rest", "idle")
 
 _DIRECTIONS = {
     **dict.fromkeys(
@@ -43,6 +55,12 @@ _DIRECTIONS = {
 }
 """Words of ROS for communications: the direction that is meant, and why."""
 
+_CALLS = {
+    **dict.fromkeys(("client", "server", "service_client", "service_server", "srv"), "service"),
+    **dict.fromkeys(("action_client", "action_server", "goal"), "action"),
+}
+"""Words of ROS for what the controller calls."""
+
 _IDENTIFIERS = ("topic", "name", "ros_name", "path", "address", "id")
 _OUTSIDE = "the controller sends it: only what it receives or requests has a timeout"
 _PUBLISHED = "what the robot publishes is an 'outgoing message'"
@@ -54,6 +72,8 @@ _EVENTS = {
     "action": ("request to {}", "response from {}", "feedback from {}"),
 }
 _NUMBER = pattern("NUMBER")
+_GLUED = re.compile(rf"([0-9.]+)({'|'.join(UNITS)})")
+_TYPE_OF_ROS = pattern("(?: NAME (?: '.' | ':' ':' ) )+ NAME")
 _COMMUNICATION = pattern("(?: outgoing | incoming ) message | service | action")
 _ON_NAME = "write 'response from NAME' for what the part sends, 'request to NAME' for a command"
 
@@ -64,7 +84,7 @@ def advice(tokens: Tokens, at: int, message: str) -> tuple[Hint | None, int, int
     token = tokens.text(at)
     if not token:
         return None, at, at + 1
-    for about_several in (_hyphenated, _unquoted):
+    for about_several in (_hyphenated, _unquoted, _type_of_ros, _split):
         if advised := about_several(tokens, at, message):
             return advised
     for about_one in (_expected_here, _of_other_languages, _attributes):
@@ -105,10 +125,39 @@ def _unquoted(tokens: Tokens, at: int, message: str) -> tuple[Hint, int, int] | 
     return Remedy(f"write {text}, in quotes", Change.REPLACE, (text,)), at, end
 
 
+def _type_of_ros(tokens: Tokens, at: int, message: str) -> tuple[Hint, int, int] | None:
+    """A type of ROS as C++ and Python spell it."""
+    found = _TYPE_OF_ROS.match(tokens.kinds, at)
+    if not found or not message.startswith(("expected a type", "expected a ROS type")):
+        return None
+    package, *_, name = (tokens.text(a) for a in range(at, found.end()) if is_word(tokens.kinds[a]))
+    return write(f"{package}/{name}"), at, found.end()
+
+
+def _split(tokens: Tokens, at: int, message: str) -> tuple[Hint, int, int] | None:
+    """One word or number that was written as two: ``go to``, ``0,35``."""
+    if tokens.text(at) == "go" and tokens.text(at + 1) == "to" and "'goto'" in message:
+        return write("goto"), at, at + 2
+    parts = list(tokens.texts(at - 1, at + 2)) if at else []
+    is_number = all(_NUMBER.match(tokens.kinds, a) for a in (at - 1, at + 1))
+    if parts[1:2] == [","] and is_number and _touches(tokens, at) and _touches(tokens, at + 1):
+        return write(f"{parts[0]}.{parts[2]}", ", with a point"), at - 1, at + 2
+    return None
+
+
 def _expected_here(tokens: Tokens, at: int, token: str, message: str) -> Hint | None:
     """What is meant where just this is expected."""
     if token == "=" and message.startswith("expected ':='"):
         return write(":=", " to assign")
+    if message.startswith("expected ':' after the property name"):
+        if token == "=":
+            return write(":")
+        if token == ".":
+            return f"write '{tokens.text(at - 1)}: {{ {tokens.text(at + 1)}: … }}'"
+    if token == ":" and message.startswith("expected an operator, or ']'"):
+        return write("..")
+    if message.startswith("expected ':='") and token in ("+", "-") and tokens.text(at + 1) == "=":
+        return f"write '{tokens.text(at - 1)} := {tokens.text(at - 1)} {token} …'"
     if message.startswith("expected 'needs'"):
         if token == ",":
             return "write several in braces: { …, … }"
@@ -116,6 +165,8 @@ def _expected_here(tokens: Tokens, at: int, token: str, message: str) -> Hint | 
             return write("needs")
         if token == "unless":
             return "write 'requirement CONDITION disables COMMAND'"
+    if message.startswith("expected a duration") and (glued := _GLUED.fullmatch(token)):
+        return write(f"{glued[1]} {glued[2]}", ", with a blank")
     if message.startswith("expected a duration") and token[0].isdigit():
         return f"a duration has a unit: {', '.join(UNITS)}"
     if message.startswith("expected '=' after the name of the condition"):
@@ -164,14 +215,34 @@ def _event(tokens: Tokens, name: str) -> Hint | None:
 
 def _of_other_languages(tokens: Tokens, at: int, token: str, message: str) -> Hint | None:
     """What is written so in other languages, in ROS, or in physics."""
-    if "'component'" in message and token in _DECLARED_ELSEWHERE:
-        return _DECLARED_ELSEWHERE[token]
+    if "'robot'" in message and token in _ROBOTS:
+        return write("robot")
+    if "'robot'" in message or "'component'" in message:
+        if token in _IMPORTS:
+            return _IMPORTING
+        if "'requirement'" in message and tokens.text(at + 1) in ("needs", "disables"):
+            return write(f"requirement {token}")
+        if token in _DECLARED_ELSEWHERE:
+            return _DECLARED_ELSEWHERE[token]
+    if "'state'" in message and tokens.text(at + 1) == "state":
+        if token in _INITIAL and "'variable'" in message:
+            return write("initial")
+        if token in _FINAL:
+            return write("marked")
+    if token == "-" and tokens.text(at + 1) == "-" and _touches(tokens, at + 1):
+        return "a comment begins with '//'"
     if "'incoming message'" in message and token in _DIRECTIONS:
         direction, why = _DIRECTIONS[token]
         noun = "" if tokens.text(at + 1) == "message" else " message"
         return write(f"{direction}{noun}", f": {why}")
+    if "'service'" in message and token in _CALLS:
+        return write(_CALLS[token])
     if token == "->" and "'goto'" in message:
         return write("goto")
+    if token == "else" and "'provide'" in message:
+        return "write one more 'provide', without 'if', for the rest"
+    if token == "," and tokens.begins_line(at + 1):
+        return Remedy("no separator stands between declarations", Change.REMOVE)
     if at and _NUMBER.match(tokens.kinds, at - 1) and token in _MEASURES:
         return Remedy("numbers have no unit: leave it out", Change.REMOVE)
     if token == "not" and tokens.text(at + 1) == "in":

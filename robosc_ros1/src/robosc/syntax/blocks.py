@@ -320,7 +320,7 @@ class Block:
         if word in self._inner:
             return self._open_again(reading, at, word, nodes)
         keyword = nearest_keyword(word, tuple(self.items.rules))
-        if keyword:
+        if keyword and reading.text(at + 1) not in self.items.rules:
             message = f"expected {listing(self.items.words, 'or')}"
             reading.report("syntax", message, at, hint=meant(keyword))
             rule = self.items.rules[keyword]

@@ -181,7 +181,7 @@ def _declared(noun: str, sort: str) -> ParserElement:
         node: CommunicationNode = _NODES[sort](name=name, **given, span=reading.span(start, end))
         return node
 
-    named = t.name(f"a name for the {noun}") - keyword("with", f"'with' and '{types[0]}:'")
+    named = t.name(f"a name for the {noun}") - keyword("with", f"'with' and {_types(types)}")
     return built(named - _attributes(attributes), build)
 
 
@@ -198,7 +198,7 @@ def _attributes(attributes: Sequence[Attribute]) -> ParserElement:
     if required[0] != "type":
         definition = label("type") - t.ros_type("a ROS type 'package/Type' after 'type:'")
         types["type"] = built(definition, _named("type"))
-    comma = symbol(",", f"',' and '{required[0]}:'")
+    comma = symbol(",", f"',' and {_types(required)}")
 
     @cache
     def rest(names: tuple[str, ...], where: str = "") -> ParserElement:
@@ -212,6 +212,11 @@ def _attributes(attributes: Sequence[Attribute]) -> ParserElement:
 
     optional = tuple(attribute.name for attribute in attributes if not attribute.required)
     return rest(optional, " after 'with'")
+
+
+def _types(names: Sequence[str]) -> str:
+    """With which attribute the types begin, in messages: one of ROS names all parts of a call."""
+    return listing((f"'{name}:'" for name in dict.fromkeys(("type", names[0]))), "or")
 
 
 def _attribute(attribute: Attribute) -> ParserElement:

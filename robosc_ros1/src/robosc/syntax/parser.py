@@ -110,8 +110,8 @@ def _kind(reading: Reading) -> tuple[Literal["robot", "library"] | None, int]:
         return cast(Literal["robot", "library"], word), 1
     near = get_close_matches(word[:40], _FILES, 1, 0.7)
     if not reading.tokens.has_fault(0, reading.tokens.offset(0) + 1):
-        hint = meant(near[0]) if near else None
-        reading.report("syntax", "expected 'robot' or 'library'", 0, hint)
+        fault = reading.expected(0, "expected 'robot' or 'library'")
+        reading.report(fault.code, fault.message, 0, meant(near[0]) if near else fault.hint)
     if near:
         reading.reported_at = 1
         return cast(Literal["robot", "library"], near[0]), 1

@@ -186,6 +186,8 @@ class Reading:
         if fault.opened is not None:
             line, column = self.source.position(self.tokens.offset(base + fault.opened))
             message = f"{message} of {line}:{column}"
+        if fault.code == "syntax" and fault.hint is None:
+            return self.expected(at, message)
         return Fault(at, message, code=fault.code, hint=fault.hint)
 
     # --- faults ---

@@ -54,7 +54,8 @@ class Synchroniser:
         )
 
     def _is_keyword(self, reading: Reading, at: int) -> bool:
-        return reading.text(at) in self._words and not _is_member(reading, at)
+        is_word_of_block = reading.text(at) in self._words and not _is_member(reading, at)
+        return is_word_of_block and not _in_brackets(reading, at)
 
     def _item_at(self, reading: Reading, at: int) -> bool:
         return self.item.match(reading.kinds, at) is not None and not _is_member(reading, at)
@@ -117,7 +118,7 @@ class Synchroniser:
 
     def _is_misspelt(self, reading: Reading, at: int) -> bool:
         """Whether a word was probably meant as a keyword of this block."""
-        if not self._something_follows(reading, at):
+        if not self._something_follows(reading, at) or reading.text(at + 1) in self.own:
             return False
         if any(kinds.match(reading.kinds, at) for kinds in self.meant):
             return True
@@ -132,6 +133,17 @@ def late_brace(reading: Reading, at: int) -> int | None:
         if reading.kinds[place] == "{":
             return place
     return None
+
+
+def _in_brackets(reading: Reading, at: int) -> bool:
+    """Whether a bracket is open before a word on its line: an aggregate has 'for' and 'if'."""
+    depth = 0
+    while at and not reading.tokens.begins_line(at):
+        at -= 1
+        depth += (reading.kinds[at] in ")]") - (reading.kinds[at] in "([")
+        if depth < 0:
+            return True
+    return False
 
 
 def _is_member(reading: Reading, at: int) -> bool:

@@ -210,7 +210,7 @@ def type_(expected: str) -> ParserElement:
         - symbol(")", "')' to close 'array('"),
         make_node(ArrayTypeNode),
     )
-    named = terminal(f"NAME (?: '.' WORD )? {_NO_COLON}", "a type", _build_named)
+    named = terminal("NAME (?: '.' WORD )? (?! '.' | ':' )", "a type", _build_named)
     deep = terminal(f"(?: array '(' ){{{limits.NESTED_DATA}}}", "a type")
     too_deep = refused(deep, limits.NESTED_DATA, "arrays are")
     kind <<= either(
