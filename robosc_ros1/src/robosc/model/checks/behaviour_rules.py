@@ -13,7 +13,7 @@ from robosc.expr.types import domain
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import Behaviour, CompositeState, ResultTransition, State, Tau
 from robosc.model.diagnostics import Report, first_of
-from robosc.model.names.communications import HEARD, SENT
+from robosc.model.names.communications import HEARD, report_misdirected
 from robosc.model.names.tables import CommunicationInfo, Instance
 from robosc.model.typing.compatibility import describe
 from robosc.remedies import Change, Remedy
@@ -87,8 +87,10 @@ def report_unavailable(name: Name, infos: Sequence[CommunicationInfo], report: R
     kinds = list(dict.fromkeys(info.kind for info in infos))
     only = infos[0] if len(infos) == 1 else None
     if name.text == EventKind.REQUEST.word and only is not None and only.kind is Kind.OUTGOING:
-        hint = SENT.format(only.name)
-    elif name.text == EventKind.RESPONSE.word and only is not None and only.kind is Kind.INCOMING:
+        message = f"{only.kind.value} '{only.name}' has no {name.text}"
+        report_misdirected(only, "event-not-available", name.span, message, report)
+        return
+    if name.text == EventKind.RESPONSE.word and only is not None and only.kind is Kind.INCOMING:
         hint = HEARD.format(only.name)
     else:
         has = (

@@ -57,7 +57,7 @@ def check_topics(component_table: ComponentTable, report: Report) -> None:
             _check_topic_types(other, info, report)
             if info.kind is Kind.OUTGOING:
                 sender = outgoing.setdefault(info.entity.ros_name, info)
-                if sender is not info:
+                if sender is not info and not (sender.misdirected or info.misdirected):
                     _shared_topic(sender, info, report)
 
 

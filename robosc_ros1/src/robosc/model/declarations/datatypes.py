@@ -32,7 +32,7 @@ from robosc.model.names.scope import FileScope, report_duplicate
 from robosc.model.names.value_scope import ValueScope
 from robosc.model.ros.interfaces import KINDS, Missing
 from robosc.model.ros.missing import MissingDefinitions
-from robosc.remedies import Change, Remedy, write
+from robosc.remedies import Change, Hint, Remedy, write, write_one
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -150,7 +150,11 @@ class TypeTable(KnownTypes):
         """The type ``Library.Name`` of an imported library; None after a reported error."""
         table = self.libraries.get(library.text)
         if table is None:
-            if not self.scope.is_unresolved(library.text):
+            if library.text in self._packages_with(node.name.text):
+                message = "the parts of a ROS type are joined by '/'"
+                meant = write(f"{library.text}/{node.name.text}")
+                self._report.add("unknown-type", node.span, message, meant)
+            elif not self.scope.is_unresolved(library.text):
                 self._report.add(
                     "unknown-type",
                     library.span,
@@ -218,12 +222,21 @@ class TypeTable(KnownTypes):
             return
         known = [*self.scope.datatypes, *TYPES_BY_WORD]
         meant = FOREIGN_TYPES.get(node.name.text.lower().rstrip("0123456789"))
+        hint: Hint | None = write(meant) if meant else None
+        if hint is None and (packages := self._packages_with(node.name.text)):
+            hint = write_one([f"{package}/{node.name.text}" for package in packages[:3]])
         self._report.add(
             "unknown-type",
             node.name.span,
             f"there is no datatype '{node.name.text}'",
-            write(meant) if meant else self._report.suggest(node.name.text, known),
+            hint or self._report.suggest(node.name.text, known),
         )
+
+    def _packages_with(self, name: str) -> list[str]:
+        """The ROS packages that have a message, service or action of a name."""
+        packages = self.type_declarations.ros.definitions.packages
+        found = {p for kind in KINDS for p in packages.with_file(f"{kind}/{name}.{kind}")}
+        return sorted(found)
 
     def _basic(self, node: BasicTypeNode) -> Type | None:
         if node.bounds is None:

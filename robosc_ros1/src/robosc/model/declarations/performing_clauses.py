@@ -16,7 +16,7 @@ from robosc.model.declarations.statements import StatementResolver
 from robosc.model.declarations.transitions import TransitionResolver
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Provide
-from robosc.model.names.communications import SENT, resolve_communication
+from robosc.model.names.communications import report_misdirected, resolve_communication
 from robosc.model.names.tables import PERFORMING, CommunicationInfo, Instance, SymbolTable
 from robosc.runtime.places import DUE
 from robosc.syntax.nodes import PerformsNode, ProvideNode, RetryNode, StateNode
@@ -33,9 +33,11 @@ def find_performed(instance: Instance, symbols: SymbolTable, report: Report) -> 
         command = resolve_communication(access, symbols, instance.types.scope, report)
         if command is not None and command.kind not in _PERFORMED:
             message = f"'{command.name}' is an {command.kind.value}: no state can perform it"
-            outgoing = command.kind is Kind.OUTGOING
-            hint = SENT.format(command.name) if outgoing else "answer it with 'on request from'"
-            report.add("performs-outgoing", access.span, message, hint)
+            if command.kind is Kind.OUTGOING:
+                report_misdirected(command, "performs-outgoing", access.span, message, report)
+            else:
+                hint = "answer it with 'on request from'"
+                report.add("performs-outgoing", access.span, message, hint)
         elif command is not None:
             instance.performed[path] = command
         for inner in state.states[:1]:

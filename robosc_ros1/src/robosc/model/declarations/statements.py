@@ -26,7 +26,7 @@ from robosc.model.entities import (
     Provide,
     Requirement,
 )
-from robosc.model.names.communications import SENT, resolve_communication
+from robosc.model.names.communications import report_misdirected, resolve_communication
 from robosc.model.names.groups import GroupResolver
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
 from robosc.model.ros.links import Binder
@@ -211,8 +211,10 @@ class StatementResolver:
         info = resolve_communication(access, self._symbols, self._types.scope, self._report)
         if info is not None and info.kind is not Kind.INCOMING:
             message = f"'{info.name}' is no incoming message: it cannot be sent as the last command"
-            hint = SENT.format(info.name) if info.kind is Kind.OUTGOING else _STOPS
-            self._report.add("stop-not-a-message", access.span, message, hint)
+            if info.kind is Kind.OUTGOING:
+                report_misdirected(info, "stop-not-a-message", access.span, message, self._report)
+            else:
+                self._report.add("stop-not-a-message", access.span, message, _STOPS)
             return None
         return None if info is None else info.key
 

@@ -6,12 +6,11 @@ from robosc.errors import Note
 from robosc.model.diagnostics import Report
 from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
-from robosc.remedies import write_one
+from robosc.remedies import write, write_one
 from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
 
-SENT = "what the controller publishes is incoming: incoming message {}"
-"""A hint where an outgoing message is used as a command."""
+_SENT = "what the controller publishes is incoming: incoming message {}"
 HEARD = "what the robot publishes is outgoing: outgoing message {}"
 """A hint where an incoming message is used as one that the robot sends."""
 
@@ -38,6 +37,15 @@ def resolve_communication(
         "write its name, or Component.name",
     )
     return None
+
+
+def report_misdirected(
+    info: CommunicationInfo, code: str, span: Span, message: str, report: Report
+) -> None:
+    """Report that an outgoing message is used as a command, at the first of all places."""
+    if not info.misdirected:
+        info.misdirected = True
+        report.add(code, span, message, _SENT.format(info.name))
 
 
 def report_repeated(access: Access, first: Span, report: Report) -> None:
@@ -92,7 +100,11 @@ def _qualified(
     component = symbols.component(root)
     scope.names.use(access.root, symbols.declaration(root))
     if component is None:
-        if not symbols.is_broken(root) and not scope.is_unresolved(root, "component"):
+        infos = symbols.communications(root)
+        if len(infos) == 1 and member.text in (e.word for e in infos[0].events):
+            message = f"'{access.span.text}' is an event, and this is about its communication"
+            report.add("unknown-communication", access.span, message, write(root))
+        elif not symbols.is_broken(root) and not scope.is_unresolved(root, "component"):
             report.add(
                 "unknown-name",
                 access.root.span,

@@ -8,7 +8,11 @@ from typing import TypeAlias
 from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
 from robosc.model.names.answers import answer_named, communications_named
-from robosc.model.names.communications import SENT, report_repeated, resolve_communication
+from robosc.model.names.communications import (
+    report_misdirected,
+    report_repeated,
+    resolve_communication,
+)
 from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.source import Span
@@ -144,7 +148,7 @@ class GroupResolver:
             return info.feedback_command()
         if info is not None and info.kind is Kind.OUTGOING:
             message = f"'{info.name}' is an outgoing message: {why}"
-            self._report.add(code, access.span, message, SENT.format(info.name))
+            report_misdirected(info, code, access.span, message, self._report)
             return None
         return info
 

@@ -46,7 +46,8 @@ class CommunicationInfo:
     """A communication during resolution; None stands for a type with an error.
 
     ``entity`` is set once it is bound to a ROS interface without errors. ``heard``: something asks
-    whether the message has ever arrived.
+    whether the message has ever arrived. ``misdirected``: it was reported that it is outgoing, and
+    used as a command.
     """
 
     node: CommunicationNode
@@ -57,6 +58,7 @@ class CommunicationInfo:
     feedback: Type | None
     entity: Communication | None = None
     heard: bool = False
+    misdirected: bool = False
     stands_for: EventKind | None = None
     """The answer alone for which it stands: feedback, or the error to a call."""
 

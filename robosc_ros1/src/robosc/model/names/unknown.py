@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from robosc.expr.tree import Expr, Literal, ParameterRef, StateRef, VariableRef
 from robosc.expr.types import EnumType, Type
 from robosc.model.declarations.datatypes import TypeTable
@@ -56,6 +58,20 @@ class NameFaults:
         hint = self._elsewhere(symbols, name) if symbols is not None else None
         hint = hint or self._report.suggest(name, candidates, known_text)
         self._report.add("unknown-name", access.span, message, hint)
+
+    def unknown_pair(
+        self, left: Access, meanings: Sequence[Expr], right: Access, others: Sequence[Expr]
+    ) -> None:
+        """Report what is unknown of two names that are compared, given their meanings."""
+        component = self._symbols.component(left.root.text) if self._symbols else None
+        if component is not None and not left.path and right.root.text in component.states:
+            # The state is unknown only because it was written as the value of its component.
+            self.unknown(left)
+            return
+        if not meanings:
+            self.unknown(left, others[0].type if len(others) == 1 else None)
+        if not others:
+            self.unknown(right, meanings[0].type if len(meanings) == 1 else None)
 
     def _unknown_owner(self, access: Access) -> None:
         """Report a name before a dot that is no component and no enum."""
@@ -126,6 +142,13 @@ class NameFaults:
             self.unknown_value(member, root, enum)
         elif self._types.scope.is_damaged(component.node.span):
             return
+        elif heard := [
+            f"{info.name}.{member.text}"
+            for info in component.communications.values()
+            if (phases := info.phases) is not None and member.text in phases.names
+        ]:
+            message = f"'{member.text}' is of a message or a call, not of its component"
+            self._report.add("unknown-member", access.span, message, write_one(heard))
         elif member.text in component.communications:
             self._report.add(
                 "unknown-member",

@@ -291,9 +291,7 @@ class Typer:
         first = first + self._meanings.out_of_sight(left, known_types[1], first)
         second = second + self._meanings.out_of_sight(right, known_types[0], second)
         if not first or not second:
-            for mine, access, theirs in ((first, left, second), (second, right, first)):
-                if not mine:
-                    self._faults.unknown(access, theirs[0].type if len(theirs) == 1 else None)
+            self._faults.unknown_pair(left, first, right, second)
             return None
         pairs = [(a, b) for a in first for b in second if comparable(a.type, b.type)]
         reading = [p for p in pairs if not all(isinstance(e, Literal) for e in p)]
