@@ -86,7 +86,7 @@ def test_reasons_that_do_not_fit_are_unfolded(played: Played, browser: Browser) 
     assert browser.run(f"return {row}.querySelector('button').ariaExpanded") == "true"
 
 
-@pytest.mark.parametrize("width", [320, 360, 390, 1280])
+@pytest.mark.parametrize("width", [320, 360, 390, 768, 1000, 1280])
 def test_counters_are_not_cut_and_stay_where_they_are(
     width: int, played: Played, browser: Browser
 ) -> None:
@@ -98,7 +98,7 @@ def test_counters_are_not_cut_and_stay_where_they_are(
     browser.sees("document.querySelectorAll('#gauges div').length")
     before = browser.run(places)
     walk(played, browser, 30)
-    if width < 760:
+    if width < 1100:
         assert browser.run(places) == before
     else:
         assert len({top for _, top in browser.run(places)}) == 1
