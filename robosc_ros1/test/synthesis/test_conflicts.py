@@ -267,3 +267,54 @@ def test_conflicts_of_random_models(first: int, engine: str) -> None:
             for one in conflict:
                 assert not rules_out(robot, [c for c in conflict if c != one], found)
     assert looked_at
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_goals_that_only_together_cannot_be_met(engine: str) -> None:
+    text = """
+        component Switch {
+            incoming message left with type: none
+            incoming message right with type: none
+            behaviour {
+                initial marked state middle {
+                    on request to left goto at_left
+                    on request to right goto at_right
+                }
+                marked state at_left {}
+                marked state at_right {}
+            }
+        }
+        requirement possible Switch.at_left
+        requirement possible Switch.at_right
+    """
+    (why,) = synthesize(plant_of(text), engine).explanations
+    assert [note.message for note in why.diagnostic.notes] == [
+        "2 goals cannot remain possible together; without any one of them the others can:"
+        " 'requirement possible Switch.at_left'",
+        "and 'requirement possible Switch.at_right'",
+    ]
+    for goal in ("at_left", "at_right"):
+        alone = text.replace(f"requirement possible Switch.{goal}", "")
+        assert not synthesize(plant_of(alone), engine).empty
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_assumptions_take_part(engine: str) -> None:
+    """What is assumed away is the only way back to where a command is allowed."""
+    text = """
+        component Lamp {
+            outgoing message lit with type: boolean
+            incoming message leave with type: none
+            behaviour {
+                initial state dark { on response from lit if value goto bright }
+                state bright { on request to leave goto gone }
+                marked state gone {}
+            }
+        }
+        requirement leave needs Lamp.bright
+        assume never Lamp.gone
+        assume lit needs !value
+    """
+    (why,) = synthesize(plant_of(text), engine).explanations
+    assert texts(why) == ["assume lit needs !value"]
+    assert not synthesize(plant_of(text.replace("assume lit needs !value", "")), engine).empty

@@ -1,8 +1,8 @@
 """What conflicts where no controller exists, or where a command never happens.
 
-Requirements, goals (``requirement possible``), and errors that the plant has: with these
-requirements and goals alone there is no controller, or the command never happens, and without any
-one member it is otherwise. Another such set may be smaller.
+Requirements, goals (``requirement possible``), assumptions, and errors that the plant has: with
+these alone there is no controller, or the command never happens, and without any one member it is
+otherwise. Another such set may be smaller.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Solve = Callable[[Plant], Collection[Identity] | None]
 
 @dataclass(frozen=True, slots=True)
 class _Member:
-    """A requirement (by index), a goal (by index), or an error (by the communication's key)."""
+    """A requirement, a goal, an assumption (by index), or an error (by the communication's key)."""
 
     kind: str
     key: int | str
@@ -109,13 +109,15 @@ class _Finder:
         """Return the numbers of the members of a conflict.
 
         Fewer requirements and goals never forbid more, so a smallest set of them is found while all
-        errors are there. Without an error there may be less to rule out, or one way less: each is a
-        member if there would be no conflict without it.
+        errors and assumptions are there. Without one of these there may be less to rule out, or one
+        way less or more: each is a member if there would be no conflict without it.
         """
-        errors = frozenset(n for n, member in enumerate(self.members) if member.kind == "error")
-        others = [n for n in range(len(self.members)) if n not in errors]
-        conflicting = frozenset(smallest_conflict(others, lambda kept: fails(kept | errors)))
-        needed = (error for error in errors if not fails(conflicting | (errors - {error})))
+        given = frozenset(
+            n for n, member in enumerate(self.members) if member.kind in ("error", "assumption")
+        )
+        others = [n for n in range(len(self.members)) if n not in given]
+        conflicting = frozenset(smallest_conflict(others, lambda kept: fails(kept | given)))
+        needed = (one for one in given if not fails(conflicting | (given - {one})))
         return sorted(conflicting.union(needed))
 
 
@@ -125,19 +127,23 @@ def _members(plant: Plant) -> Iterator[_Member]:
         yield _Member("requirement", number, requirement.span, requirement.text)
     for number, goal in enumerate(plant.robot.goals):
         yield _Member("goal", number, goal.span, goal.text)
+    for number, assumption in enumerate(plant.robot.assumptions):
+        yield _Member("assumption", number, assumption.span, assumption.text)
     for event in plant.events:
         if event.kind is EventKind.ERROR:
             yield _Member("error", event.key, event.span, f"{event.name} may fail")
 
 
 def _only(plant: Plant, members: Sequence[_Member]) -> Plant:
-    """Return the plant with no other requirements, goals and errors, and what only they read."""
+    """Return the plant with no other requirements, goals, assumptions and errors, and what only
+    they read."""
     kept = {(member.kind, member.key) for member in members}
     robot = plant.robot
     fewer = replace(
         robot,
         requirements=_kept("requirement", robot.requirements, kept),
         goals=_kept("goal", robot.goals, kept),
+        assumptions=_kept("assumption", robot.assumptions, kept),
     )
     lowered = lower(select_state_variables(fewer, Muted()))
     events = (
@@ -163,5 +169,10 @@ def _notes(explanation: Explanation, conflict: Sequence[_Member]) -> Iterator[No
                 yield Note(f"because of {quoted(one.text)} alone, {what}", one.span)
         case [first, *others]:
             together = f"{len(conflict)} things conflict, and no fewer of them do"
+            if all(one.kind == "goal" for one in conflict):
+                together = (
+                    f"{len(conflict)} goals cannot remain possible together; without any one of"
+                    " them the others can"
+                )
             yield Note(f"{together}: {quoted(first.text)}", first.span)
             yield from (Note(f"and {quoted(one.text)}", one.span) for one in others)
