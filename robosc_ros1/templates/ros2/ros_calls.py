@@ -267,7 +267,10 @@ class Action(Caller):
         if goal.token not in self._goals or goal.answered:
             return True
         now, ready = time.monotonic(), self._client.server_is_ready()
-        if self._servers() & goal.servers if goal.servers else ready:
+        servers = self._servers()
+        # One that was killed is in the graph until its lease ends, beside the one started anew.
+        is_there = servers and servers <= goal.servers if goal.servers else ready
+        if is_there:
             goal.seen = now
             if now - goal.asked >= REPEAT:
                 # It may have been accepted, and the answer was lost.
