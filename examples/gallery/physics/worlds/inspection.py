@@ -16,6 +16,7 @@ VIEWS = 4
 
 
 class Inspection(GoToPose):
+    seconds = 60.0
     buttons = {**STOP, "/clicked_point": "geometry_msgs/PointStamped"}
     commands = {"/alive": "std_msgs/Empty", "/photo": "std_msgs/Empty"}
     actions = {"/drive": "gallery_msgs/Drive", "/turn": "gallery_msgs/Turn"}
