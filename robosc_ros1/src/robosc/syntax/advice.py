@@ -25,7 +25,7 @@ _ADVICE: dict[str, Hint] = {
 _LABELS = frozenset(attribute.name for attribute in ATTRIBUTES)
 _BEFORE_ATTRIBUTES = {"with", "{", "}"}.union(*(a.communications for a in ATTRIBUTES))
 _NAMING = "write 'condition NAME = …', or 'constant NAME: type = …'"
-_DECLARED_ELSEWHERE : dict[str, Hint] = {
+_DECLARED_ELSEWHERE: dict[str, Hint] = {
     **dict.fromkeys(("let", "define", "def", "macro"), _NAMING),
     "var": "a component's behaviour has variables: 'variable NAME: type'",
     **dict.fromkeys(("if", "when", "while"), "write 'requirement COMMAND needs CONDITION'"),
