@@ -37,6 +37,7 @@ def _build_generated(folder: Path) -> None:
         "hoist",
         "sonar",
         "courier",
+        "bell",
         *CALLED,
     ):
         write(package_of(model), folder / "src")

@@ -56,3 +56,22 @@ def test_a_server_that_vanished_is_lost(stage: Stage, puppet: Puppet, ear: Puppe
             node.shows(lambda s: s["communications"]["go"] == "busy")
             os.kill(victim.process.pid, signal.SIGKILL)
             assert node.tells(event("error", "go"))["reason"] == "lost"
+
+
+@pytest.mark.parametrize(
+    ("reason", "served"),
+    [
+        ("absent", None),
+        ("failed", {"mode": "throw"}),
+        ("failed", {"mode": "fail"}),
+        ("refused", {"mode": "answer", "fields": {"success": False}}),
+        ("timeout", {"mode": "hang"}),
+    ],
+)
+def test_the_reason_of_an_error_of_a_service(
+    stage: Stage, puppet: Puppet, ear: Puppet, reason: str, served: dict[str, Any] | None
+) -> None:
+    if served is not None:
+        puppet.do("service", name="/ring", type="std_srvs/Trigger", **served)
+    with stage.controller(ear, "bell_controller") as node:
+        assert node.tells(event("error", "ring"))["reason"] == reason

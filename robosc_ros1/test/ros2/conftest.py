@@ -34,6 +34,7 @@ MODELS = {
     GOLDEN / "models" / "hoist.rscd": "hoist_controller",
     GOLDEN / "models" / "sonar.rscd": "sonar_controller",
     GOLDEN / "models" / "courier.rscd": "courier_controller",
+    GOLDEN / "models" / "bell.rscd": "bell_controller",
 }
 
 

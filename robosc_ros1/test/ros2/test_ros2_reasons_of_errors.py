@@ -16,12 +16,12 @@ from ros_support import await_condition
 GO = ("go", "robot_common/action/Navigate")
 
 
-def errors_in(log: Path) -> list[str]:
+def errors_in(log: Path, name: str = "go") -> list[str]:
     """The reasons of the errors in an event log."""
     lines = log.read_text().splitlines() if log.is_file() else []
     found = [json.loads(line) for line in lines]
     return [
-        e["reason"] for e in found if (e["event"]["kind"], e["event"]["name"]) == ("error", "go")
+        e["reason"] for e in found if (e["event"]["kind"], e["event"]["name"]) == ("error", name)
     ]
 
 
@@ -52,6 +52,7 @@ def courier(
         ("rejected", {"accept": False}, {}),
         ("failed", {"end": "abort"}, {}),
         ("timeout", {}, {"goal_timeout__go": 0.5}),
+        ("timeout", {"accept": None}, {"timeout__go": 0.5, "server_lost_after": 0.5}),
     ],
 )
 def test_the_reason_of_an_error(
@@ -61,7 +62,7 @@ def test_the_reason_of_an_error(
     given: dict[str, Any],
 ) -> None:
     robot, log = courier(policy, **given)
-    if reason == "timeout":
+    if given.keys() == {"goal_timeout__go"}:
         goal = robot.expect("goal", name="go")
         robot.expect("cancel", name="go")
         robot.order("tell_server", id=goal["id"], end="canceled")
@@ -91,3 +92,36 @@ def test_a_server_that_vanished_is_lost(
     server.process.signal(signal.SIGKILL)
     await_condition(lambda: errors_in(log), "an error")
     assert errors_in(log)[0] == "lost"
+
+
+def test_what_others_cancel_has_failed(courier: Callable[..., tuple[Peer, Path]]) -> None:
+    robot, log = courier({})
+    goal = robot.expect("goal", name="go")
+    everything = {"type": "action_msgs/srv/CancelGoal", "data": {}}
+    robot.order("call", name="go/_action/cancel_goal", **everything)
+    robot.expect("cancel", name="go")
+    robot.order("tell_server", id=goal["id"], end="canceled")
+    await_condition(lambda: errors_in(log), "an error")
+    assert errors_in(log)[0] == "failed"
+
+
+@pytest.mark.parametrize(
+    ("reason", "served", "reply"),
+    [("absent", False, None), ("refused", True, {"success": False}), ("timeout", True, None)],
+)
+def test_the_reason_of_an_error_of_a_service(
+    graph: Graph,
+    controller: Callable[..., Process],
+    tmp_path: Path,
+    reason: str,
+    served: bool,
+    reply: dict[str, Any] | None,
+) -> None:
+    """A service of ROS 2 cannot say that it failed."""
+    if served:
+        graph.peer().serve("ring", "std_srvs/srv/Trigger", reply)
+    log = tmp_path / "events.jsonl"
+    controller("bell_controller", event_log=str(log))
+    # The server is not there at once for a node that has just begun.
+    await_condition(lambda: reason in errors_in(log, "ring"), "the error")
+    assert set(errors_in(log, "ring")) <= {"absent", reason}
