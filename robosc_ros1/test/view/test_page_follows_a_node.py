@@ -191,9 +191,11 @@ def test_the_viewer_takes_part_in_nothing(
             "the viewer",
         )
         info = stage.workspace.run("rosnode", "info", str(name), master=roscore).stdout
-        assert "Publications: None" in info
-        heard = [f"/{NODE}/{topic} [std_msgs/String]" for topic in ("events", "model", "state")]
-        assert sorted(re.findall(r"\* (/\S+ \[.*\])", info)) == heard
+        # Where its page is, and what it listens to.
+        told = ["/diagnostics [diagnostic_msgs/DiagnosticArray]"]
+        told += [f"/{NODE}/{topic} [std_msgs/String]" for topic in ("events", "model", "state")]
+        assert sorted(re.findall(r"\* (/\S+ \[.*\])", info)) == sorted(told)
+        assert info.index("/diagnostics") < info.index("Subscriptions:")
 
 
 def test_who_mistypes_a_name_is_told_which_there_are(stage: Stage, puppet: Puppet) -> None:
