@@ -9,7 +9,8 @@ from robosc.expr.types import EnumType, Type
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
-from robosc.remedies import Change, Hint, Remedy, meant, write_one
+from robosc.remedies import Change, Hint, Remedy, meant, write, write_one
+from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
 
 _MEANINGS = ("component", "enum", "state", "variable")
@@ -65,8 +66,11 @@ class NameFaults:
         """Report what is unknown of two names that are compared, given their meanings."""
         component = self._symbols.component(left.root.text) if self._symbols else None
         if component is not None and not left.path and right.root.text in component.states:
-            # The state is unknown only because it was written as the value of its component.
-            self.unknown(left)
+            whole = Span(left.span.source, left.span.start, right.span.end)
+            state = f"{left.root.text}.{right.root.text}"
+            hint = write(f"!{state}" if "!=" in whole.text else state)
+            message = f"'{left.root.text}' is a component and has no value of its own"
+            self._report.add("unknown-name", whole, message, hint)
             return
         if not meanings:
             self.unknown(left, others[0].type if len(others) == 1 else None)
