@@ -123,14 +123,14 @@ def sort_diagnostics(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     return sorted(unique, key=lambda d: (d.span.source.path, d.span.start, d.span.end, d.code))
 
 
-def at_most(found: list[Diagnostic], most: int) -> list[Diagnostic]:
+def at_most(diagnostics: list[Diagnostic], most: int) -> list[Diagnostic]:
     """The diagnostics up to so many errors, with one in the place of all that follow these."""
-    errors = [place for place, one in enumerate(found) if one.severity is Severity.ERROR]
+    errors = [place for place, one in enumerate(diagnostics) if one.severity is Severity.ERROR]
     if len(errors) <= most:
-        return found
+        return diagnostics
     message = f"there are more than {most} errors: the others are not shown"
-    last = Diagnostic(Severity.ERROR, "too-many-errors", message, found[errors[most]].span)
-    return [*found[: errors[most]], last]
+    last = Diagnostic(Severity.ERROR, "too-many-errors", message, diagnostics[errors[most]].span)
+    return [*diagnostics[: errors[most]], last]
 
 
 _INDEX = re.compile(r"\[-?\d+\]|\([A-Za-z_]\w* = -?\d+(?:, [A-Za-z_]\w* = -?\d+)*\)", re.ASCII)

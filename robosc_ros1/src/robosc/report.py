@@ -44,13 +44,13 @@ def diagnostics(found: Iterable[Diagnostic]) -> Document:
     }
 
 
-def github_text(found: Iterable[Diagnostic]) -> str:
+def github_text(diagnostics: Iterable[Diagnostic]) -> str:
     """``check --format github``: workflow commands, which annotate lines of a pull request."""
     return "".join(
         f"::{d.severity.value} file={_escaped(d.span.source.path, ':,')},line={d.span.line},"
         f"col={d.span.column},endLine={d.span.end_line},endColumn={d.span.end_column},"
         f"title={d.code}::{_escaped(_with_hint(d))}\n"
-        for d in sort_diagnostics(found)
+        for d in sort_diagnostics(diagnostics)
     )
 
 
@@ -65,9 +65,9 @@ def _with_hint(diagnostic: Diagnostic) -> str:
     return message if hint is None else f"{message}; {hint}"
 
 
-def sarif(found: Iterable[Diagnostic], version: str) -> Document:
+def sarif(diagnostics: Iterable[Diagnostic], version: str) -> Document:
     """``check --format sarif``: a log of SARIF 2.1.0, which code scanners read."""
-    ordered = sort_diagnostics(found)
+    ordered = sort_diagnostics(diagnostics)
     rules = [{"id": code} for code in sorted({d.code for d in ordered})]
     results = [
         {

@@ -250,23 +250,23 @@ def tokenize(source: Source, start: int = 0, end: int | None = None) -> Tokens:
     )
 
 
-def _kind(what: str, found: str) -> str:
+def _kind(what: str, text: str) -> str:
     """The kind of a match of ``_TOKEN``; empty for what is no token."""
     if what in ("word", "symbol"):
-        return _SPELLINGS.get(found, _PLAIN)
+        return _SPELLINGS.get(text, _PLAIN)
     if what == "number":
-        return INTEGER if found.isdigit() else NUMBER if _DOUBLE.fullmatch(found) else BAD_NUMBER
-    return STRING if what == "string" and len(found) > 1 else ""
+        return INTEGER if text.isdigit() else NUMBER if _DOUBLE.fullmatch(text) else BAD_NUMBER
+    return STRING if what == "string" and len(text) > 1 else ""
 
 
-def _is_faulty(what: str, found: str) -> bool:
+def _is_faulty(what: str, text: str) -> bool:
     """Whether a match of ``_TOKEN`` is a lexical error."""
     if what == "string":
-        body = found[1:-1]
+        body = text[1:-1]
         escaped = (len(body) - len(body.rstrip("\\"))) % 2
-        return len(found) < 2 or found[-1] != found[0] or bool(escaped)
+        return len(text) < 2 or text[-1] != text[0] or bool(escaped)
     if what == "block":
-        return len(found) < 4 or not found.endswith("*/")
+        return len(text) < 4 or not text.endswith("*/")
     return what in ("hash", "bad")
 
 

@@ -9,9 +9,9 @@ from robosc.model.names.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.source import Span
 
 
-def definition_of(analysis: Analysis, found: Occurrence) -> Span | None:
+def definition_of(analysis: Analysis, occurrence: Occurrence) -> Span | None:
     """A declaration itself leads on: an import to the library, a property to the real field."""
-    symbol = found.symbol
+    symbol = occurrence.symbol
     if symbol.kind is SymbolKind.ROS_TYPE:
         file = definition_file(analysis.definitions, symbol.owner, symbol.name)
         return field_place(file, 0, "") if file is not None else None
@@ -21,7 +21,7 @@ def definition_of(analysis: Analysis, found: Occurrence) -> Span | None:
         return field_place(manifest, 0, "") if manifest and manifest.is_file() else None
     if symbol.declared is None and symbol.kind in (SymbolKind.PROPERTY, SymbolKind.ROS_CONSTANT):
         return _field_of(analysis, symbol.owner, symbol.name)
-    if found.declaration and analysis.contents is not None:
+    if occurrence.declaration and analysis.contents is not None:
         further = _further(analysis, symbol, analysis.contents)
         if further is not None:
             return further

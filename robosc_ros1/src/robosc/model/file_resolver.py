@@ -386,13 +386,13 @@ class FileResolver:
         robot = with_lasting(with_performed(robot), tuple(self._lasting()))
         return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
 
-    def _add_statements(self, instance: Instance, found: Statements) -> None:
+    def _add_statements(self, instance: Instance, statements: Statements) -> None:
         """Resolve the statements of a component, which sees names as its behaviour does."""
         report = self._report if instance.library is None else self._muted
         symbols = self._symbols(instance)
         resolver = StatementResolver(symbols, instance.types, self._binder, report)
-        found.add(instance.node.items, resolver)
-        found.performed += performed_data(instance, resolver)
+        statements.add(instance.node.items, resolver)
+        statements.performed += performed_data(instance, resolver)
 
 
 def _sound(found: Iterable[_Entity | None]) -> tuple[_Entity, ...]:

@@ -81,7 +81,7 @@ def small(name: str) -> str:
 
 def from_survey(
     name: str,
-    found: Survey,
+    survey: Survey,
     pauses: Mapping[str, Spacing],
     origin: str,
     absent: Sequence[Offer] = (),
@@ -92,10 +92,10 @@ def from_survey(
     ``absent`` has types that are not defined on this machine, and is only named in a comment.
     """
     names = _Names(name)
-    outgoing = [(offer, names.communication(offer.name)) for offer in found.outgoing]
-    incoming = [(offer, names.communication(offer.name)) for offer in found.incoming]
+    outgoing = [(offer, names.communication(offer.name)) for offer in survey.outgoing]
+    incoming = [(offer, names.communication(offer.name)) for offer in survey.incoming]
     lines = [_HEAD.format(name=escape(name), origin=_printable(origin))]
-    if incoming or found.services or found.actions:
+    if incoming or survey.services or survey.actions:
         lines.append(_PERMITTED)
     nodes = dict.fromkeys(offer.node for offer, _ in (*outgoing, *incoming))
     for node in nodes:
@@ -108,7 +108,7 @@ def from_survey(
                 lines += _incoming(offer, short)
         lines.append("    }\n")
     commands = [short for _, short in incoming]
-    for kind, offers in (("service", found.services), ("action", found.actions)):
+    for kind, offers in (("service", survey.services), ("action", survey.actions)):
         for offer in offers:
             short = names.communication(offer.name)
             commands.append(short)

@@ -19,28 +19,30 @@ _TITLES: dict[Sort, str] = {
 _DONE = {"request": "was sent", "cancel": "was cancelled"}
 
 
-def judgement_text(found: Judgement) -> str:
+def judgement_text(judgement: Judgement) -> str:
     """What ``robosc replay`` prints for a bag."""
-    seconds = found.end - found.start
+    seconds = judgement.end - judgement.start
     lines = [
-        f"{found.bag}: ROS {found.ros}, {seconds:.1f} s, {counted(found.messages, 'message')},"
-        f" {sum(t.count for t in found.tracks.values()):,} of them of {found.robot.name}"
+        f"{judgement.bag}: ROS {judgement.ros}, {seconds:.1f} s,"
+        f" {counted(judgement.messages, 'message')},"
+        f" {sum(t.count for t in judgement.tracks.values()):,} of them of {judgement.robot.name}"
     ]
-    lines += [_line(found, finding) for finding in found.findings]
-    lines += _tables(found)
-    lines += _notes(found)
-    lines.append(f"{found.robot.name}: {_verdict(found)}")
+    lines += [_line(judgement, finding) for finding in judgement.findings]
+    lines += _tables(judgement)
+    lines += _notes(judgement)
+    lines.append(f"{judgement.robot.name}: {_verdict(judgement)}")
     return "\n".join(lines) + "\n"
 
 
-def _line(found: Judgement, finding: Finding) -> str:
-    return f"{finding.time - found.start:10.3f} s  {_TITLES[finding.sort]}: {_said(found, finding)}"
+def _line(judgement: Judgement, finding: Finding) -> str:
+    seconds = finding.time - judgement.start
+    return f"{seconds:10.3f} s  {_TITLES[finding.sort]}: {_said(judgement, finding)}"
 
 
-def _said(found: Judgement, finding: Finding) -> str:
+def _said(judgement: Judgement, finding: Finding) -> str:
     times = ""
     if finding.count > 1:
-        times = f" {finding.count} times until {finding.until - found.start:.3f} s"
+        times = f" {finding.count} times until {finding.until - judgement.start:.3f} s"
     reasons = "; ".join(finding.reasons)
     if finding.kind == "state":
         return f"{reasons}{times}"
@@ -49,8 +51,8 @@ def _said(found: Judgement, finding: Finding) -> str:
     return f"{what}{times}: {reasons}"
 
 
-def _tables(found: Judgement) -> Iterator[str]:
-    for topic, track in found.tracks.items():
+def _tables(judgement: Judgement) -> Iterator[str]:
+    for topic, track in judgement.tracks.items():
         if not track.count:
             continue
         span = track.last - track.first
@@ -58,9 +60,9 @@ def _tables(found: Judgement) -> Iterator[str]:
         silence = f", longest silence {track.longest:.3f} s" if track.count > 1 else ""
         age = "" if track.age is None else f", oldest by its stamp {track.age:.3f} s"
         yield f"  {topic}: {counted(track.count, 'message')}{rate}{silence}{age}"
-    for name, count in found.silences.items():
+    for name, count in judgement.silences.items():
         yield f"  {name}: fell silent {counted(count, 'time')}"
-    for name, goals in found.goals.items():
+    for name, goals in judgement.goals.items():
         yield f"  {name}: {_goals(goals)}"
 
 
@@ -78,13 +80,13 @@ def _goals(goals: Goals) -> str:
     return f"{counted(goals.count, 'goal')}: {', '.join(ends)}; the longest {goals.longest:.3f} s"
 
 
-def _notes(found: Judgement) -> Iterator[str]:
-    if found.absent:
-        yield f"not in the bag: {', '.join(found.absent)}"
-    if found.unseen:
-        yield f"not followed, since the bag does not show it: {', '.join(found.unseen)}"
-    if found.unjudged:
-        names = ", ".join(_event(name, kind) for name, kind in found.unjudged)
+def _notes(judgement: Judgement) -> Iterator[str]:
+    if judgement.absent:
+        yield f"not in the bag: {', '.join(judgement.absent)}"
+    if judgement.unseen:
+        yield f"not followed, since the bag does not show it: {', '.join(judgement.unseen)}"
+    if judgement.unjudged:
+        names = ", ".join(_event(name, kind) for name, kind in judgement.unjudged)
         yield f"not judged, since it depends on that: {names}"
 
 
@@ -92,8 +94,8 @@ def _event(name: str, kind: str) -> str:
     return name if kind == "request" else f"{name}.{kind}"
 
 
-def _verdict(found: Judgement) -> str:
-    events = counted(found.events, "event")
+def _verdict(judgement: Judgement) -> str:
+    events = counted(judgement.events, "event")
     kinds: tuple[tuple[Sort, str, str], ...] = (
         ("violation", "violation", ""),
         ("blocked", "command", " blocked beyond the requirements"),
@@ -103,35 +105,35 @@ def _verdict(found: Judgement) -> str:
     said = [
         f"{counted(number, noun)}{what}"
         for sort, noun, what in kinds
-        if (number := len(found.of(sort)))
+        if (number := len(judgement.of(sort)))
     ]
     return f"{events}: {', '.join(said) if said else 'follows the model'}"
 
 
-def judgement_document(found: Judgement) -> dict[str, Any]:
+def judgement_document(judgement: Judgement) -> dict[str, Any]:
     """``replay --json`` for a bag, version 1."""
     return {
         "version": 1,
-        "robot": found.robot.name,
-        "bag": found.bag,
-        "ros": found.ros,
-        "start": round(found.start, 6),
-        "seconds": round(found.end - found.start, 6),
-        "messages": found.messages,
-        "events": found.events,
-        "commands": found.commands,
-        "crossed": found.crossed,
-        "reordered": found.reordered,
+        "robot": judgement.robot.name,
+        "bag": judgement.bag,
+        "ros": judgement.ros,
+        "start": round(judgement.start, 6),
+        "seconds": round(judgement.end - judgement.start, 6),
+        "messages": judgement.messages,
+        "events": judgement.events,
+        "commands": judgement.commands,
+        "crossed": judgement.crossed,
+        "reordered": judgement.reordered,
         "findings": [
             {
                 "sort": f.sort,
-                "time": round(f.time - found.start, 6),
-                "until": round(f.until - found.start, 6),
+                "time": round(f.time - judgement.start, 6),
+                "until": round(f.until - judgement.start, 6),
                 "count": f.count,
                 "event": {"kind": f.kind, "name": f.name},
                 "reasons": f.reasons,
             }
-            for f in found.findings
+            for f in judgement.findings
         ],
         "topics": [
             {
@@ -140,9 +142,9 @@ def judgement_document(found: Judgement) -> dict[str, Any]:
                 "longest_silence": round(t.longest, 6),
                 "oldest": None if t.age is None else round(t.age, 6),
             }
-            for topic, t in found.tracks.items()
+            for topic, t in judgement.tracks.items()
         ],
-        "silences": found.silences,
+        "silences": judgement.silences,
         "actions": [
             {
                 "name": name,
@@ -152,37 +154,43 @@ def judgement_document(found: Judgement) -> dict[str, Any]:
                 "cancelled": g.cancelled,
                 "longest": round(g.longest, 6),
             }
-            for name, g in found.goals.items()
+            for name, g in judgement.goals.items()
         ],
-        "absent": list(found.absent),
-        "not_followed": list(found.unseen),
-        "not_judged": [{"kind": kind, "name": name} for name, kind in found.unjudged],
+        "absent": list(judgement.absent),
+        "not_followed": list(judgement.unseen),
+        "not_judged": [{"kind": kind, "name": name} for name, kind in judgement.unjudged],
     }
 
 
-def judgement_junit(found: Judgement) -> str:
+def judgement_junit(judgement: Judgement) -> str:
     """A test case for each requirement, for synthesis, for corrections, and for the model."""
-    robot = found.robot
+    robot = judgement.robot
     outcomes = [
         Outcome(
             requirement.text,
-            [_said_at(found, f) for f in found.of("violation") if requirement.text in f.about],
+            [
+                _said_at(judgement, f)
+                for f in judgement.of("violation")
+                if requirement.text in f.about
+            ],
             str(requirement.span.source.path),
             requirement.span.line,
         )
         for requirement in robot.requirements
     ]
     outcomes.append(
-        Outcome("what synthesis forbids", [_said_at(found, f) for f in found.of("blocked")])
+        Outcome("what synthesis forbids", [_said_at(judgement, f) for f in judgement.of("blocked")])
     )
     if robot.corrected:
-        corrected = [_said_at(found, f) for f in found.of("corrected")]
+        corrected = [_said_at(judgement, f) for f in judgement.of("corrected")]
         outcomes.append(Outcome("what a supervisor corrects", corrected))
     outcomes.append(
-        Outcome("the run follows the model", [_said_at(found, f) for f in found.of("departure")])
+        Outcome(
+            "the run follows the model", [_said_at(judgement, f) for f in judgement.of("departure")]
+        )
     )
-    return suite_text(found.bag, robot.name, outcomes)
+    return suite_text(judgement.bag, robot.name, outcomes)
 
 
-def _said_at(found: Judgement, finding: Finding) -> str:
-    return f"{finding.time - found.start:.3f} s: {_said(found, finding)}"
+def _said_at(judgement: Judgement, finding: Finding) -> str:
+    return f"{finding.time - judgement.start:.3f} s: {_said(judgement, finding)}"

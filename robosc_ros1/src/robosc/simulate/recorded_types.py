@@ -15,12 +15,12 @@ _NUMBERS = frozenset(
 """The messages of std_msgs that are a number: whichever was recorded, it can be read."""
 
 
-def types_of(one: Communication, ros_1: bool) -> Mapping[str, str]:
+def types_of(communication: Communication, ros_1: bool) -> Mapping[str, str]:
     """By the parts of a communication's name (of a message ``""``), as ``rosbags`` has them."""
-    package, name = one.binding.package, one.binding.type
-    if one.kind is Kind.SERVICE:
+    package, name = communication.binding.package, communication.binding.type
+    if communication.kind is Kind.SERVICE:
         return {"/_service_event": f"{package}/srv/msg/{name}_Event"}
-    if one.kind is not Kind.ACTION:
+    if communication.kind is not Kind.ACTION:
         return {"": f"{package}/msg/{name}"}
     if not ros_1:
         feedback = f"{package}/action/msg/{name}_FeedbackMessage"

@@ -116,17 +116,17 @@ def _lines(texts: Iterable[str], at_once: int) -> Iterator[str]:
     yield "\n"
 
 
-def _transition(found: Listed) -> dict[str, Any]:
+def _transition(listed: Listed) -> dict[str, Any]:
     """Return the document of a transition.
 
     ``any`` names parts of the value that do not matter, ``values`` is for how many it stands.
     """
     return {
-        "source": found.source,
-        "event": step_document(found.step),
-        **({"any": [*found.any], "values": found.values} if found.any else {}),
-        "controllable": found.step.event.controllable,
-        "target": found.target,
+        "source": listed.source,
+        "event": step_document(listed.step),
+        **({"any": [*listed.any], "values": listed.values} if listed.any else {}),
+        "controllable": listed.step.event.controllable,
+        "target": listed.target,
     }
 
 

@@ -122,9 +122,9 @@ def _view(topic: TopicView, commands: tuple[str, ...] = ()) -> RelayView:
     return RelayView(name, other, topic.type, topic.keys, topic.key, commands)
 
 
-def in_order(found: list[CommandMatch]) -> list[CommandMatch]:
+def in_order(matches: list[CommandMatch]) -> list[CommandMatch]:
     """The patterns of a topic, exact data before a field: they may have a value of that, too."""
-    return sorted(found, key=lambda match: not match.exact)
+    return sorted(matches, key=lambda match: not match.exact)
 
 
 def source_of(match: CommandMatch) -> str:

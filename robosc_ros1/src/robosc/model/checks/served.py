@@ -83,11 +83,11 @@ def _check_refusals(call: Communication, robot: Robot, sent: SentData, report: R
     )
 
 
-def _report_twice(one: Communication, first: Communication, what: str, report: Report) -> None:
+def _report_twice(second: Communication, first: Communication, what: str, report: Report) -> None:
     report.add(
         "served-twice",
-        one.span,
-        f"the {one.kind.value} '{one.identifier}' {what}",
+        second.span,
+        f"the {second.kind.value} '{second.identifier}' {what}",
         "give one of them another 'identifier:'",
         [Note("it is here", first.span)],
     )

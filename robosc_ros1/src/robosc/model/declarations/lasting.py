@@ -41,19 +41,19 @@ def with_lasting(robot: Robot, found: Sequence[Lasting]) -> Robot:
     return replace(robot, components=components, lasting=lasting) if lasting else robot
 
 
-def _in_order(found: Mapping[str, Lasting]) -> Iterator[Lasting]:
+def _in_order(by_name: Mapping[str, Lasting]) -> Iterator[Lasting]:
     """Yield each condition once, behind those that it reads."""
     met: set[str] = set()
 
     def visit(name: str) -> Iterator[Lasting]:
-        if name in found and name not in met:
+        if name in by_name and name not in met:
             met.add(name)
-            for leaf in walk(found[name].condition):
+            for leaf in walk(by_name[name].condition):
                 if isinstance(leaf, StateRef):
                     yield from visit(leaf.component)
-            yield found[name]
+            yield by_name[name]
 
-    for name in found:
+    for name in by_name:
         yield from visit(name)
 
 

@@ -48,8 +48,8 @@ class ClassCondition:
         return negation(equal) if self.negated else equal
 
 
-def _comparison(left: Expr, right: Expr | None, one: Comparison) -> Expr:
-    operator, constant = one
+def _comparison(left: Expr, right: Expr | None, comparison: Comparison) -> Expr:
+    operator, constant = comparison
     if right is None:
         right = Literal(constant, _type_of(constant))
     return Binary(operator, left, right, _BOOLEAN)

@@ -233,9 +233,9 @@ class Relations:
     def _assigned_twice(
         self, first: Partition, second: Partition, values: Sequence[Value]
     ) -> Partition:
-        def assigned(one: Value | None, other: Value | None) -> Value | None:
-            keep = other is None or (one is not None and one not in values)
-            return one if keep else other
+        def assigned(value: Value | None, other: Value | None) -> Value | None:
+            keep = other is None or (value is not None and value not in values)
+            return value if keep else other
 
         return [
             (assigned(one, other), both)
