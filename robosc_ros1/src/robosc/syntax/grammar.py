@@ -3,6 +3,13 @@
 It is built once, on first use, and matches kinds of tokens. ``a - b`` in a rule is pyparsing's
 error stop: once ``a`` has matched, ``b`` must. The declarations between braces are parsed by
 :class:`~robosc.syntax.blocks.Block`.
+
+pyparsing is kept for what stands inside one declaration: sequences, choices, options, repetitions
+and error stops, and what each element expects, of which the messages are made. The rest is own
+code, each for a reason: elements match kinds of tokens, since with the text they would have to skip
+comments, and a fault would have no token to point at; blocks go on behind a fault, and close or
+reopen where a brace is missing, where pyparsing ends at the first one; and expressions are read
+without recursion (:mod:`robosc.syntax.expressions` says why ``infix_notation`` does not do).
 """
 
 from __future__ import annotations
