@@ -36,14 +36,15 @@ def _build_generated(folder: Path) -> None:
         "shared",
         "hoist",
         "sonar",
+        "sentry",
         "courier",
         "bell",
         *CALLED,
     ):
         write(package_of(model), folder / "src")
-    for model in ("gauntlet", "courier"):
+    for model in ("gauntlet", "courier", "sentry"):
         write(package_of(model, mode="monitor"), folder / "src")
-    for model in ("orders", "missions", "courier"):
+    for model in ("orders", "missions", "courier", "sentry"):
         write(package_of(model, mode="supervisor"), folder / "src")
     workspace.build()
 

@@ -54,6 +54,15 @@ ROWS = {
     # Its goals are replaced.
     "courier_controller": ("event +go request", "event +go response", "event +go cancel"),
     "courier_supervisor": ("event +go request", "event +go cancel"),
+    # A mission, and conditions on what was heard and for how long.
+    "sentry_controller": (
+        "event +depth response",
+        "event +unlock request",
+        "event +drive request",
+        "event +after 1 of Sight.near",
+        "state +Watch.standing.unlocking performing",
+    ),
+    "sentry_supervisor": ("event +depth response", "event +unlock request", "event +warn request"),
     # The robot calls, and the controller that is guarded answers.
     "orders_supervisor": ("event +order request", "state +Orders.asked"),
     "missions_supervisor": ("event +mission request", "state +Missions.running"),

@@ -33,6 +33,7 @@ MODELS = {
     GOLDEN / "models" / "missions.rscd": "missions_controller",
     GOLDEN / "models" / "hoist.rscd": "hoist_controller",
     GOLDEN / "models" / "sonar.rscd": "sonar_controller",
+    GOLDEN / "models" / "sentry.rscd": "sentry_controller",
     GOLDEN / "models" / "courier.rscd": "courier_controller",
     GOLDEN / "models" / "bell.rscd": "bell_controller",
 }
@@ -108,7 +109,7 @@ def _build(bed: Bed, folder: Path) -> None:
     for mode in ("controller", "supervisor"):
         name = ("--package", f"guarded_arm_managed_{mode}")
         generate(folder, arm, "--mode", mode, *name, "--config", str(folder / "managed.yaml"))
-    for model in ("orders", "missions", "courier"):
+    for model in ("orders", "missions", "courier", "sentry"):
         name = ("--mode", "supervisor", "--package", f"{model}_supervisor")
         generate(folder, GOLDEN / "models" / f"{model}.rscd", *name)
     # Results cannot be heard, so a monitor would leave out an action of which one is expected.

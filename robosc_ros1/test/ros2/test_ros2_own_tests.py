@@ -161,6 +161,8 @@ def test_commands_that_are_to_be_compared_wait_for_a_slow_test(
         "courier_controller",
         "courier_supervisor",
         "courier_monitor",
+        "sentry_controller",
+        "sentry_supervisor",
         "mirror_controller",
         "mirror_supervisor",
         "mirror_monitor",
