@@ -272,7 +272,7 @@ class Robot(PlayedPort):
     def _publish(self, engine: Engine, keys: list[str], message: Any) -> None:
         stamps = importlib.import_module("stamps")
         if any(key in stamps.DATED for key in keys):
-            message.header = SimpleNamespace()
+            message.header = SimpleNamespace(stamp=_stamp_of(0.0))
             stamps.stamp(message, _stamp_of(self.time), self.chance)
         for key in keys:
             self.told.setdefault((key, "response"), deque()).append(message)

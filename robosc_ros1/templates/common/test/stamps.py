@@ -16,12 +16,14 @@ LONG = 3600.0
 def stamp(message, now, chance):
     """Stamp a message with the time ``now`` of this version of ROS, or, if there is a ``chance`` (a
     random generator), in one of five cases with a time that makes it count as not arrived."""
-    message.header.stamp = now
-    seconds = "secs" if hasattr(now, "secs") else "sec"
+    found = message.header.stamp
+    seconds, parts = ("secs", "nsecs") if hasattr(now, "secs") else ("sec", "nanosec")
+    # Not the time itself: rospy's is of another class, without fields of its own.
+    setattr(found, seconds, getattr(now, seconds))
+    setattr(found, parts, getattr(now, parts))
     if chance is not None and chance.random() < 0.2:
-        wrong = chance.choice([0, 1, int(getattr(now, seconds) + 2 * LONG)])
-        setattr(message.header.stamp, seconds, wrong)
-        setattr(message.header.stamp, "nsecs" if seconds == "secs" else "nanosec", 0)
+        setattr(found, seconds, chance.choice([0, 1, int(getattr(now, seconds) + 2 * LONG)]))
+        setattr(found, parts, 0)
 
 
 def age(message, now):
