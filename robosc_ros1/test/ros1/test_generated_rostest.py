@@ -62,7 +62,7 @@ ROWS = {
         "event +after 1 of Sight.near",
         "state +Watch.standing.unlocking performing",
     ),
-    "sentry_supervisor": ("event +depth response", "event +unlock request", "event +warn request"),
+    "sentry_supervisor": ("event +depth response", "event +unlock request"),
     # The robot calls, and the controller that is guarded answers.
     "orders_supervisor": ("event +order request", "state +Orders.asked"),
     "missions_supervisor": ("event +mission request", "state +Missions.running"),
