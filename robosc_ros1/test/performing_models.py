@@ -12,6 +12,7 @@ PARTS = """
         outgoing message near with type: boolean
         action go with request: none, response: boolean, feedback: none links link
         service ask with request: none, response: boolean links link
+        outgoing service task with request: none, response: none links link
         incoming message say with type: none
         behaviour {
             variable last: boolean
@@ -19,8 +20,12 @@ PARTS = """
             %s
         }
     }
+    component Calls {
+        behaviour { initial marked state taking { on request from task } }
+    }
 """
-ENDS = {"go": ("response", "error", "cancelled", "cancel"), "ask": ("response", "error"), "say": ()}
+ENDS = {"go": ("response", "error", "cancelled", "cancel"), "ask": ("response", "error")}
+ANSWERS = {"task": "response to task", "task.error": "error to task"}
 
 
 @dataclass(frozen=True)
@@ -64,12 +69,25 @@ class Performer:
         return self.path.rpartition(".")[2]
 
     @property
+    def sends(self) -> str:
+        return ANSWERS.get(self.performs, f"request to {self.performs}")
+
+    @property
+    def is_awaited(self) -> bool:
+        """Whether what it performs is done when it is answered, and not when it is sent."""
+        return self.performs in ENDS
+
+    def is_own(self, reaction: Reaction) -> bool:
+        """Whether a reaction in its braces is to what it performs."""
+        if self.performs in ANSWERS:
+            return reaction.event == self.sends
+        return bool(self.performs) and reaction.event.endswith(f" {self.performs}")
+
+    @property
     def stages(self) -> list[str]:
         if not self.performs:
             return [self.path]
-        stages = (
-            ["due"] + ["performing"] * (self.performs != "say") + ["waiting"] * bool(self.every)
-        )
+        stages = ["due"] + ["performing"] * self.is_awaited + ["waiting"] * bool(self.every)
         return [f"{self.path} {stage}" for stage in stages]
 
 
@@ -93,6 +111,9 @@ def random_machine(draw: random.Random) -> list[Performer]:
             state.reactions.append(Reaction("after 9 s", "last", ("last := false",), target))
         if not state.inner and draw.random() < 0.8:
             _perform(draw, state, paths)
+        if state.performs not in ANSWERS and draw.random() < 0.2:
+            event, target = draw.choice(list(ANSWERS.values())), draw.choice(("", *paths))
+            state.reactions.append(Reaction(event, "last", ("tries := 1",), target))
     return whole
 
 
@@ -100,17 +121,17 @@ def _perform(draw: random.Random, state: Performer, paths: list[str]) -> None:
     def target() -> str:
         return draw.choice(("", *paths))
 
-    state.performs = draw.choice(("go", "go", "ask", "say"))
-    done = () if state.performs == "say" else (("last := value",), ())
+    state.performs = draw.choice(("go", "go", "ask", "ask", "say", "task", "task.error"))
+    done = (("last := value",), ()) if state.is_awaited else ()
     state.then = Reaction("", effects=draw.choice(((), *done)), target=target())
-    for end in ENDS[state.performs]:
+    for end in ENDS.get(state.performs, ()):
         if draw.random() < 0.4:
             event = f"{end} from {state.performs}"
             guard = draw.choice(("", "last", "tries = 1"))
             state.reactions.append(Reaction(event, guard, ("tries := 2",), target()))
     if draw.random() < 0.3:
-        state.reactions.append(Reaction(f"request to {state.performs}", "last", ("tries := 0",)))
-    if state.performs != "say" and draw.random() < 0.7:
+        state.reactions.append(Reaction(state.sends, "last", ("tries := 0",)))
+    if state.is_awaited and draw.random() < 0.7:
         state.retry = True
         state.every = draw.choice((0, 5))
         state.via = draw.choice(("", "", *(p for p in paths if p != state.path)))
@@ -174,8 +195,7 @@ class Unfolded:
         begins = stage == self.first(self.top[0].path)
         marked = marked and not stage.endswith("performing")
         head = ["initial"] * begins + ["marked"] * marked + ["state", flat(stage)]
-        own = f" {state.performs}"
-        mine = [r for r in state.reactions if state.performs and r.event.endswith(own)]
+        mine = [r for r in state.reactions if state.is_own(r)]
         rest = [r for r in state.reactions if r not in mine]
         levels = [self._performed(stage, state, mine), rest, *(o.reactions for o in around)]
         body = [self._line(stage, r) for level in levels for r in level if "after" in r.event]
@@ -193,7 +213,7 @@ class Unfolded:
             return [Reaction(f"after {state.every} s", "", (), state.via or f"{path} due")]
         if stage.endswith("due"):
             goal = Reaction("", "", (), f"{path} performing")
-            return self._mixed(f"request to {command}", mine, [then if command == "say" else goal])
+            return self._mixed(state.sends, mine, [goal if state.is_awaited else then])
         found = self._mixed(f"response from {command}", mine, [then])
         if state.times:
             zero = (f"{state.count} := 0",)
@@ -246,7 +266,7 @@ class Unfolded:
     def _combined(self, stage: str, event: str, levels: list[list[Reaction]]) -> list[str]:
         own = [[r for r in level if r.event == event] for level in levels]
         own = [reactions for reactions in own if reactions]
-        if event.startswith("request"):
+        if event.startswith("request") or event in ANSWERS.values():
             return [self._line(stage, r) for r in own[0]]
         found = []
         for chosen in product(*([*reactions, None] for reactions in own)):

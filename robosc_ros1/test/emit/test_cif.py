@@ -333,6 +333,35 @@ def test_random_robots(chunk: int) -> None:
             raise AssertionError(f"seed {seed}\n{text}") from error
 
 
+ERRANDS = """
+    interface link use Work from some_package
+    component Errand {
+        outgoing action errand with request: none, response: none, feedback: boolean links link
+        outgoing message low with type: boolean
+        behaviour {
+            initial marked state free { on request from errand goto busy }
+            state busy {
+                on response from low if value goto failed
+                on response to errand goto free
+            }
+            state failed performs errand.error then goto free
+        }
+    }
+    component Witness {
+        behaviour {
+            initial marked state one { on response from low if !value goto two }
+            state two performs errand.error then goto one { on response from low goto one }
+        }
+    }
+    provide errand.feedback with Errand.busy
+"""
+
+
+@pytest.mark.parametrize("command", ["errand", "errand.response", "errand.feedback"])
+def test_requirements_on_answers_restrict_those_that_they_name(command: str) -> None:
+    check(robot_of(f"robot Test {{ {ERRANDS} requirement {command} needs Witness.one }}"))
+
+
 def test_text_of_a_specification() -> None:
     """What it looks like; integers from below 0 are kept from 0 upwards."""
     expected = Path(__file__).with_name("cell.cif").read_text()

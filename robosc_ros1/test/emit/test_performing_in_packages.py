@@ -21,7 +21,8 @@ TOGETHER = """
     component Q {
         behaviour {
             initial marked state one performs go then goto two { on response from near goto two }
-            state two performs ask then goto one
+            state two performs ask then goto three
+            state three performs task.error then goto one
         }
     }
 """
@@ -90,6 +91,45 @@ robot Duet {
 }
 """
 
+SERVED = """
+robot Errands {
+    datatype object Wish { data: boolean }
+    datatype object Told {
+        success: boolean
+        message: string
+    }
+    component Errand {
+        outgoing service errand with request: Wish, response: Told links link
+        outgoing message low with type: boolean
+        behaviour {
+            variable left: integer(0..2)
+            initial marked state free {
+                on request from errand if value.data do left := 2 goto busy
+            }
+            state busy {
+                on response from low if value goto failed
+                transition if left = 0 goto done
+                transition if left > 0 do left := left - 1
+            }
+            state done performs errand with { success: true } then goto free {
+                on response to errand do left := 1
+                on response from low if value goto failed
+            }
+            state failed performs errand.error with { message: "low" } then goto free
+        }
+    }
+    component Witness {
+        behaviour {
+            initial marked state one { on response from low if !value goto two }
+            state two performs errand.error with { message: "seen" } then goto one { on response from low goto one }
+        }
+    }
+    requirement errand needs !Witness.two
+    interface link use SetBool from std_srvs
+}
+"""
+"""Answers to a call, performed; two components give the error together."""
+
 
 @pytest.mark.parametrize("seed", quick_first(range(4), 1))
 def test_random_ones_are_read_twice_and_exported(seed: int) -> None:
@@ -102,13 +142,14 @@ def test_random_ones_are_read_twice_and_exported(seed: int) -> None:
     check(robot)
 
 
+@pytest.mark.parametrize("text", [MODEL, SERVED], ids=["commands", "answers"])
 @pytest.mark.parametrize("seed", range(2))
-def test_the_controller_does_what_the_plant_does(seed: int) -> None:
-    walk_through(Twin(MODEL), random.Random(seed))
+def test_the_controller_does_what_the_plant_does(seed: int, text: str) -> None:
+    walk_through(Twin(text), random.Random(seed))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("text", [MODEL, DUET], ids=["alone", "together"])
+@pytest.mark.parametrize("text", [MODEL, DUET, SERVED], ids=["alone", "together", "served"])
 def test_the_test_of_the_package_agrees(tmp_path: Path, text: str) -> None:
     supervisor = supervisor_of(text)
     with judging_modules(tmp_path, supervisor) as judging:

@@ -11,14 +11,14 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from synthesis.oracle_events import Event, Occurrence, OracleState
+from synthesis.oracle_events import AGREED, Event, Occurrence, OracleState
 from synthesis.oracle_plant import OraclePlant, Transition
 from synthesis.oracle_values import Path
 
 from robosc.model.entities import Communication, EventKind, Goal
 
 SENT = (EventKind.REQUEST, EventKind.ANSWER, EventKind.PROGRESS)
-"""What carries data of the controller; an error is restricted by no requirement."""
+"""What carries data of the controller, and yields to what is preferred."""
 
 
 class Oracle(OraclePlant):
@@ -28,17 +28,17 @@ class Oracle(OraclePlant):
 
     def required(self, state: OracleState, event: Event) -> bool:
         """What the requirements on communications say about an event in a state."""
-        if event.kind not in (*SENT, EventKind.CANCEL):
+        if event.kind not in (*AGREED, EventKind.CANCEL):
             return True
         kept = []
-        feedback = ".feedback" if event.kind is EventKind.PROGRESS else ""
+        answer = {EventKind.PROGRESS: ".feedback", EventKind.REFUSAL: ".error"}.get(event.kind, "")
         for requirement in self.robot.requirements:
             if requirement.to_start if event.kind is EventKind.CANCEL else requirement.to_cancel:
                 continue
-            if event.key + feedback in requirement.communications:
+            if event.key + answer in requirement.communications:
                 condition = self.holds(requirement.condition, state)
                 kept.append(condition if requirement.kind == "needs" else not condition)
-        return all(kept) if event.kind in SENT else not all(kept)
+        return all(kept) if event.kind in AGREED else not all(kept)
 
     def unsafe(self, state: OracleState) -> bool:
         """A state requirement fails, or an uncontrollable event would leave a range."""

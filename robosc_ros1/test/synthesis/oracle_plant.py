@@ -18,6 +18,7 @@ from synthesis.oracle_events import (
 from synthesis.oracle_values import Impossible, OutOfRange, UndefinedValue
 
 from robosc.expr.types import IntegerType
+from robosc.language.events import command_key
 from robosc.model.automata import ResultTransition
 from robosc.model.entities import Component, EventKind
 
@@ -133,12 +134,12 @@ class OraclePlant(OracleEvents):
             raise Impossible
         after["phase", event.key] = follows[phase]
 
-    def _performs_with_others(self, component: Component, key: str) -> bool:
+    def _performs_with_others(self, component: Component, command: str) -> bool:
         """Whether a component is one of several that perform a command: it blocks it nowhere."""
         performing = [
             c.name
             for c in self.automata
-            if any(outer.performs == key for outer in c.behaviour.composites)  # type: ignore[union-attr]
+            if any(outer.performs == command for outer in c.behaviour.composites)  # type: ignore[union-attr]
         ]
         return len(performing) > 1 and component.name in performing
 
@@ -152,7 +153,8 @@ class OraclePlant(OracleEvents):
         taken = self._taken(component, state, occurrence)
         if not taken:
             event = occurrence.event
-            if event.kind in AGREED and not self._performs_with_others(component, event.key):
+            command = command_key(event.key, event.kind)
+            if event.kind in AGREED and not self._performs_with_others(component, command):
                 raise Impossible
             return
         levels = self._transitions_for(

@@ -214,7 +214,7 @@ class _Lowering:
             yield LocalAutomaton(reset.lasting.name, variable, edges, False, resets=True)
 
     def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:
-        if not kind.restricted:
+        if not kind.controllable:
             return None, ()
         found = {
             i: r
@@ -238,7 +238,9 @@ class _Lowering:
         ]
         variable = self.variable_index[VariableKind.LOCATION, component.name]
         # One of several that perform a command does not block it: a requirement says where it is.
-        blocking = kind.synchronised and component.name not in self.robot.together.get(key, ())
+        blocking = kind.synchronised and component.name not in self.robot.together.get(
+            command_key(key, kind), ()
+        )
         return LocalAutomaton(component.name, variable, tuple(edges), blocking)
 
     def _edge(self, component: Component, location: int, taken: Taken) -> Edge:

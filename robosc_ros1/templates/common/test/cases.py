@@ -14,7 +14,7 @@ from decisions import Decision, Places, differing, holds_in
 from delays import stands_in
 from expressions import trees_of, variables_of
 from operations import Undefined
-from phases import AGREED, SENT, SERVED, command_key
+from phases import AGREED, COMMANDS, SENT, SERVED, command_key
 from shadow import Wrong, step_text
 
 KNOWN = 500
@@ -125,8 +125,8 @@ class Cases:
     def _concerns(self, number, keys, kind, key):
         """Whether a requirement on some commands decides about one."""
         others = self._of_starts if kind == "cancel" else self._of_cancels
-        restricts = (kind in SENT or kind == "cancel") and number not in others
-        return command_key(kind, key) in keys and restricts
+        is_command = kind in COMMANDS and number not in others
+        return is_command and command_key(kind, key) in keys
 
     def of_state(self, shadow):
         """Return the cases that a state covers."""

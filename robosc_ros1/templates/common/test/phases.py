@@ -67,7 +67,7 @@ def kind_of(communication, word):
 
 def command_key(kind, key):
     """Return the key of a command in requirements, provided data and preferences."""
-    return key + ".feedback" if kind == "progress" else key
+    return key + {"progress": ".feedback", "refusal": ".error"}.get(kind, "")
 
 
 def is_possible(kind, phase):

@@ -296,8 +296,6 @@ class Shadow(Delays):
         """Return the requirements on a command that are violated now, and by its data, if they are
         given; one *to start* an action is none on its cancel."""
         found = []
-        if kind == "refusal":
-            return found
         for requirement in self.plant["requirements"]:
             if requirement["to_start"] if kind == "cancel" else "to_cancel" in requirement:
                 continue
@@ -371,7 +369,7 @@ class Shadow(Delays):
         for component in self.mentions.get((kind, key), ()):
             taken = self.transitions(component, kind, key, content)
             if kind in AGREED and not taken:
-                if component not in self.plant.get("together", {}).get(key, ()):
+                if component not in self.plant.get("together", {}).get(command_key(kind, key), ()):
                     yield component
                 continue
             try:

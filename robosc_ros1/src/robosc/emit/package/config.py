@@ -27,7 +27,7 @@ from robosc.expr.types import (
     StringType,
     Type,
 )
-from robosc.language.events import Kind
+from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Communication, Robot
 from robosc.runtime import qos, settings
 from robosc.runtime.model import ONCE, Parameter
@@ -112,7 +112,8 @@ def declared_communications(robot: Robot) -> list[Declared]:
 
 def _attributes(communication: Communication, robot: Robot) -> dict[str, Any]:
     values = {name: getattr(communication, name) for name in ATTRIBUTES}
-    if values["rate"] == ONCE and communication.key in robot.performed:
+    repeated = (c.key for c in communication.commands if c.kind is not EventKind.ANSWER)
+    if values["rate"] == ONCE and not robot.performed.keys().isdisjoint(repeated):
         del values["rate"]  # it is due whenever a state that performs it begins
     return {
         n: duration(v) if isinstance(v, Literal | ParameterRef) else v for n, v in values.items()

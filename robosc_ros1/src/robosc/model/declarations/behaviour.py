@@ -175,7 +175,7 @@ class BehaviourResolver:
             self._performing.check_retries(retries)
         elif path in self._instance.performed:
             self._transitions.inside = path
-            mine, found = own_transitions(found, self._instance.performed[path].key)
+            mine, found = own_transitions(found, self._instance.performed[path])
             performing = self._performing.resolve(state, path, mine, retries)
             if performing is not None:
                 self._performed[id(node)] = performing

@@ -1,8 +1,8 @@
 """States that perform a command, as states with states in them: their stages.
 
-``due``: the request may be sent. ``performing``: it was sent, and is not done; a message is done
-when it is sent. ``waiting``: the time between an error and the next try, where ``retry`` says
-``every``.
+``due``: the request may be sent. ``performing``: it was sent, and is not done; a message, and an
+answer to a call of the robot, are done when they are sent. ``waiting``: the time between an error
+and the next try, where ``retry`` says ``every``.
 """
 
 from __future__ import annotations
@@ -90,9 +90,9 @@ class Performing:
 
     def states(self, outer: State, around: tuple[CompositeState, ...]) -> Iterator[State]:
         """The stages; ``outer`` says where the whole state begins, and whether it is marked."""
-        request = self._with(EventKind.REQUEST, [self._sent()])
+        request = self._with(self.command.command, [self._sent()])
         yield replace(outer, name=f"{self.path} {DUE}", transitions=tuple(request), around=around)
-        if not self.is_message:
+        if self.command.is_awaited:
             found = self._with(EventKind.RESPONSE, [self._anew(self.done)])
             found += self._with(EventKind.ERROR, list(self._errors()))
             if self._has(EventKind.CANCELLED):
@@ -112,15 +112,11 @@ class Performing:
                 outer, name=name, initial=False, transitions=(), afters=(self.wait,), around=around
             )
 
-    @property
-    def is_message(self) -> bool:
-        return self.command.phases is None
-
     def _has(self, kind: EventKind) -> bool:
         return kind in self.command.events
 
     def _sent(self) -> ResultTransition:
-        return self.done if self.is_message else self._goes(EventKind.REQUEST, PERFORMING)
+        return self._goes(EventKind.REQUEST, PERFORMING) if self.command.is_awaited else self.done
 
     def _goes(self, kind: EventKind, stage: str) -> ResultTransition:
         goto = f"{self.path} {stage}"
@@ -271,13 +267,14 @@ def with_performed(robot: Robot) -> Robot:
     """
     added: list[Requirement] = []
     for key in robot.performed:
-        if key not in robot.communications:
+        if key not in robot.commands:
             continue  # its declaration has an error
+        communication = robot.commands[key].communication
         if key in robot.together:
-            replaced = robot.communications[key].goals is not None
+            replaced = communication.goals is not None
             stages = (DUE, PERFORMING) if replaced else (DUE,)
             added.append(_needed(robot, key, stages, "is performed in", to_start=True))
-        if robot.communications[key].kind is Kind.ACTION:
+        if communication.kind is Kind.ACTION:
             added.append(_needed(robot, key, (PERFORMING,), "goes on in", to_cancel=True))
     return replace(robot, requirements=(*robot.requirements, *added))
 
@@ -301,5 +298,5 @@ def _needed(
         to_start,
         to_cancel=to_cancel,
         implied=True,
-        span=robot.communications[key].span,
+        span=robot.commands[key].communication.span,
     )

@@ -8,7 +8,7 @@ from dataclasses import replace
 from robosc.errors import Note
 from robosc.expr.quantified import chain
 from robosc.expr.tree import StateRef
-from robosc.language.events import EventKind, Kind
+from robosc.language.events import EventKind
 from robosc.model.automata import After, ResultTransition
 from robosc.model.checks.behaviour_rules import NamedTransition
 from robosc.model.declarations.performing import Performing, Retries, count_of
@@ -16,29 +16,21 @@ from robosc.model.declarations.statements import StatementResolver
 from robosc.model.declarations.transitions import TransitionResolver
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Provide
-from robosc.model.names.communications import report_misdirected, resolve_communication
+from robosc.model.names.groups import GroupResolver
 from robosc.model.names.tables import PERFORMING, CommunicationInfo, Instance, SymbolTable
 from robosc.runtime.places import DUE
 from robosc.syntax.nodes import PerformsNode, ProvideNode, RetryNode, StateNode
 
-_PERFORMED = (Kind.INCOMING, Kind.SERVICE, Kind.ACTION)
-
 
 def find_performed(instance: Instance, symbols: SymbolTable, report: Report) -> None:
     """Resolve the commands that the states of a component perform."""
+    groups = GroupResolver(symbols, instance.types.scope, report)
     for path, state in instance.states.items():
         if state.performs is None:
             continue
         access = state.performs.communication
-        command = resolve_communication(access, symbols, instance.types.scope, report)
-        if command is not None and command.kind not in _PERFORMED:
-            message = f"'{command.name}' is an {command.kind.value}: no state can perform it"
-            if command.kind is Kind.OUTGOING:
-                report_misdirected(command, "performs-outgoing", access.span, message, report)
-            else:
-                hint = "answer it with 'on request from'"
-                report.add("performs-outgoing", access.span, message, hint)
-        elif command is not None:
+        command = groups.command(access, "performs-outgoing", "no state can perform it", given=True)
+        if command is not None:
             instance.performed[path] = command
         for inner in state.states[:1]:
             report.add(
@@ -89,7 +81,7 @@ class PerformingResolver:
         node, command = state.performs, self._instance.performed.get(path)
         if node is None or command is None:
             return None
-        ends = EventKind.REQUEST if command.phases is None else EventKind.RESPONSE
+        ends = EventKind.RESPONSE if command.is_awaited else command.command
         done = self._outcome(ends, command, path, node)
         performing = Performing(path, node, command, done, own=list(own))
         spans = self._transitions.event_spans
@@ -148,10 +140,11 @@ class PerformingResolver:
 
     def _retry(self, performing: Performing, node: RetryNode) -> None:
         command = performing.command
-        if command.phases is None:
+        if not command.is_awaited:
+            what = "an answer" if command.sort.served else "a message"
             self._misplaced(
                 node,
-                f"{command.name} is a message, which is done when it is sent: it has no errors",
+                f"{command.name} is {what}, which is done when it is sent: it has no errors",
                 "leave out 'retry'",
             )
             return
@@ -185,11 +178,17 @@ class PerformingResolver:
 
 
 def own_transitions(
-    named: Iterable[ResultTransition], key: str
+    named: Iterable[ResultTransition], command: CommunicationInfo
 ) -> tuple[list[ResultTransition], tuple[ResultTransition, ...]]:
-    """The transitions of a place for events of a command, and the others."""
+    """The transitions of a place for events of a command, and the others.
+
+    Of an answer, only its being sent is one: the robot may cancel its call meanwhile.
+    """
     own: list[ResultTransition] = []
     others: list[ResultTransition] = []
     for transition in named:
-        (own if transition.communication == key else others).append(transition)
+        is_own = transition.communication == command.whole_key and (
+            not command.sort.served or transition.event is command.command
+        )
+        (own if is_own else others).append(transition)
     return own, tuple(others)

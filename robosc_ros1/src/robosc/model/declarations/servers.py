@@ -34,11 +34,14 @@ def with_one_request_per_server(robot: Robot) -> Robot:
 
 def with_feedback_where_provided(robot: Robot) -> Robot:
     """Return the robot with a requirement on each feedback that it gives: one of its provide
-    statements says what."""
+    statements says what. Feedback that a state performs is given where that state says so.
+    """
     provided: dict[str, list[Provide]] = {}
     for provide in robot.provides:
         command = robot.commands.get(provide.communication)
-        if command is not None and command.kind is EventKind.PROGRESS:
+        if command is None or command.key in robot.performed:
+            continue
+        if command.kind is EventKind.PROGRESS:
             provided.setdefault(provide.communication, []).append(provide)
     added = (_provided(robot, key, provides) for key, provides in provided.items())
     return replace(robot, requirements=(*robot.requirements, *(r for r in added if r is not None)))

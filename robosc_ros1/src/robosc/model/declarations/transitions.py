@@ -106,7 +106,7 @@ class TransitionResolver:
         self, event: EventKind, info: CommunicationInfo, node: PerformsNode | EffectNode
     ) -> ResultTransition:
         """What a clause says about an event of a communication."""
-        taken = self.goes(event, info.key, node)
+        taken = self.goes(event, info.whole_key, node)
         return replace(
             taken, assignments=self._assignments(node.assignments, _incoming(event, info))
         )

@@ -132,6 +132,16 @@ class CommunicationInfo:
     def key(self) -> str:
         return f"{self.instance.name}.{self.name}"
 
+    @property
+    def whole_key(self) -> str:
+        """The key of the communication, also where this stands for one of its answers."""
+        return f"{self.instance.name}.{self.node.name.text}"
+
+    @property
+    def is_awaited(self) -> bool:
+        """Whether its command is done when it is answered; all others are done when sent."""
+        return self.phases is not None and not self.sort.served
+
 
 PERFORMING, WAITING = "performing", "waiting"
 """The stages of a state that performs a command, after :data:`DUE`: its request was sent, and is
@@ -222,7 +232,7 @@ class Instance:
         """The stages of a state that performs a command."""
         command = self.performed.get(path)
         found = [DUE]
-        if command is None or command.phases is not None:
+        if command is None or command.is_awaited:
             found.append(PERFORMING)
         items = self.states[path].items
         if any(isinstance(item, RetryNode) and item.every is not None for item in items):
