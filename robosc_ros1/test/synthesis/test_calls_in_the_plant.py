@@ -101,6 +101,39 @@ def test_requirements_do_not_restrict_an_error() -> None:
     assert guard_text(found, "order.error") == ("true", "as required")
 
 
+def test_an_error_ends_what_is_cancelled() -> None:
+    """A goal is cancelled once, so that the remedy is no reaction to another cancel."""
+    text = """
+    component Orders {
+        outgoing action order with request: none, response: none, feedback: none links link
+        outgoing message gate with type: boolean
+        behaviour {
+            variable open: boolean
+            on response from gate do open := value
+            initial marked state free { on request from order goto running }
+            state running {
+                on response to order goto free
+                on cancel from order goto leaving
+            }
+            state leaving { on response to order goto free %s }
+        }
+    }
+    component Lock {
+        outgoing message lost with type: none
+        behaviour {
+            initial marked state sound { on response from lost goto broken }
+            marked state broken {}
+        }
+    }
+    requirement order needs Lock.sound
+    """
+    (why,) = (e for e in supervisor_of(text % "").explanations if e.event is None)
+    assert why.remedy is not None and "add 'on error to order" in why.remedy
+    answered = "on error to order goto free"
+    mended = text.replace("on cancel", f"{answered} on cancel") % answered
+    assert not supervisor_of(mended).empty
+
+
 def test_an_error_ends_what_cannot_be_answered() -> None:
     text = """
     component Orders {

@@ -87,7 +87,8 @@ def _of_variable(
         return _of_phase(plant, name)
     if len(names) > 1:
         reason = f"{name} never gets back to a marked state (it stays in {listing(names, 'or')})"
-        return Cause(reason, None, plant.robot.component(name).span)
+        remedy = _by_error(plant, steps, variable, places)
+        return Cause(reason, remedy, plant.robot.component(name).span)
     place, *_ = places
     reason = f"{name} is stuck in {name}.{names[0]}, from where no marked state can be reached"
     behaviour = plant.robot.component(name).behaviour
@@ -114,14 +115,9 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
     for step in reversed(steps):
         event = step.event
         edges = _edges(event, variable, place)
-        if event.kind is EventKind.CALL:
-            origin = _requested_from(plant, event.key, variable, place)
-            if origin is not None:
-                target = location_name(plant, variable, origin)
-                return (
-                    f"add 'on error to {event.name} if … goto {target}' in state {here} of {name}:"
-                    " no requirement restricts an error, and it is sent wherever it is possible"
-                )
+        if event.kind in (EventKind.CALL, EventKind.RECALL):
+            if remedy := _by_error(plant, [step], variable, [place]):
+                return remedy
             continue
         synchronised = event.kind.synchronised and edges
         if event.kind.of_component or synchronised or any(edge.guard is None for edge in edges):
@@ -144,6 +140,26 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
     if not leaving:
         target = location_name(plant, variable, back)
         return f"nothing leaves state {here} of {name}: add a transition, as in 'goto {target}'"
+    return None
+
+
+def _by_error(
+    plant: Plant, steps: Sequence[Step], variable: int, places: Sequence[int]
+) -> str | None:
+    """Return how a component may end, in some places, the call of the robot that was made last."""
+    component = plant.variables[variable].name
+    for event in (step.event for step in reversed(steps)):
+        if event.kind not in (EventKind.CALL, EventKind.RECALL):
+            continue
+        origin = _requested_from(plant, event.key, variable, places[0])
+        if origin is not None and origin not in places:
+            names = {location_name(plant, variable, place): None for place in places}
+            here = ("state " if len(names) == 1 else "states ") + listing(names)
+            return (
+                f"add 'on error to {event.name} if … goto {location_name(plant, variable, origin)}' in"
+                f" {here} of {component}: no requirement restricts an error, and it is sent wherever it"
+                " is possible"
+            )
     return None
 
 
