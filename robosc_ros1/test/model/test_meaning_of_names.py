@@ -189,6 +189,14 @@ def test_only_services_and_actions_are_busy_or_idle(condition: str) -> None:
     assert codes & {"unknown-name", "unknown-member"}
 
 
+def test_phases_that_a_communication_does_not_have() -> None:
+    text = ARM % "transition if grab.cancelling goto idle"
+    _, found = load(Source("model.rscd", f"robot T {{ {text} }}"))
+    assert ("'grab' is never cancelling", "it is idle or busy") in [
+        (d.message, d.hint) for d in found
+    ]
+
+
 @pytest.mark.parametrize(
     ("condition", "told"),
     [

@@ -115,6 +115,9 @@ COMMAND = (
         ("action m with request: none, feedback: none, response: none", in_order("action")),
         ("incoming message m with type: none, timeout: 3 s", COMMAND),
         ("incoming message m with type: none timeout: 3 s", COMMAND),
+        ("outgoing service m with type: p/T, timeout: 3 s",
+         "the controller serves it: only what it receives or requests has a timeout"),
+        ("outgoing action m with within: 3 s, type: p/T", in_order("outgoing action")),
         ("outgoing message m with identifier: '/m' type: double", "a ',' is missing before it"),
         ("outgoing message m identifier: '/m', type: double", "'with' is missing before it"),
         # What comes before is another communication.

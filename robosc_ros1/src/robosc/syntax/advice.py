@@ -62,7 +62,7 @@ _CALLS = {
 """Words of ROS for what the controller calls."""
 
 _IDENTIFIERS = ("topic", "name", "ros_name", "path", "address", "id")
-_OUTSIDE = "the controller sends it: only what it receives or requests has a timeout"
+_OUTSIDE = "the controller {} it: only what it receives or requests has a timeout"
 _PUBLISHED = "what the robot publishes is an 'outgoing message'"
 _MEASURES = ("m", "cm", "mm", "km", "deg", "degrees", "rad", "Hz", "kg", "V", "A", "N", "rpm")
 _EVENTS = {
@@ -276,11 +276,16 @@ def _order_of_attributes(tokens: Tokens, at: int) -> str | None:
     start = at
     while start > 3 and tokens.text(start) not in _BEFORE_ATTRIBUTES:
         start -= 1
-    before = start - (3 if tokens.text(start - 2) == "message" else 2)
-    if tokens.text(start) != "with" or not (attributes := attributes_of(tokens.text(before))):
+    kind = tokens.text(start - 2)
+    if kind == "message":
+        kind = tokens.text(start - 3)
+    elif tokens.text(start - 3) == "outgoing":
+        kind = f"outgoing {kind}"
+    if tokens.text(start) != "with" or not (attributes := attributes_of(kind)):
         return None
     if name == "timeout" and all(name != attribute.name for attribute in attributes):
-        return f"{_OUTSIDE}; {_PUBLISHED}" if tokens.text(before) == "incoming" else _OUTSIDE
+        outside = _OUTSIDE.format("serves" if kind.startswith("outgoing ") else "sends")
+        return f"{outside}; {_PUBLISHED}" if kind == "incoming" else outside
     names = [a.name for a in attributes if a.value is not Value.TYPE]
     is_ros_type = "type" in tokens.texts(start, at)
     names += ["type"] if is_ros_type else [a.name for a in attributes if a.value is Value.TYPE]

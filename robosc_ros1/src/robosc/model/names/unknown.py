@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from robosc.errors import listing
 from robosc.expr.tree import Expr, Literal, ParameterRef, StateRef, VariableRef
 from robosc.expr.types import EnumType, Type
+from robosc.language.events import ACTIVE
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
@@ -118,6 +120,9 @@ class NameFaults:
             timeout = "timeout: 500 ms,"
             text = f"give {info.name} a '{timeout}'"
             hint = Remedy(text, Change.ADD_TIMEOUT, (info.name, timeout))
+        elif info.phases is not None and last_name(access) in (*ACTIVE, "idle"):
+            message = f"'{info.name}' is never {last_name(access)}"
+            hint = f"it is {listing(info.phases.names, 'or')}"
         self._report.add("unknown-name", access.span, message, hint)
 
     def _not_a_value(self, symbols: SymbolTable, name: str) -> tuple[str, Hint | None] | None:

@@ -155,10 +155,10 @@ def _by_error(
         if origin is not None and origin not in places:
             names = {location_name(plant, variable, place): None for place in places}
             here = ("state " if len(names) == 1 else "states ") + listing(names)
+            target = location_name(plant, variable, origin)
             return (
-                f"add 'on error to {event.name} if … goto {location_name(plant, variable, origin)}' in"
-                f" {here} of {component}: no requirement restricts an error, and it is sent wherever it"
-                " is possible"
+                f"add 'on error to {event.name} if … goto {target}' in {here} of {component}:"
+                " no requirement restricts an error, and it is sent wherever it is possible"
             )
     return None
 
