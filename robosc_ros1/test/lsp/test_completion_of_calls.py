@@ -32,3 +32,27 @@ def test_its_request_and_its_answers(tmp_path: Path) -> None:
     assert "ask" in offered(tmp_path, SHAPE, behaviour % "response to |")
     assert "ask" in offered(tmp_path, SHAPE, behaviour % "error to |")
     assert "ask" not in offered(tmp_path, SHAPE, behaviour % "cancel from |")
+
+
+@pytest.mark.parametrize(
+    ("new", "offers"),
+    [
+        ("state a |", {"performs"}),
+        ("state a performs |", {"ask", "drive"}),
+        ("state a performs ask |", {"with", "then"}),
+        ("state a performs ask.|", {"response", "error"}),
+        ("state a performs ask then |", {"do", "goto"}),
+        ("state a performs drive with { | }", {"linear"}),
+        ("state a { state b performs drive with { | } }", {"linear"}),
+        ("state a performs drive with { linear: { x: 1.0 } } |", {"then"}),
+    ],
+)
+def test_what_a_state_performs(tmp_path: Path, new: str, offers: set[str]) -> None:
+    behaviour = f"{ASK}\n behaviour {{ initial {new} }}"
+    assert offers <= {*offered(tmp_path, SHAPE, behaviour)}
+
+
+def test_its_answers_have_names(tmp_path: Path) -> None:
+    whole = ASK + "\n behaviour { initial marked state on_ {} }"
+    assert offered(tmp_path, SHAPE, f"{whole} provide ask.|")[:2] == ["error", "response"]
+    assert "idle" in offered(tmp_path, SHAPE, f"{whole} requirement drive needs ask.|")

@@ -164,6 +164,9 @@ class _Completer:
 
     def _behaviour(self) -> Iterator[Candidate]:
         words = self._context.words
+        if "state" in words[:-1]:
+            yield from self._performs(words[words.index("state") + 2 :])
+            return
         match self._context.word(0):
             case "variable":
                 yield from self._variable()
@@ -179,6 +182,20 @@ class _Completer:
                 yield from self._clauses((guard, "do", "goto"))
             case "after":
                 yield from self._after()
+
+    def _performs(self, words: tuple[str, ...]) -> Iterator[Candidate]:
+        """Behind the name of a state."""
+        if not words:
+            yield from keywords(("performs",))
+        elif words == ("performs",):
+            yield from self._offers.communications(("request",))
+        elif "then" in words:
+            yield from self._clauses(("do", "goto"))
+        elif self._context.last == "with":
+            yield Candidate("{ }", "keyword", text="{ $0 }")
+            yield from self._offers.expression(self._statements.request(words[1:-1]))
+        else:
+            yield from keywords(("then",) if "with" in words else ("with", "then"))
 
     def _after(self) -> Iterator[Candidate]:
         if len(self._context.words) == 1:
@@ -326,7 +343,8 @@ class _Completer:
         braces = [b for b in self._context.blocks if b.kind == "data"]
         header = braces[0].header
         end = header.index("with") if "with" in header else len(header)
-        type_ = self._statements.request(header[1:end])
+        start = header.index("performs") if "performs" in header else 0
+        type_ = self._statements.request(header[start + 1 : end])
         for brace in braces[1:]:
             type_ = type_.property(brace.name) if isinstance(type_, ObjectType) else None
             type_ = type_.element if isinstance(type_, ArrayType) else type_

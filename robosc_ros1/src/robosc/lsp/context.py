@@ -202,7 +202,9 @@ def _opened(block: OpenBlock, words: list[str]) -> OpenBlock:
             return _statement(header) or OpenBlock("behaviour", "", header)
         case "behaviour" | "state" if first == "on":
             return OpenBlock("commands", "", header)
-        case "behaviour":
+        case "behaviour" | "state" if words[-1:] == ["with"]:
+            return OpenBlock("data", "", header)
+        case "behaviour" | "state":
             state = words.index("state") if "state" in words else -1
             named = words[state + 1] if 0 <= state < len(words) - 1 else ""
             return OpenBlock("state", named.lstrip("^"), header)

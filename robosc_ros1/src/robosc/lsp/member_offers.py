@@ -9,6 +9,9 @@ from robosc.lsp.chains import names_before
 from robosc.lsp.offers import Candidate, Offers, keywords
 from robosc.model.ros.interfaces import Missing
 
+_NAMES_COMMANDS = {"provide", "requirement", "disables", "performs", "prefer", "over"}
+"""What stands before the name of a command."""
+
 
 class MemberOffers:
     """The members of components, libraries, enums, values and what else has any."""
@@ -64,7 +67,10 @@ class MemberOffers:
         for info in self._offers.infos():
             if chain not in ([info.name], [info.instance.name, info.name]):
                 continue
-            if info.phases is not None:
+            before = self._context.words[-3:-2] if len(chain) == 1 else self._context.words[-5:-4]
+            if info.sort.served and {*before} & _NAMES_COMMANDS:
+                yield from keywords((e.word for e in info.events if e.served), rank=0)
+            elif info.phases is not None:
                 yield from keywords(info.phases.names, rank=0)
             if info.sort.may_be_heard:
                 yield from keywords(("heard",), rank=0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.expr.types import Type
+from robosc.language.events import EventKind
 from robosc.lsp.interfaces import offered_types
 from robosc.lsp.offers import Candidate, Offers, block_words, ends_operand, keywords
 from robosc.lsp.snippets import SNIPPETS
@@ -199,4 +200,9 @@ class StatementOffers:
 
     def request(self, words: tuple[str, ...]) -> Type | None:
         info = self._offers.communication_of(words)
+        if info is None:
+            *call, answer = (word for word in words if word != ".") if words else ("",)
+            info = self._offers.communication_of(tuple(call))
+            if info is not None and answer == EventKind.PROGRESS.word:
+                info = info.feedback_command()
         return info.sent if info is not None else None
