@@ -31,6 +31,7 @@ MODELS = {
     GOLDEN / "models" / "orders.rscd": "orders_controller",
     GOLDEN / "models" / "dispatch.rscd": "dispatch_controller",
     GOLDEN / "models" / "missions.rscd": "missions_controller",
+    GOLDEN / "models" / "fleet.rscd": "fleet_controller",
     GOLDEN / "models" / "hoist.rscd": "hoist_controller",
     GOLDEN / "models" / "sonar.rscd": "sonar_controller",
     GOLDEN / "models" / "sentry.rscd": "sentry_controller",

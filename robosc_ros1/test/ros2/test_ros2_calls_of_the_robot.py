@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -101,6 +102,14 @@ def test_a_managed_node_serves_only_while_it_is_active(graph: Graph, controller:
     open_door(robot)  # so that the call that nobody waits for ends
     robot.expect_state(managed, lambda s: s["communications"]["order"] == "idle")
     assert call(robot, ORDER, True) == DONE
+
+
+def test_the_end_of_the_node_answers_what_waits(robot: Peer, node: Process) -> None:
+    order_and_wait(robot, robot)
+    node.signal(signal.SIGINT)
+    answer = robot.expect("response", name=ORDER)["data"]
+    assert not answer["success"] and "the node ends" in answer["message"]
+    assert node.wait() == 0
 
 
 def test_a_thousand_calls_leave_nothing_behind(robot: Peer, node: Process) -> None:

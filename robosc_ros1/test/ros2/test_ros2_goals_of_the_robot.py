@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Callable
 
 import pytest
@@ -143,6 +144,25 @@ def test_whoever_is_killed_while_its_goal_is_ending(graph: Graph, robot: Peer) -
     step(robot, 3)
     robot.expect_state(NODE, lambda s: s["communications"]["mission"] == "idle")
     assert robot.expect("result", id=accepted(robot))["status"] == SUCCEEDED
+
+
+def test_the_end_of_the_node_aborts_the_goal(graph: Graph, controller: Start) -> None:
+    node = controller(NODE, qos__step__reliability="reliable")
+    robot = graph.peer()
+    robot.watch(NODE)
+    goal = accepted(robot)
+    node.signal(signal.SIGINT)
+    ended = robot.expect("result", id=goal)
+    assert ended["status"] == ABORTED and "the node ends" in ended["data"]["message"]
+    assert node.wait() == 0
+
+
+def test_a_cancel_at_once(robot: Peer) -> None:
+    for _ in range(20):
+        goal = accepted(robot)
+        robot.begin("cancel_goal", id=goal)
+        assert robot.expect("result", id=goal)["status"] == CANCELED
+    robot.expect_state(NODE, lambda s: s["communications"]["mission"] == "idle")
 
 
 def test_a_managed_node_takes_goals_only_while_it_is_active(

@@ -7,7 +7,14 @@ from collections.abc import Callable, Sequence
 import pytest
 from ros2.ros2_support import Graph, Peer, Process
 from ros2.test_ros2_calls_of_the_robot import DONE, ORDER, call, open_door
-from ros2.test_ros2_goals_of_the_robot import ABORTED, CANCELED, SUCCEEDED, accepted, send, step
+from ros2.test_ros2_goals_of_the_robot import (
+    ABORTED,
+    CANCELED,
+    SUCCEEDED,
+    accepted,
+    send,
+    step,
+)
 
 Start = Callable[..., Process]
 CARRIER = ("order", "switch", "door", "lamp")
@@ -73,3 +80,31 @@ def test_the_controller_is_killed(guarded: Callable[..., tuple[Peer, Process]]) 
     controller.popen.kill()
     ended = robot.expect("result", id=goal)
     assert ended["status"] == ABORTED and "lost" in ended["data"]["message"]
+
+
+def test_whoever_is_killed_leaves_the_action_to_others(
+    graph: Graph, guarded: Callable[..., tuple[Peer, Process]]
+) -> None:
+    robot, _ = guarded("missions", RUNNER, "step", "fault")
+    caller = graph.peer()
+    accepted(caller)
+    robot.expect_state("missions_controller", lambda s: s["communications"]["mission"] == "busy")
+    caller.process.popen.kill()
+    caller.process.popen.wait()
+    step(robot, 3)
+    are_idle(robot)
+    assert robot.expect("result", id=accepted(robot))["status"] == SUCCEEDED
+
+
+def test_cancels_at_once(guarded: Callable[..., tuple[Peer, Process]]) -> None:
+    robot, _ = guarded("missions", RUNNER, "step", "fault")
+    for _ in range(20):
+        goal = accepted(robot)
+        robot.begin("cancel_goal", id=goal)
+        assert robot.expect("result", id=goal)["status"] == CANCELED
+    are_idle(robot)
+
+
+def are_idle(robot: Peer) -> None:
+    for node in ("missions_controller", "missions_supervisor"):
+        robot.expect_state(node, lambda s: s["communications"]["mission"] == "idle")
