@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TextIO
 
 from robosc.errors import Diagnostic, render_all
@@ -25,3 +26,13 @@ def complain(message: str) -> None:
 def in_color(stream: TextIO) -> bool:
     """Whether what is written there may be coloured."""
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def command(started: str, other: str) -> str:
+    """What starts another verb where this process is the verb ``started``.
+
+    ``rosrun`` and ``ros2 run`` have an executable for each verb, and no ``robosc`` on PATH.
+    """
+    if Path(sys.argv[0]).name != started:
+        return f"robosc {other}"
+    return f"{'ros2 run' if os.environ.get('ROS_VERSION') == '2' else 'rosrun'} robosc {other}"

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from robosc import __version__, arguments, pipeline
 from robosc.codes import CODES
-from robosc.console import complain, in_color, tell
+from robosc.console import command, complain, in_color, tell
 from robosc.errors import (
     EmptySupervisorError,
     ModelError,
@@ -119,7 +119,7 @@ def _new(args: Arguments) -> int:
     args.progress.clear()
     write_text(file, text)
     format_file(file)
-    print(f"{file}: written; next:\n    robosc check {file}")
+    print(f"{file}: written; next:\n    {command('new', 'check')} {file}")
     return 0
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ros_support import Completed
+from ros_support import REPOSITORY, SOURCES, Completed
 
 from robosc.errors import has_errors
 from robosc.language.keywords import KEYWORDS
@@ -69,6 +73,22 @@ def test_a_small_model(robosc: Robosc, tmp_path: Path) -> None:
     assert "robot SmallRover {" in (tmp_path / "small_rover.rscd").read_text()
     assert robosc("check", "small_rover.rscd").stdout == "1 file: 0 errors, 0 warnings\n"
     assert robosc("format", "--check", "small_rover.rscd").returncode == 0
+
+
+@pytest.mark.parametrize(("version", "run"), [("1", "rosrun"), ("2", "ros2 run")])
+def test_the_next_command_is_one_that_is_there(tmp_path: Path, version: str, run: str) -> None:
+    """Those who have robosc in a workspace start each verb by the executable of its name."""
+    executable = REPOSITORY / "robosc_ros1" / "scripts" / "new"
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(SOURCES),
+        "ROS_VERSION": version,
+    }
+    told = subprocess.run(
+        [sys.executable, executable, "Rover"],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    assert told == f"rover.rscd: written; next:\n    {run} robosc check rover.rscd\n"
 
 
 def test_nothing_is_overwritten(robosc: Robosc, tmp_path: Path) -> None:
