@@ -214,7 +214,7 @@ def is_header(kind: Any) -> bool:
 def leaves_of(kind: Any, wanted: Any = object) -> Optional[Callable[[Any], Tuple[Value, ...]]]:
     """Return a function that reads at once the ``wanted`` plain fields of a message of a class, but
     for its headers; None if the messages of the class differ in what fields they have, as those
-    with arrays do."""
+    with arrays do, or cannot be made without them."""
     key = (kind, wanted)
     if key not in _LEAVES:
         _LEAVES[key] = _reader_of(kind, wanted) if hasattr(kind, "__slots__") else None
@@ -227,7 +227,7 @@ _LEAVES: Dict[Tuple[Any, Any], Optional[Callable[[Any], Tuple[Value, ...]]]] = {
 def _reader_of(kind: Any, wanted: Any) -> Optional[Callable[[Any], Tuple[Value, ...]]]:
     try:
         found = dict(_leaves(kind(), ()))
-    except _Varying:
+    except (_Varying, TypeError):  # classes of recorded messages have no defaults
         return None
     paths = [".".join(path) for path, value in found.items() if isinstance(value, wanted)]
     if not paths:
