@@ -17,7 +17,8 @@ from ros_support import EXAMPLES, Completed
 from runtime.schemas import validate
 from simulate.recorded_runs import EVENT_2, GOAL, START, BagWriter
 
-from robosc.simulate.bag_files import default_message, fill
+from robosc.simulate.bag_files import default_message, fill, opened_bag
+from robosc.simulate.bag_run import BagRun, settings_of
 from robosc.simulate.judgement import Judgement, judge
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
@@ -200,3 +201,11 @@ def test_goals_of_ros_2_are_not_judged_by_what_a_bag_does_not_show(tmp_path: Pat
     lamp = 'incoming message lamp with identifier: "/lamp", type: none\n        behaviour {'
     found = judged(supervisor_of(LIFTER.replace("behaviour {", lamp), supervises=True), writer.path)
     assert "lift" in found.unseen and ("lift", "request") in found.unjudged
+
+
+def test_an_error_of_the_engine_ends_the_replay(tmp_path: Path, limiter: Supervisor) -> None:
+    with opened_bag(driven(tmp_path, "bag")) as bag:
+        run = BagRun(limiter, bag, settings_of(limiter.plant.robot))
+        run.engine.invoke(lambda: {}["missing"])
+        with pytest.raises(KeyError, match="missing"):
+            list(run.entries(lambda *_: None))

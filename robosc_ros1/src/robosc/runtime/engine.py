@@ -103,15 +103,18 @@ class Engine(Operating):
             self._notice_pause()
             function(*arguments)
             self.recorder.settle()
-        except Exception:
-            self._log("error", "internal", "unexpected error:\n" + traceback.format_exc())
-            try:
-                self._safe_stop("internal error: " + traceback.format_exc(limit=0).strip())
-                self.recorder.settle()
-            except Exception:
-                self._log("error", "internal", traceback.format_exc())
+        except Exception as error:
+            self._unexpected(error)
         if self.recorder.number != number and not self.changed.is_set():
             self.changed.set()
+
+    def _unexpected(self, error: Exception) -> None:
+        self._log("error", "internal", "unexpected error:\n" + traceback.format_exc())
+        try:
+            self._safe_stop("internal error: " + traceback.format_exc(limit=0).strip())
+            self.recorder.settle()
+        except Exception:
+            self._log("error", "internal", traceback.format_exc())
 
     def _cycle(self) -> None:
         going_on = True

@@ -72,6 +72,14 @@ class _BagPort(MonitorPort):
         """What matters is in the recorder."""
 
 
+class _BagEngine(MonitorEngine):
+    """An engine whose unexpected exceptions end the replay, which would meet them again for
+    ever."""
+
+    def _unexpected(self, error: Exception) -> None:
+        raise error
+
+
 @dataclass
 class _Heard:
     """The topics that matter, each with those who take its messages."""
@@ -120,7 +128,7 @@ class BagRun:
         self._port = _BagPort(bag)
         controller = make_controller(supervisor)
         controller.configure(settings.more)
-        self.engine = MonitorEngine(controller, self._port, settings, self._port.now)
+        self.engine = _BagEngine(controller, self._port, settings, self._port.now)
         self.engine.recorder.now = self._port.now
         if described:
             self.engine.describe = lambda message: message
