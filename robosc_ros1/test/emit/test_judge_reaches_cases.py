@@ -330,8 +330,8 @@ def test_it_knows_which_components_block(tmp_path: Path) -> None:
         # pressed: no way leads there through states in which a goal is to be cancelled.
         (
             "gallery/go_to_pose/go_to_pose.rscd",
-            '"waiting"\n        self.navigator_entries += 1',
-            '"waiting"',
+            '"driving waiting"\n            self.navigator_entries += 1',
+            '"driving waiting"',
         ),
         # The next message would change what the request is to carry.
         ("gallery/ball/ball.rscd", "not (self.detector_x < 0.22", "not (self.detector_x <= 0.22"),

@@ -31,7 +31,6 @@ MODELS = {
     GOLDEN / "models" / "orders.rscd": "orders_controller",
     GOLDEN / "models" / "dispatch.rscd": "dispatch_controller",
     GOLDEN / "models" / "missions.rscd": "missions_controller",
-    GOLDEN / "models" / "fleet.rscd": "fleet_controller",
     GOLDEN / "models" / "hoist.rscd": "hoist_controller",
     GOLDEN / "models" / "sonar.rscd": "sonar_controller",
     GOLDEN / "models" / "sentry.rscd": "sentry_controller",
@@ -103,6 +102,7 @@ def _build(bed: Bed, folder: Path) -> None:
     for mode in ("supervisor", "monitor"):
         generate(folder, HERE / "models" / "crane.rscd", "--mode", mode)
     mirror, prefix = HERE / "models" / "mirror.rscd", bed.environment["AMENT_PREFIX_PATH"]
+    generate(folder, GOLDEN / "models" / "fleet.rscd", prefix=prefix)
     for mode in ("controller", "supervisor", "monitor"):
         name = ("--package", f"mirror_{mode}")
         generate(folder, mirror, "--mode", mode, *name, prefix=prefix)

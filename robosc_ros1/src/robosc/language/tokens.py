@@ -162,8 +162,8 @@ class Tokens:
         return len(self.starts)
 
     def text(self, index: int) -> str:
-        """Return the text of a token; empty past the last one."""
-        if index >= len(self.starts):
+        """Return the text of a token; empty before the first and past the last one."""
+        if not 0 <= index < len(self.starts):
             return ""
         return self.source.text[self.starts[index] : self.ends[index]]
 
