@@ -329,9 +329,9 @@ def test_it_knows_which_components_block(tmp_path: Path) -> None:
         # A clock that runs on where no command follows, which is told only while the button is
         # pressed: no way leads there through states in which a goal is to be cancelled.
         (
-            "gallery/go_to_pose/go_to_pose.rscd",
-            '"driving waiting"\n            self.navigator_entries += 1',
-            '"driving waiting"',
+            str(Path(__file__).with_name("clicked_points.rscd")),
+            '"waiting"\n        self.navigator_entries += 1',
+            '"waiting"',
         ),
         # The next message would change what the request is to carry.
         ("gallery/ball/ball.rscd", "not (self.detector_x < 0.22", "not (self.detector_x <= 0.22"),
