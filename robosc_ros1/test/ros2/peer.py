@@ -23,7 +23,7 @@ from typing import Any
 
 import rclpy
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
@@ -114,9 +114,11 @@ class Peer:
         def heard(message: Any) -> None:
             self.tell("message", name=name, data=plain(message), time=time.monotonic())
 
+        # In a group that several threads may enter, messages would overtake each other.
+        alone = MutuallyExclusiveCallbackGroup()
         self.kept.append(
             self.node.create_subscription(
-                load(type), name, heard, profile(**qos), callback_group=self.group
+                load(type), name, heard, profile(**qos), callback_group=alone
             )
         )
 
