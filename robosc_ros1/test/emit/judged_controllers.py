@@ -28,7 +28,6 @@ from robosc.emit.package.target import plant_module
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
-from robosc.runtime.recorder import EventRecorder
 from robosc.runtime.served import WaitingCall
 from robosc.runtime.settings import read
 from robosc.runtime.telemetry import dump, event_document, state_document
@@ -373,10 +372,9 @@ def engine_of(kind: Callable[..., Engine], source: str, robot: Robot) -> Any:
     controller = class_of(source)
     given = {f"timeout/{c.name}": SILENCE for c in controller.COMMUNICATIONS if c.timeout}
     settings, _ = read(controller.COMMUNICATIONS, given, controller.PARAMETERS)
+    settings = settings._replace(whole_values=True)
     engine = kind(controller(), robot, settings, steady=lambda: robot.time)
-    recorder = EventRecorder(now=lambda: robot.time)
-    recorder.counters.update(engine.recorder.counters)
-    engine.recorder = recorder
+    engine.recorder.now = lambda: robot.time
     return engine
 
 

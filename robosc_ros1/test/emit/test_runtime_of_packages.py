@@ -5,20 +5,23 @@ from __future__ import annotations
 import pytest
 from emit.golden_packages import PACKAGES, package_of
 
-ALL = {"__init__", "ages", "calls", "clocks", "deadlines", "effects", "engine", "eventlog", "inbox", "intake", "internal", "model", "original_state", "pauses", "places", "port", "reasons", "recorder", "requests", "served",
-       "operating", "parameter_values", "scheduler", "settings", "shapes", "shortening", "telemetry", "time_monitor", "traffic", "turns", "value_topics", "values"}  # fmt: skip
+ALL = {"__init__", "ages", "calls", "clocks", "completion", "deadlines", "effects", "engine", "engine_parts", "eventlog", "inbox", "input_events", "intake", "internal", "model", "original_state", "pauses", "places", "port", "reasons", "recorder", "requests", "served",
+       "operating", "parameter_values", "scheduler", "sending", "settings", "shapes", "shortening", "snapshots", "telemetry", "time_monitor", "traffic", "turns", "value_topics", "values"}  # fmt: skip
 MONITOR = {
     "allowances",
-    "gathering_engine",
+    "crossings",
+    "findings",
+    "gathering",
     "invariants",
     "matching",
     "offers",
     "judging_engine",
     "monitor_engine",
     "observation",
-    "ordering_engine",
     "orderings",
+    "pending",
     "seen",
+    "seen_goals",
     "unseen",
     "verdicts",
 }

@@ -103,13 +103,13 @@ def test_its_own_test_passes(generated_workspace: Workspace) -> None:
 
 
 JUDGED = (
-    "    def _is_allowed(self, command: ScheduledCommand, seen: Optional[Seen] = None) -> bool:\n"
+    "    def is_allowed(self, command: ScheduledCommand, seen: Optional[Seen] = None) -> bool:\n"
 )
 
 
 def test_its_own_test_finds_what_a_monitor_overlooks(watched_workspace: Workspace) -> None:
     package = watched_workspace.folder / "src/lantern_monitor/src/lantern_monitor"
-    module = package / "_runtime/ordering_engine.py"
+    module = package / "_runtime/allowances.py"
     source = module.read_text(encoding="utf-8")
     assert source.count(JUDGED) == 1
     module.write_text(source.replace(JUDGED, f"{JUDGED}        return True\n"), encoding="utf-8")

@@ -11,7 +11,7 @@ import time
 
 
 def main(package, when, *arguments):
-    served = importlib.import_module(f"{package}._runtime.served").Serving
+    engine = importlib.import_module(f"{package}._runtime.engine").Engine
     actions = importlib.import_module(f"{package}.ros_served_actions")
     delays = [actions.DECISION + 1.0]
 
@@ -19,10 +19,10 @@ def main(package, when, *arguments):
         if delays:
             time.sleep(delays.pop())
 
-    serve, claim = served.serve, actions._Call.claim
+    serve, claim = engine.serve, actions._Call.claim
 
     def serve_late(self, *goal):
-        self._turns.put(wait)
+        self.invoke(wait)
         serve(self, *goal)
 
     def claim_slowly(self):
@@ -31,7 +31,7 @@ def main(package, when, *arguments):
         return claimed
 
     if when == "before":
-        served.serve = serve_late
+        engine.serve = serve_late
     else:
         actions._Call.claim = claim_slowly
     sys.argv[1:] = arguments

@@ -10,7 +10,7 @@ import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
 
-from robosc.runtime.gathering_engine import ArrivalTime
+from robosc.runtime.gathering import ArrivalTime
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.monitor_engine import MonitorEngine
 from robosc.runtime.observation import SeenAction, SeenActionOfRos2

@@ -121,8 +121,8 @@ def test_a_flood_of_the_controller_is_bounded_and_its_latest_message_passes() ->
     bench.sense(50)
     for number in range(3 * LIMIT):
         bench.guard.offer("/drive", GO_ONLY, number, number)
-    assert bench.guard.backlog == LIMIT
-    while bench.guard.backlog:
+    assert bench.guard.snapshot()["backlog"] == LIMIT
+    while bench.guard.snapshot()["backlog"]:
         bench.guard.cycle()
     assert bench.port.sent == [(GO, number) for number in [*range(LIMIT), 3 * LIMIT - 1]]
     assert bench.guard.snapshot()["counters"]["dropped"] == 2 * LIMIT - 1

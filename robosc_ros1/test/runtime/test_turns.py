@@ -124,7 +124,7 @@ def test_a_closed_engine_handles_nothing_more() -> None:
     with running(controller) as engine:
         post = engine.poster([SENSOR])
     post(None)
-    assert (threads, engine.backlog) == ([], 1)
+    assert (threads, engine.snapshot()["backlog"]) == ([], 1)
 
 
 def test_nobody_handles_anything_before_the_engine_begins() -> None:

@@ -8,22 +8,21 @@ may be old, for then the clocks of two machines differ, and its age is not known
 
 from __future__ import annotations
 
-from typing import Any, Callable, Optional, Sequence, Union
+from functools import partial
+from typing import Any, Optional
 
-from .model import Communication
+from .engine_parts import EngineParts, Inputs
 from .values import Mismatch
 
 
 class Ages:
-    """The greatest ages, by key, of the messages that have one. ``seconds`` returns the value of a
-    duration, which may be the name of a parameter."""
+    """The greatest ages, by key, of the messages that have one."""
 
-    def __init__(
-        self,
-        communications: Sequence[Communication],
-        seconds: Callable[[Union[float, str]], float],
-    ) -> None:
-        self._most = {c.key: seconds(c.max_age) for c in communications if c.max_age is not None}
+    def __init__(self, parts: EngineParts) -> None:
+        seconds = parts.settings.seconds
+        rows = parts.controller.COMMUNICATIONS
+        self._most = {c.key: seconds(c.max_age) for c in rows if c.max_age is not None}
+        self._parts = parts
 
     def __bool__(self) -> bool:
         """Whether the age of any message matters."""
@@ -32,6 +31,21 @@ class Ages:
     def concern(self, key: str) -> bool:
         """Whether the age of a message matters."""
         return key in self._most
+
+    def dated(self, entries: Inputs, message: Any, arrival: float) -> Inputs:
+        """Return the inputs of a message that arrived then by the clock of the port, those whose
+        age matters with a check of it."""
+        if not any(self.concern(entry.key) for entry in entries):
+            return entries
+        clocks, known = self._parts.clocks, None
+        if clocks.has_begun:
+            known = self._parts.port.stamp_time() - (clocks.moment() - arrival)
+        return tuple(
+            entry.checked(partial(self.check, entry.key, message, known))
+            if self.concern(entry.key)
+            else entry
+            for entry in entries
+        )
 
     def check(self, key: str, message: Any, arrival: Optional[float]) -> None:
         """Check the age of a message that arrived at this ROS time (None: that has not started).

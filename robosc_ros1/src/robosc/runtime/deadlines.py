@@ -7,10 +7,19 @@ follow the steady clock of the machine. What has been due for longest comes firs
 
 from __future__ import annotations
 
-from typing import Callable, Iterator, List, Union
+from typing import Callable, Iterator, List, Optional, Union
 
 from .calls import Calls, Missed
 from .clocks import Clocks, Timer, Watch
+
+_LONGEST_WAIT = 3600.0
+"""Seconds; locks do not accept arbitrarily long timeouts, but a deadline may be that far away."""
+
+
+def shortest(*times: Optional[float]) -> Optional[float]:
+    """Return for how long to wait if something is due in each of these times, or never (None)."""
+    known = [time for time in times if time is not None]
+    return max(0.0, min(_LONGEST_WAIT, *known)) if known else None
 
 
 class Deadlines:
@@ -28,6 +37,12 @@ class Deadlines:
         self._calls = calls
         self._steady = steady
         self._awaits = awaits
+
+    def time_to_next(self) -> Optional[float]:
+        """Return the seconds until something is ready, or None."""
+        earliest = self._calls.earliest
+        call = None if earliest is None else earliest - self._steady()
+        return shortest(self._clocks.time_to_next(), call)
 
     def ready(self) -> Iterator[Union[Timer, Watch, Missed]]:
         """Yield what is ready, to be applied before the next; that may make more ready.

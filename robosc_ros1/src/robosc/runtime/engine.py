@@ -13,37 +13,116 @@ arrives while that thread is idle and the queue is empty is handled in the threa
 
 from __future__ import annotations
 
+import threading
 import traceback
-from functools import partial
-from typing import Any, Callable, FrozenSet, List, Optional, Tuple
+from typing import Any, Callable, Deque, Dict, FrozenSet, List, Optional, Tuple
 
-from .calls import REFUSED, Failure
+from .ages import Ages
+from .calls import REFUSED, Failure, Missed
 from .clocks import Timer, Watch
+from .completion import RunToCompletion
+from .deadlines import Deadlines, shortest
+from .engine_parts import BoundInput, EngineParts, Inputs, Item
 from .inbox import Inbox
-from .intake import BoundInput, Inputs, Item
-from .operating import HELD, Operating
+from .input_events import InputEvents
+from .intake import Intake
+from .model import Controller
+from .operating import HELD, EngineOperator
+from .pauses import Pauses
 from .places import path_of
-from .recorder import STOP_COMMAND
+from .port import Port, steady_time
+from .requests import Requests
 from .scheduler import ScheduledCommand
-from .values import (
-    UNREADABLE,
-    BrokenAssumption,
-    Mismatch,
-    Undefined,
-    demand_finite,
-    without_gaps,
-)
+from .sending import Sending
+from .served import ServedCalls, WaitingCall
+from .settings import Settings
+from .snapshots import snapshot_of
+from .time_monitor import TimeMonitor
 
 _BATCH = 100
 """The most items that are handled before commands and deadlines."""
 
 
-class Engine(Operating):
-    """Executes a controller on a port. Public methods may be called from any thread, except
-    ``run``, ``begin``, ``cycle``, ``restart_clocks`` and ``snapshot``: only the thread that has the
-    turn may call these (the engine's own thread, or a thread that replaces it)."""
+class Engine:
+    """Executes a controller on a port. Public methods may be called from any thread, except those
+    below "The thread that has the turn" (the engine's own thread, or one that replaces it).
+
+    ``steady`` is the clock of the machine; ``now`` the clock by which everything is handled, by
+    default that of the port.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        port: Port,
+        settings: Optional[Settings] = None,
+        steady: Callable[[], float] = steady_time,
+        now: Optional[Callable[[], float]] = None,
+    ) -> None:
+        self.settings = settings or Settings()
+        self.controller = controller
+        self.stopped: Optional[str] = None
+        """The reason of the safe stop; None: not stopped."""
+        self.closing = False
+        """Whether it is to end."""
+        self.changed = threading.Event()
+        """Set for the reporter after events."""
+        parts = EngineParts(controller, port, self.settings, steady, now or port.now)
+        self.recorder = parts.recorder
+        self._parts = parts
+        self._port = port
+        self._now = parts.now
+        self._names = parts.names
+        self._inputs = parts.inputs
+        self._transitions = parts.transitions
+        self._scheduler = parts.scheduler
+        self._calls = parts.calls
+        self._clocks = parts.clocks
+        self._turns = parts.turns
+        self._queue: Deque[Item] = parts.turns.queue
+        self._log = parts.log
+        self._ages = Ages(parts)
+        intake = self._intake = Intake(parts, self._ages, self._submit)
+        self._requests = Requests(parts, self._input)
+        self._served = ServedCalls(parts, self._after, self._idle)
+        self._sending = Sending(parts, self._requests, self._served, self._after)
+        self._events = InputEvents(parts)
+        self._completion = RunToCompletion(parts, self._safe_stop)
+        operator = EngineOperator(parts, self)
+        self._deadlines = Deadlines(self._clocks, self._calls, steady, intake.awaits)
+        self._time_monitor = TimeMonitor(self._clocks, steady)
+        self._pauses = Pauses(parts)
+        # From any thread
+        self.suspend, self.resume = operator.suspend, operator.resume
+        self.operate = operator.operate
+        self.post, self.poster, self.lose = intake.post, intake.poster, intake.lose
+        self.invoke: Callable[[Callable[[], None]], None] = self._turns.put
+        """Calls a function in the engine's thread between two events."""
+        self.wake = self._turns.wake
+        """Makes the engine's thread check its clocks, because simulated time advanced."""
 
     # From any thread
+
+    def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
+        """Report progress of a request: "accepted", "feedback", "response", or "error" or
+        "cancelled" with a reason. A goal has ended as "cancelled" where its server says so, or if
+        it was cancelled before it began, whoever asked for that.
+
+        For an end with a result, ``payload`` is a :class:`~.calls.Failure`.
+        """
+        self._requests.report(key, token, kind, payload)
+
+    def serve(self, key: str, message: Any, call: WaitingCall) -> None:
+        """Pass on a call of the robot."""
+        self._turns.put(lambda: self._serve(key, message, call))
+
+    def recall(self, key: str, call: WaitingCall) -> None:
+        """Pass on that the robot cancels a goal."""
+        self._turns.put(lambda: self._recall(key, call))
+
+    def tell(self, level: str, text: str) -> None:
+        """Write to the log."""
+        self._turns.put(lambda: self._port.log(level, text))
 
     def stop(self, reason: str) -> None:
         """Request a safe stop."""
@@ -72,8 +151,8 @@ class Engine(Operating):
     def run(self) -> None:
         """Execute the controller until :meth:`close`."""
         self.begin()
-        while not self._closing:
-            self._turns.wait(self._patience())
+        while not self.closing:
+            self._turns.wait(shortest(self.time_to_deadline(), self._pauses.beat))
             self.cycle()
 
     def begin(self) -> None:
@@ -81,7 +160,7 @@ class Engine(Operating):
         self._guarded(self._begin)
 
     def _begin(self) -> None:
-        self._run_to_completion(None)
+        self._completion.run(None)
         self._scheduler.begin(self._now())
         self._clocks.begin()
 
@@ -90,6 +169,14 @@ class Engine(Operating):
         be shown from now on."""
         self._clocks.change()
         self._time_monitor.replaced = fault
+
+    def time_to_deadline(self) -> Optional[float]:
+        """Return the seconds until the next deadline; None: the engine only waits for inputs."""
+        command = None if self.stopped else self._time_to_command(self._now())
+        return shortest(command, self._deadlines.time_to_next())
+
+    def _time_to_command(self, now: float) -> Optional[float]:
+        return self._scheduler.time_to_next(now)
 
     def cycle(self) -> None:
         """Handle all queued items, then perform each command that is due once."""
@@ -100,7 +187,7 @@ class Engine(Operating):
         engine."""
         number = self.recorder.number
         try:
-            self._notice_pause()
+            self._pauses.look()
             function(*arguments)
             self.recorder.settle()
         except Exception as error:
@@ -136,13 +223,13 @@ class Engine(Operating):
 
     def _perform_next(self) -> bool:
         """Perform the next command that is due; False if there is none."""
-        self._notice_pause()  # the process may have been stopped since the cycle began
-        if self.stopped is not None or self._closing or self._pauses.holds:
+        self._pauses.look()  # the process may have been stopped since the cycle began
+        if self.stopped is not None or self.closing or self._pauses.holds:
             return False
         command = self._scheduler.next(self._now())
         if command is None:
             return False
-        self._perform(command)
+        self._sending.perform(command)
         return True
 
     def _meet_deadlines(self) -> None:
@@ -167,31 +254,18 @@ class Engine(Operating):
             self._arrived(entries, message, token)
             return
         if entries[0].call:
-            self._reported(entries[0], message, token)
+            self._requests.reported(entries[0], message, token)
         else:
             self._input(entries, message)
 
     def _arrived(self, entries: Inputs, message: Any, inbox: Inbox) -> None:
         arrival = inbox.take()
         if self._ages:
-            entries = self._dated(entries, message, arrival)
+            entries = self._ages.dated(entries, message, arrival)
         applied = self._input(entries, message)
         if inbox.is_watched:
             known = None if self._pauses.holds else arrival
             self._clocks.heard((entry.key for entry in applied), known)
-
-    def _dated(self, entries: Inputs, message: Any, arrival: float) -> Inputs:
-        """Return the inputs of a message, those whose age matters with a check of it."""
-        if not any(self._ages.concern(entry.key) for entry in entries):
-            return entries
-        passed = self._clocks.moment() - arrival
-        known = self._port.stamp_time() - passed if self._clocks.has_begun else None
-        return tuple(
-            entry.checked(partial(self._ages.check, entry.key, message, known))
-            if self._ages.concern(entry.key)
-            else entry
-            for entry in entries
-        )
 
     def _take_delayed(self, timer: Timer) -> None:
         """Take a transition whose delay is over, if its guard holds."""
@@ -222,36 +296,10 @@ class Engine(Operating):
 
     def _apply(self, entry: BoundInput, message: Any) -> bool:
         """Apply one event; False if it is a mismatch."""
-        value = word = None
-        try:
-            if entry.kind == "error":
-                word = self.controller.reason = message.word
-            if entry.read is not None:
-                value = entry.read(message.result if entry.kind == "error" else message)
-            entry.apply(value)
-        except BrokenAssumption as broken:
-            self._broken[str(broken)] = self._broken.get(str(broken), 0) + 1
-            self._mismatch(entry, message, value, Failure(str(broken), message, REFUSED))
-            return False
-        except Mismatch as mismatch:
-            self._mismatch(entry, message, value, Failure(str(mismatch)))
-            return False
-        except UNREADABLE as error:
-            # The message does not have the type that the model states.
-            text = "%s: %s" % (type(error).__name__, error)
-            self._mismatch(entry, message, value, Failure(text))
-            return False
-        detail = None
-        self.recorder.counters["inputs"] += 1
-        if entry.kind == "error":
-            detail = message.reason
-            self.recorder.counters["errors"] += 1
-            self._scheduler.failed(entry.key)
-            self._log("warning", entry.key, "%s failed: %s" % (entry.name, detail))
-        self.recorder.record(
-            entry.kind, entry.name, value, detail=detail, writes=entry.writes, reason=word
-        )
-        return True
+        unfit = self._events.apply(entry, message)
+        if unfit is not None:
+            self._mismatch(entry, message, *unfit)
+        return unfit is None
 
     def _mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> None:
         """Report an event that cannot be applied; ``failure`` is why, also for its request."""
@@ -274,68 +322,29 @@ class Engine(Operating):
     def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
         """Complete an event that wrote these attributes and ended a request (by key), if any;
         return all attributes written."""
-        if self._transitions:
-            writes = self._run_to_completion(writes)
-        undefined = self.controller.undefined
-        if undefined:
-            total = sum(undefined.values())
-            if total != self._undefined:
-                self._undefined = self.recorder.counters["undefined"] = total
-                self._log(
-                    "warning",
-                    "undefined",
-                    "undefined value: an array was too short, or no result came",
-                )
-        if not self._clocks.concerned.isdisjoint(writes):
-            self._clocks.follow(writes)
+        writes = self._completion.complete(writes)
         self._schedule(writes, ended)
         return writes
 
     def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
         self._scheduler.update(self._scheduler.affected(writes), ended, self._now())
 
-    def _run_to_completion(self, writes: Optional[FrozenSet[str]]) -> FrozenSet[str]:
-        """Take internal transitions until none is enabled; return all attributes written."""
-        written = writes or frozenset()
-        for steps, (tau, path) in enumerate(self._transitions.run(writes), 1):
-            written |= frozenset(tau.writes)
-            self.recorder.counters["taus"] += 1
-            path = path_of(path)
-            self.recorder.record("tau", tau.component, path, tau=tau.number, writes=tau.writes)
-            if steps > self.controller.STEP_BOUND:
-                self._safe_stop("the internal transitions never end (%s)" % tau.component)
-                break
-        return written
+    # Calls that are served
+
+    def _serve(self, key: str, message: Any, call: WaitingCall) -> None:
+        self._served.serve(key, message, call)
+
+    def _recall(self, key: str, call: WaitingCall) -> None:
+        self._served.recall(key, call)
+
+    def _idle(self) -> Optional[str]:
+        """Return why calls are refused now, or None."""
+        return self.stopped or ("it ends" if self.closing else None)
 
     # Commands
 
-    def _perform(self, command: ScheduledCommand) -> None:
-        now = self._now()
-        name = self._names[command.key]
-        data = None
-        try:
-            if command.data is not None:
-                data = command.data()
-                if self.settings.refuse_not_finite:
-                    demand_finite(data)
-            self._dispatch(command, data)
-        except Exception as error:
-            reason = "%s: %s" % (type(error).__name__, error)
-            if isinstance(error, Undefined):
-                reason = "some of its data has not arrived yet"
-            self.recorder.counters["failed"] += 1
-            self.recorder.record(command.kind, name, data, "failed", reason)
-            self._log("error", command.key, "%s could not be sent: %s" % (name, reason))
-            self._scheduler.performed(command, now)
-            return
-        if command.apply is not None:
-            command.apply()
-        command.count += 1
-        command.send(data)
-        self.recorder.counters["commands"] += 1
-        self.recorder.record(command.kind, name, data, writes=command.writes)
-        self._scheduler.performed(command, now)
-        self._after(command.writes, None)
+    def _miss(self, missed: Missed) -> None:
+        self._requests.miss(missed)
 
     # Stopping
 
@@ -345,48 +354,47 @@ class Engine(Operating):
         self.stopped = reason
         self.recorder.record("stop", "", None, "stopped", reason)
         self._log("error", "stop", "safe stop: " + reason)
-        self._withdraw()
+        self.stand_still()
         if self.settings.exit_on_stop:
             self._port.exit(1)
 
-    def _withdraw(self) -> None:
+    def stand_still(self) -> None:
         """Cancel running goals, whose end is still reported, refuse calls, and send the stop
         command."""
-        self._refuse_waiting("the controller stopped: %s" % (self.stopped or "the node ends"))
-        sorts = {c.key: c.sort for c in self.controller.COMMUNICATIONS}
-        for key, token in self._calls.running():
-            if sorts[key] == "action":
-                self._port.cancel(key, token)
-        stop = self.settings.stop_command
-        for command in self._scheduler.commands:
-            if (command.key, command.kind) == (stop, "request") and command.possible:
-                self._send_stop(command)
-
-    def _send_stop(self, command: ScheduledCommand) -> None:
-        """Send the stop command, whatever its guard; apply it only if the components allow it."""
-        name = self._names[command.key]
-        try:
-            data, lack = without_gaps(command.data, self.settings.refuse_not_finite)
-            if lack is not None:
-                self._log("error", "data", "%s is sent with defaults: %s" % (name, lack))
-            self._dispatch(command, data)
-        except Exception as error:
-            self.recorder.record("request", name, None, "failed", str(error))
-            self._log("error", "stop", "the stop command %s failed: %s" % (name, error))
-            return
-        self.recorder.counters["commands"] += 1
-        self.recorder.record("request", name, data, detail=STOP_COMMAND)
-        read = self._read_of_stop(command, data)
-        fits = command.synchronisation is None or command.synchronisation(*read)
-        if command.apply is not None and fits:
-            command.apply(*read)
-            self._schedule(command.writes, None)
+        why = self.stopped or "the node ends"
+        self._schedule(self._sending.withdraw(why, self._read_of_stop), None)
 
     def _read_of_stop(self, command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
         return ()  # a supervisor's model may read the data
 
     def _close(self) -> None:
-        if not self._closing:
-            self._closing = True
+        if not self.closing:
+            self.closing = True
             if self.stopped is None:
-                self._withdraw()
+                self.stand_still()
+
+    def begin_again(self) -> None:
+        """Send commands again after :meth:`stand_still`, beginning with those that are allowed."""
+        self.stopped = None
+        self._scheduler.begin(self._now())
+        self.changed.set()
+
+    def let_through(self) -> Optional[str]:
+        """Perform the command that would be next; return why not, if so."""
+        now = self._now()
+        self._scheduler.begin(now)
+        # One that was performed last is next only in the round after.
+        command = self._scheduler.next(now) or self._scheduler.next(now)
+        if command is None:
+            return "no command is allowed now"
+        self._sending.perform(command)
+        return None
+
+    # For reporters, through invoke
+
+    def snapshot(self) -> Dict[str, Any]:
+        """Return a copy of the state and the counters for use in another thread."""
+        for fault in self._time_monitor.look():
+            self._log("warning", "time", fault)
+        faults = self._time_monitor.faults + self._port.faults() + self._events.faults()
+        return snapshot_of(self._parts, self.stopped, self._intake.dropped, faults)

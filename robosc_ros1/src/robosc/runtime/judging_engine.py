@@ -43,12 +43,11 @@ class JudgingEngine(Engine):
         port: JudgingPort,
         settings: Optional[Settings] = None,
         steady: Callable[[], float] = steady_time,
+        now: Optional[Callable[[], float]] = None,
     ) -> None:
-        super().__init__(controller, port, settings, steady)
+        super().__init__(controller, port, settings, steady, now)
         self._port_that_corrects = port
-        self._scheduled: Dict[Tuple[str, str], ScheduledCommand] = {
-            (c.key, c.kind): c for c in self._scheduler.commands
-        }
+        self._scheduled = self._parts.commands
 
     # From any thread
 
@@ -62,10 +61,7 @@ class JudgingEngine(Engine):
     ) -> None:
         """Take a message from the controller; ``payload`` is what the port sends if it passes, and
         ``repack`` makes one of the message as corrected."""
-        inbox = self._inboxes.get((topic,))  # topics and keys never coincide
-        if inbox is None:
-            inbox = Inbox(self._submit, self._turns.put, (), None)
-            inbox = self._inboxes.setdefault((topic,), inbox)
+        inbox = self._intake.inbox((topic,), ())  # topics and keys never coincide
         inbox.post(Offered(message, payload, topic, patterns, repack))
 
     # The thread that has the turn
@@ -126,7 +122,7 @@ class JudgingEngine(Engine):
         """Return why a message that was sent would not have been passed on as it is now; empty if
         it would."""
         row = command.row
-        reasons = self._reasons(command.key, command.kind, data)
+        reasons = self.reasons(command.key, command.kind, data)
         if row.correct is None or row.read is None:
             return reasons
         try:
@@ -135,7 +131,7 @@ class JudgingEngine(Engine):
             if found is None or told is None:
                 return reasons
             read = row.read(self.controller, found.made)
-            blocked = self._reasons(command.key, command.kind, (read,))
+            blocked = self.reasons(command.key, command.kind, (read,))
         except Undefined:
             return [*reasons, {"kind": "data", "text": NOTHING_TO_CORRECT_BY}]
         except UNFIT as error:
@@ -159,7 +155,7 @@ class JudgingEngine(Engine):
         found = not_finite(message) if self.settings.refuse_not_finite else None
         return [] if found is None else [{"kind": "number", "text": found}]
 
-    def _reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
+    def reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
         """Return why a command is not allowed now; empty if it is."""
         command = self._scheduled[key, kind]
         # Preferences are not checked: the choice of commands is left to the other controller.

@@ -14,29 +14,49 @@ decide: until then a forbidden one waits, and those behind it on its topic with 
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, FrozenSet, Optional, Set
+import time
+from typing import (
+    Any,
+    Callable,
+    Container,
+    FrozenSet,
+    Iterable,
+    List,
+    Optional,
+    Tuple,
+)
 
 from .allowances import Allowances
-from .calls import Failure, Missed
-from .intake import BoundInput
-from .judging_engine import UNFIT
+from .calls import Failure
+from .clocks import Timer
+from .crossings import Crossings
+from .deadlines import shortest
+from .engine_parts import BoundInput, Inputs, Item
+from .findings import FindingReports
+from .gathering import GATHERING, ArrivalTime, Gathering
+from .invariants import Invariants
+from .judging_engine import UNFIT, JudgingEngine
 from .matching import matching_command
 from .model import Controller
-from .offers import Reasons, Repack
-from .ordering_engine import OrderingEngine
+from .offers import Reasons, Repack, told
+from .orderings import SeenEvent
+from .pending import Pending
 from .port import steady_time
-from .reasons import reason_text
 from .recorder import STOP_COMMAND
 from .scheduler import ScheduledCommand
-from .seen import MonitorPort, RecentStates, Seen
+from .seen import MonitorPort, Seen
+from .seen_goals import SeenGoals
 from .settings import Settings
-from .shortening import Shortener
-from .telemetry import dump
-from .verdicts import verdicts
+from .unseen import Visibility
 
 
-class MonitorEngine(OrderingEngine):
-    """Judges what is seen. Its own public methods may be called from any thread."""
+class MonitorEngine(JudgingEngine):
+    """Judges what is seen. Its own public methods may be called from any thread.
+
+    ``gathering`` is for how many seconds what arrives is put off (0: it is handled at once).
+    """
+
+    gathering = GATHERING
 
     def __init__(
         self,
@@ -45,15 +65,47 @@ class MonitorEngine(OrderingEngine):
         settings: Optional[Settings] = None,
         steady: Callable[[], float] = steady_time,
     ) -> None:
-        super().__init__(controller, port, settings, steady)
-        self._port_of_findings = port
-        self.recorder.counters.update(forbidden=0, violations=0, crossed=0)
-        self._allowances = Allowances(controller, self._is_allowed)
-        self._withdrawn: Dict[str, float] = {}
-        """The actions whose goals were cancelled although the model does not say so, each when."""
+        clock = ArrivalTime(port.now)
+        super().__init__(controller, port, settings, steady, clock)
+        self._gathering = Gathering(self._parts, clock)
+        self._pending = Pending(self._is_decided)
+        self._visibility = Visibility(controller)
+        self.tolerance = self.settings.tolerance
+        """By how many seconds messages may cross."""
+        self.describe: Callable[[Any], Any] = lambda message: None
+        """Returns what is recorded of the message of a command."""
+        self.recorder.counters.update(crossed=0)
+        self._findings = FindingReports(self._parts, port.found)
+        self._crossings = Crossings(
+            self._parts, lambda: self.tolerance, lambda: self._pending.oldest
+        )
+        self._allowances = Allowances(self._parts, self._objections)
+        self._invariants = Invariants(controller)
+        self._goals = SeenGoals(self._parts, lambda: self.tolerance)
         self._own = ""  # the topic of the command that is being applied
-        reads_data = any(row.read is not None for row in controller.COMMANDS)
-        self._recent = RecentStates(controller) if reads_data else None
+        self._is_explained = False  # the last input is one that came in another order
+
+    def leave_out(self, keys: Container[str], by_data: Container[str] = ()) -> None:
+        """Tell before the start which communications cannot be seen.
+
+        What may depend on them is not judged, nor the commands ``by_data``: those that their data
+        would decide on, which this controller knows of its own only.
+        """
+        self._visibility.leave_out(keys, by_data)
+        if not self._visibility:
+            self._invariants.leave_out()
+
+    @property
+    def unjudged(self) -> List[Tuple[str, str]]:
+        """The commands, by key and kind, that are not judged."""
+        return [
+            (c.key, c.kind) for c in self._scheduler.commands if not self._visibility.shows(c.reads)
+        ]
+
+    def order_matters(self, groups: Iterable[Iterable[str]]) -> None:
+        """Tell before the start which events do not commute: groups of them, by the keys of their
+        communications, or by component for delayed transitions."""
+        self._crossings.distinguish(groups)
 
     def see(self, key: str, kind: str, message: Any = None) -> None:
         """Take a request or a cancel that was seen."""
@@ -77,7 +129,8 @@ class MonitorEngine(OrderingEngine):
 
     def time_to_deadline(self) -> Optional[float]:
         found = super().time_to_deadline()
-        times = [self._seen[0].time] if self._seen else []
+        oldest = self._pending.oldest
+        times = [] if oldest is None else [oldest]
         if self._invariants.earliest is not None:
             times.append(self._invariants.earliest)
         if not times:
@@ -88,21 +141,47 @@ class MonitorEngine(OrderingEngine):
     def _meet_deadlines(self) -> None:
         if self._clocks.any_due():
             super()._meet_deadlines()
-        if self._seen:
-            self._judge()
+        if self._pending.oldest is not None:
+            self._pending.judge(self._answer)
         if self._invariants.rows:
-            self._tell_violations()
+            self._findings.violated(self._invariants.lasting(self._now(), self.tolerance))
 
     # What is seen
+
+    def _submit(self, item: Item) -> None:
+        (self._gathering.put if self.gathering else super()._submit)(item)
+
+    def run(self) -> None:
+        self.begin()
+        while not self.closing:
+            self._turns.wait(shortest(self.time_to_deadline(), self._pauses.beat))
+            if self._queue:
+                time.sleep(self.gathering)
+            self.cycle()
+            while self._queue and not self.closing:
+                self.cycle()
+
+    def _take(self, item: Any) -> None:
+        self._gathering.take(item, self._handle)
+
+    def _handle(self, item: Item, was_put_off: bool) -> None:
+        if was_put_off:
+            self._meet_deadlines()
+        super()._take(item)
+
+    def _count(self, seen: Seen, command: ScheduledCommand) -> None:
+        command.count += 1
+        if seen.kind == "request":
+            self._goals.begin(seen.key, seen.time)
 
     def _offer(self, message: Any, payload: Any, topic: str, patterns: Any, repack: Repack) -> None:
         key = matching_command(patterns, message)
         if key is not None:
-            self._topics[key] = topic
+            self._pending.name_topic(key, topic)
             self._take_command(key, "request", message)
             return
         seen = Seen("", "request", message, self._now(), self.recorder.now())
-        self._forbid("request", "", self._unmatched(patterns), seen)
+        self._forbid("", seen, self._unmatched(patterns))
 
     def _take_command(self, key: str, kind: str, message: Any) -> None:
         command = self._scheduled[key, kind]
@@ -113,91 +192,54 @@ class MonitorEngine(OrderingEngine):
             try:
                 seen = seen._replace(data=(command.row.read(self.controller, message),))
             except UNFIT as error:
-                self._forbid(kind, self._names[key], [{"kind": "data", "text": str(error)}], seen)
+                self._forbid(self._names[key], seen, [{"kind": "data", "text": str(error)}])
                 return
+        since, place = seen.time - self.tolerance, self._pending.place(seen)
         excused = (
-            self._is_unjudged(command)
-            or key in self._by_data
-            or self._is_allowed(command, seen)
-            or self._was_allowed(command, seen)
+            not self._visibility.decides(command)
+            or self._allowances.is_allowed(command, seen)
+            or self._allowances.was_allowed(command, seen, since, place)
             or self._pauses.holds  # the order of what waited is not known
         )
-        self._seen.append(seen._replace(excused=excused))
-        self._judge()
+        self._pending.add(seen._replace(excused=excused))
+        self._pending.judge(self._answer)
 
     def _take_answer(self, entry: BoundInput, message: Any, former: bool) -> None:
-        waits = any(seen.key == entry.key for seen in self._seen)
+        waits = self._pending.holds(entry.key)
         if former:
             if waits:  # it crossed the request that waits for it; else another one took its place
                 self._answer(entry, message)
-        elif waits or self._may_cross(entry):
+        elif waits or self._goals.may_cross(entry):
             now = self._now()
             stamp = self.recorder.now()
-            self._seen.append(Seen(entry.key, entry.kind, message, now, stamp, entry=entry))
+            self._pending.add(Seen(entry.key, entry.kind, message, now, stamp, entry=entry))
         else:
             self._answer(entry, message)
 
-    def _may_cross(self, entry: BoundInput) -> bool:
-        """Whether the cancel may come later that an answer says was obeyed."""
-        is_withdrawn = entry.key in self._withdrawn
-        return entry.kind == "cancelled" and self._phase(entry.key) == "busy" and not is_withdrawn
-
     def _answer(self, entry: BoundInput, message: Any) -> None:
-        if self._phase(entry.key) == "idle" or self._is_ignored(entry):
+        if self._parts.phase(entry.key) == "idle" or self._requests.is_ignored(entry):
             self.recorder.counters["late"] += 1
             return
         if entry.ends is not None:
-            missed = self._missed_by(entry.key)
-            self._withdrawn.pop(entry.key, None)
-            entry, message = self._end_of(entry, message, missed)
+            entry, message = self._requests.end_of(entry, message, self._goals.end(entry.key))
         self._input((entry,), message)
-
-    def _missed_by(self, key: str) -> Optional[Missed]:
-        """Return the deadline for which a goal was cancelled, if the model does not cancel it."""
-        limit, cancelled = self.settings.goal_timeout_of(key), self._withdrawn.get(key)
-        if limit is None or cancelled is None:
-            return None
-        end = self._begun[key] + limit
-        is_over = cancelled >= end - self.tolerance
-        return Missed(end, key, "deadline exceeded") if is_over else None
-
-    def _judge(self) -> None:
-        """Apply what was seen, in order on each topic, as far as it need not wait."""
-        place = self._next_decided()
-        while place is not None:
-            answered = self._seen.pop(place)
-            if answered.entry is not None:
-                self._answer(answered.entry, answered.message)
-            place = self._next_decided()
-
-    def _next_decided(self) -> Optional[int]:
-        """Apply the first command that need not wait, and return its place; or that of an answer to
-        one that was applied; None: all have to wait."""
-        waiting: Set[str] = set()
-        for place, seen in enumerate(self._seen):
-            topic = self._topic(seen)
-            before = {topic} if seen.entry is None else {topic, seen.key + "cancel"}
-            if waiting.isdisjoint(before) and self._is_decided(seen):
-                return place
-            waiting.add(topic)
-        return None
 
     def _is_decided(self, seen: Seen) -> bool:
         """Apply a command, unless it has to wait for what may come; an answer is not applied."""
         over = self._now() - seen.time >= self.tolerance
         if seen.entry is not None:
-            return over or not self._may_cross(seen.entry)
+            return over or not self._goals.may_cross(seen.entry)
         command = self._scheduled[seen.key, seen.kind]
         if command.is_cancel:
             return self._is_cancelled(seen, command, over)
-        if seen.key in self._withdrawn and not command.possible:
+        if self._goals.is_withdrawn(seen.key) and not command.possible:
             self._replace(seen.key)
-        fits = self._fits(command, *seen.data)
+        fits = command.fits(*seen.data)
         unfit = self._unfit(seen.message)
-        if fits and not unfit and (seen.excused or self._is_allowed(command, seen)):
+        if fits and not unfit and (seen.excused or self._allowances.is_allowed(command, seen)):
             self._happen(seen, command)
             return True
-        if self._is_unjudged(command):
+        if not self._visibility.shows(command.reads):
             return True
         if not unfit and not over:
             return False
@@ -217,20 +259,20 @@ class MonitorEngine(OrderingEngine):
         """Take a cancel, which a supervisor always passes on: where the model does not have it, the
         goal goes on until the robot says otherwise."""
         if not command.possible:
-            if any(s.key == seen.key and s.kind == "request" for s in self._seen) and not over:
+            if self._pending.holds(seen.key, "request") and not over:
                 return False
             self._is_from_before(seen, command)
             return True
-        if self._fits(command) and (seen.excused or self._is_allowed(command)):
+        if command.fits() and (seen.excused or self._allowances.is_allowed(command)):
             self._happen(seen, command)
             return True
         if over:
-            self._withdrawn[seen.key] = seen.time
+            self._goals.withdraw(seen.key, seen.time)
         return over
 
     def _replace(self, key: str) -> None:
         """End a cancelled goal whose end was not seen before the next one began."""
-        self._withdrawn.pop(key, None)
+        self._goals.end(key)
         self._input((self._inputs[key, "error"],), Failure("another goal took its place"))
 
     def _happen(
@@ -241,15 +283,15 @@ class MonitorEngine(OrderingEngine):
         detail: Optional[str] = None,
     ) -> None:
         """Apply a command that was seen."""
-        orders = self._orders.get(seen.key)
+        orders = self._crossings.of(seen.key)
         before = None if orders is None else orders.moment()
-        fits = self._fits(command, *seen.data)
+        fits = command.fits(*seen.data)
         if fits and command.apply is not None:
             command.apply(*seen.data)
         self._count(seen, command)
         name = self._names[seen.key]
         if reasons:
-            self._forbid(seen.kind, name, reasons, seen, command.writes)
+            self._forbid(name, seen, reasons, command.writes)
         else:
             self.recorder.counters["commands"] += 1
             self.recorder.record(
@@ -257,69 +299,83 @@ class MonitorEngine(OrderingEngine):
                 time=seen.stamp, seen=True,
             )  # fmt: skip
         if fits:
-            self._own = self._topic(seen)
+            self._own = self._pending.place(seen)
             self._after(command.writes, None)
             self._own = ""
-        is_right = not reasons and detail is None and not self._is_free(command)
+        is_right = not reasons and detail is None and not self._visibility.is_free(command)
         if orders is not None and before is not None and (command.writes or is_right):
-            orders.happened(self._sending(seen, command, is_right), before)
+            orders.happened(self._as_sent(seen, command, is_right), before)
 
     def _forbid(
-        self,
-        kind: str,
-        name: str,
-        reasons: Reasons,
-        seen: Seen,
-        writes: FrozenSet[str] = frozenset(),
+        self, name: str, seen: Seen, reasons: Reasons, writes: FrozenSet[str] = frozenset()
     ) -> None:
-        text = "; ".join(map(reason_text, reasons))
-        self.recorder.counters["forbidden"] += 1
-        self.recorder.record(
-            kind, name, self._value(seen), "forbidden", text, writes=writes, time=seen.stamp,
-            seen=True, blocked_by=reasons,
-        )  # fmt: skip
-        self._tell("forbidden", kind, name, seen.message, text, reasons, seen.stamp)
-        what = "%s of %s" % (kind, name) if name else "a message"
-        self._log("warning", name + kind, "%s was sent, which is forbidden: %s" % (what, text))
+        self._findings.forbidden(name, seen, self._value(seen), reasons, writes)
 
-    def _tell(
-        self,
-        outcome: str,
-        kind: str,
-        name: str,
-        value: Any,
-        detail: str,
-        reasons: Optional[Reasons] = None,
-        stamp: Optional[float] = None,
-        number: Optional[int] = None,
-    ) -> None:
-        """Publish the findings of an event that was recorded, by default the last one."""
-        for sort, because in verdicts(outcome, detail, reasons):
-            document = {
-                "version": 1,
-                "time": round(self.recorder.now() if stamp is None else stamp, 6),
-                "number": self.recorder.number if number is None else number,
-                "sort": sort,
-                "event": {"kind": kind, "name": name, "value": Shortener()(value)},
-                "reasons": because,
-            }
-            self._port_of_findings.found(dump(document))
+    def _value(self, seen: Seen) -> Any:
+        return told(seen.data) if seen.data else self.describe(seen.message)
 
-    # What was allowed
+    # In another order
 
-    def _was_allowed(self, command: ScheduledCommand, seen: Seen) -> bool:
-        """Whether a command was allowed a moment before it was seen."""
-        since = seen.time - self.tolerance
-        if self._recent is None or not seen.data:
-            return self._allowances.were_after(command, since)
-        return self._recent.held(lambda: self._is_allowed(command, seen), since, self._topic(seen))
+    def _input(self, entries: Inputs, message: Any) -> List[BoundInput]:
+        orders = self._crossings.of(entries[0].key)
+        if orders is None:
+            return super()._input(entries, message)
+        before = orders.moment()
+        self._is_explained = False
+        applied = super()._input(entries, message)
+        if applied and not self._is_explained:
+            orders.happened(self._crossings.arrival(entries, message), before)
+        return applied
+
+    def _apply(self, entry: BoundInput, message: Any) -> bool:
+        return super()._apply(entry, message) or self._is_explained
+
+    def _explains(self, entry: BoundInput, message: Any, value: Any) -> bool:
+        """Whether an input that cannot happen now has happened in another order; it is applied."""
+        arrival = self._crossings.arrival((entry,), message)
+        changed = self._crossings.explain(entry.key, arrival)
+        if changed is None:
+            return False
+        self._is_explained = True
+        self.recorder.counters["inputs"] += 1
+        self._crossings.record(entry.kind, entry.name, value, changed | entry.writes)
+        self._after(changed, None)
+        return True
+
+    def _take_delayed(self, timer: Timer) -> None:
+        orders = self._crossings.of(timer.row.component)
+        before = None if orders is None else orders.moment()
+        number = self.recorder.number
+        super()._take_delayed(timer)
+        if orders is not None and before is not None and self.recorder.number != number:
+            due = orders.due(self._clocks.index_of(timer), self._now())
+            orders.happened(due, before)
+
+    def _as_sent(self, seen: Seen, command: ScheduledCommand, is_judged: bool) -> SeenEvent:
+        place = self._pending.place(seen)
+        judge = self._allowances.is_allowed if is_judged else None
+        return self._crossings.sending(seen, command, place, judge)
+
+    def _is_from_before(self, seen: Seen, command: ScheduledCommand) -> bool:
+        """Whether a command that is not allowed, or does not fit, was sent in another order of what
+        was seen; it is applied."""
+        sent = self._as_sent(seen, command, not self._visibility.is_free(command))
+        changed = self._crossings.explain(seen.key, sent)
+        if changed is None:
+            return False
+        self._count(seen, command)
+        self.recorder.counters["commands"] += 1
+        name, changed = self._names[seen.key], changed | command.writes
+        value = self._value(seen)
+        self._crossings.record(seen.kind, name, value, changed, seen.stamp, seen=True)
+        self._after(changed, None)
+        return True
 
     def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
         written = super()._after(writes, ended)
-        if self._recent is not None:
-            self._recent.note(self._now(), self._own, self.tolerance)
+        self._allowances.note(self._now(), self._own, self.tolerance)
         for command in self._scheduler.affected(written):
-            by_itself = self._own == self._topics.get(command.key, command.key)
+            by_itself = self._own == self._pending.topic_of(command.key)
             self._allowances.update(command, by_itself, self._now())
         if self._invariants.rows:
             self._look_at_states()
@@ -327,32 +383,18 @@ class MonitorEngine(OrderingEngine):
 
     def _look_at_states(self) -> None:
         self._invariants.look(self._now(), self.recorder.now())
-        self._tell_violations()
-
-    def _tell_violations(self) -> None:
-        """Report the requirements on all states that are violated for longer than the tolerance."""
-        for row, reason, _, stamp in self._invariants.lasting(self._now(), self.tolerance):
-            text = reason_text(reason)
-            self.recorder.counters["violations"] += 1
-            self.recorder.record(
-                "state", "", None, "violated", text, time=stamp, blocked_by=[reason]
-            )
-            self._tell("violated", "state", "", None, text, [reason], stamp)
-            self._log("warning", row.place, "violated: " + text)
+        self._findings.violated(self._invariants.lasting(self._now(), self.tolerance))
 
     def _mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> None:
-        if self._unknown.isdisjoint(entry.writes) and not self._explains(entry, message, value):
+        if self._visibility.shows(entry.writes) and not self._explains(entry, message, value):
             number, reason = self.recorder.number + 1, failure.reason
             super()._mismatch(entry, message, value, failure)
-            self._tell("mismatch", entry.kind, entry.name, value, reason, number=number)
+            self._findings.tell("mismatch", entry.kind, entry.name, value, reason, number=number)
 
     # Nothing is sent
 
-    def _withdraw(self) -> None:
+    def stand_still(self) -> None:
         """Do nothing: goals and commands are those of others."""
 
     def _safe_stop(self, reason: str) -> None:
-        """Report it; others go on, so this goes on, too."""
-        self.recorder.record("stop", "", None, "stopped", reason)
-        self._tell("stopped", "stop", "", None, reason)
-        self._log("error", "stop", "the model cannot be followed: " + reason)
+        self._findings.stopped(reason)  # others go on, so this goes on, too

@@ -8,97 +8,93 @@ What the operator lets through is a command that is allowed, decided on and chec
 
 from __future__ import annotations
 
-from typing import Optional
+import threading
+from typing import Optional, Protocol
 
-from .scheduler import ScheduledCommand
-from .served import Serving
+from .engine_parts import EngineParts
 
 INACTIVE = "not active"
 HELD = "held by the operator"
 """The reasons (``stopped``) of a suspended engine, and of one that is held."""
 
 
-class Operating(Serving):
-    """The ways in which an engine stands still for a while."""
+class Operated(Protocol):
+    """What is operated: an engine. ``stopped`` is why it sends nothing, ``closing`` that it ends;
+    ``changed`` is set for its reporter."""
 
-    # From any thread
+    stopped: Optional[str]
+    closing: bool
+    changed: threading.Event
+
+    def stand_still(self) -> None:
+        """Cancel running goals, refuse calls, and send the stop command."""
+
+    def begin_again(self) -> None:
+        """Send commands again, beginning with those that are allowed now."""
+
+    def let_through(self) -> Optional[str]:
+        """Let one command through; return why not, if so."""
+
+
+class EngineOperator:
+    """The ways in which an engine stands still for a while. Public methods may be called from any
+    thread."""
+
+    def __init__(self, parts: EngineParts, engine: Operated) -> None:
+        self._parts = parts
+        self._engine = engine
 
     def suspend(self) -> None:
         """Request a safe stop that :meth:`resume` ends; inputs are still applied."""
-        self._turns.put(self._suspend)
+        self._parts.turns.put(self._suspend)
 
     def resume(self) -> bool:
         """Resume after :meth:`suspend`; False after a safe stop for any other reason, which is
         final."""
-        if self.stopped not in (None, INACTIVE):
+        if self._engine.stopped not in (None, INACTIVE):
             return False
-        self._turns.put(self._resume)
+        self._parts.turns.put(self._resume)
         return True
 
     def operate(self, order: str) -> None:
         """Take an order of the operator: "hold", "release" or "step"."""
-        self._turns.put(lambda: self._operate(order))
+        self._parts.turns.put(lambda: self._operate(order))
 
     # The thread that has the turn
 
-    def _withdraw(self) -> None:
-        """Cancel running goals, and send the stop command."""
-        raise NotImplementedError
-
-    def _perform(self, command: ScheduledCommand) -> None:
-        raise NotImplementedError
-
     def _suspend(self) -> None:
-        if self.stopped in (None, HELD):
-            self.stopped = INACTIVE
-            self._withdraw()
-            self.changed.set()
+        if self._engine.stopped in (None, HELD):
+            self._engine.stopped = INACTIVE
+            self._engine.stand_still()
+            self._engine.changed.set()
 
     def _resume(self) -> None:
-        if self.stopped == INACTIVE:
-            self._begin_again()
-
-    def _begin_again(self) -> None:
-        self.stopped = None
-        self._scheduler.begin(self._now())
-        self.changed.set()
+        if self._engine.stopped == INACTIVE:
+            self._engine.begin_again()
 
     def _operate(self, order: str) -> None:
         orders = {"hold": self._hold, "release": self._release, "step": self._step}
         if order not in orders:
-            self._log(
-                "warning",
-                "operator",
-                "the operator can hold, release and step, not %r" % order[:40],
-            )
+            text = "the operator can hold, release and step, not %r" % order[:40]
+            self._parts.log("warning", "operator", text)
             return
-        refusal = (self._closing and "the node ends") or orders[order]()
+        refusal = (self._engine.closing and "the node ends") or orders[order]()
         outcome = "refused" if refusal else "operated"
-        self.recorder.record("operator", "", order, outcome, refusal or None)
-        self._log("info", "operator " + order, "%s: %s" % (order, refusal or "done"))
+        self._parts.recorder.record("operator", "", order, outcome, refusal or None)
+        self._parts.log("info", "operator " + order, "%s: %s" % (order, refusal or "done"))
 
     def _hold(self) -> Optional[str]:
-        if self.stopped is not None:
-            return "it stands still: " + self.stopped
-        self.stopped = HELD
-        self._withdraw()
+        if self._engine.stopped is not None:
+            return "it stands still: " + self._engine.stopped
+        self._engine.stopped = HELD
+        self._engine.stand_still()
         return None
 
     def _release(self) -> Optional[str]:
-        if self.stopped != HELD:
+        if self._engine.stopped != HELD:
             return "it is not held"
-        self._begin_again()
+        self._engine.begin_again()
         return None
 
     def _step(self) -> Optional[str]:
-        """Perform the command that would be next; return why not, if so."""
-        if self.stopped != HELD:
-            return "it is not held"
-        now = self._now()
-        self._scheduler.begin(now)
-        # One that was performed last is next only in the round after.
-        command = self._scheduler.next(now) or self._scheduler.next(now)
-        if command is None:
-            return "no command is allowed now"
-        self._perform(command)
-        return None
+        return self._engine.let_through() if self._engine.stopped == HELD else "it is not held"

@@ -81,7 +81,7 @@ class Orderings:
 
     ``keys`` are those of their communications, and the components of delayed transitions. ``span``
     returns by how many seconds messages may cross, ``oldest`` the time of the first command that is
-    still to be judged.
+    still to be judged (None: there is none).
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Orderings:
         clocks: Clocks,
         keys: FrozenSet[str],
         span: Callable[[], float],
-        oldest: Callable[[], float],
+        oldest: Callable[[], Optional[float]],
     ) -> None:
         self._state: State = vars(controller)
         self._bound = controller.STEP_BOUND
@@ -145,7 +145,8 @@ class Orderings:
 
     def _since(self, seen: SeenEvent) -> float:
         """Return the time until which all was before what is still to come."""
-        return min(seen.time, self._oldest()) - self._span()
+        oldest = self._oldest()
+        return (seen.time if oldest is None else min(seen.time, oldest)) - self._span()
 
     def _latest(self) -> List[Ordering]:
         return [*self._others, *self._chain()]

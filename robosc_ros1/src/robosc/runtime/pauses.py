@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
-from typing import Callable, Optional, Sequence
+from typing import Optional
+
+from .engine_parts import EngineParts
 
 _LONGEST = 2.0
 """Seconds for which commands are held at most, should a connection hang."""
@@ -40,46 +42,42 @@ def _is_ready(task: Path) -> bool:
 
 
 class Pauses:
-    """The pauses of an engine with timeouts: those that are longer than the shortest of ``delays``.
+    """The pauses of an engine with timeouts: those that are longer than the shortest of its
+    delays."""
 
-    ``steady`` is the clock of the machine. ``await_inputs`` is that of the port; ``put`` queues a
-    function for the engine's thread.
-    """
-
-    def __init__(
-        self,
-        delays: Sequence[float],
-        steady: Callable[[], float],
-        await_inputs: Callable[[Callable[[], None]], bool],
-        put: Callable[[Callable[[], None]], None],
-    ) -> None:
+    def __init__(self, parts: EngineParts) -> None:
+        delays = parts.clocks.delays
         self.beat: Optional[float] = delays[0] / 2 if delays else None
         """Seconds after which the engine must look again (None: it need not)."""
         self.holds = False
         """Whether commands are held."""
-        self._steady = steady
-        self._await_inputs = await_inputs
-        self._put = put
+        self._parts = parts
         self._last: Optional[float] = None  # when the engine looked last
         self._until = 0.0
         self._number = 0
 
-    def look(self) -> Optional[float]:
-        """Return the length of a pause if commands are held because of it from now on."""
+    def look(self) -> None:
+        """Hold commands from now on if there was a pause."""
         if self.beat is None:
-            return None
-        now = self._steady()
+            return
+        now = self._parts.steady()
         pause = 0.0 if self._last is None else now - self._last
         self._last = now
         if pause > 2 * self.beat:
-            self._number += 1
-            number = self._number
-            self.holds = self._await_inputs(lambda: self._put(lambda: self._release(number)))
-            self._until = now + _LONGEST
-            return pause if self.holds else None
-        if self.holds and now >= self._until:
+            self._begin(pause, now)
+        elif self.holds and now >= self._until:
             self.holds = False
-        return None
+        self._parts.clocks.look()
+
+    def _begin(self, pause: float, now: float) -> None:
+        parts = self._parts
+        self._number += 1
+        number = self._number
+        self.holds = parts.port.await_inputs(lambda: parts.turns.put(lambda: self._release(number)))
+        self._until = now + _LONGEST
+        if self.holds:
+            text = "this node stood still for %.1f s (it was stopped, or the machine was busy)"
+            parts.log("warning", "pause", text % pause)
 
     def _release(self, number: int) -> None:
         if number == self._number:

@@ -10,17 +10,15 @@ the controller said so, or is not there, is told to the robot at once.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, FrozenSet, NamedTuple, Optional, Tuple
+from typing import Any, Dict, NamedTuple, Protocol, Tuple
 
 from .calls import TIMEOUT, Failure, Missed
-from .intake import BoundInput
-from .judging_engine import JudgingEngine, JudgingPort
-from .model import SERVED, Controller
+from .engine_parts import EngineParts
+from .model import SERVED
 from .offers import UNCHECKED, CheckedCommand, Reasons, Repack, itself
-from .port import steady_time
 from .reasons import reason_text
-from .served import WaitingCall
-from .settings import Settings
+from .requests import Requests
+from .served import ServedCalls
 
 
 class _Answer(NamedTuple):
@@ -30,90 +28,80 @@ class _Answer(NamedTuple):
     message: Any
 
 
-class RelayedCalls(JudgingEngine):
-    """What a supervisor serves, and the controller answers."""
+class AnswerJudge(Protocol):
+    """What decides on the controller's answers: a supervisor."""
 
-    def __init__(
-        self,
-        controller: Controller,
-        port: JudgingPort,
-        settings: Optional[Settings] = None,
-        steady: Callable[[], float] = steady_time,
-    ) -> None:
-        super().__init__(controller, port, settings, steady)
-        self._served = {c.key for c in controller.COMMUNICATIONS if c.sort in SERVED}
-        self._held: Dict[str, _Answer] = {}  # by key, of answers that are not allowed yet
-
-    # From any thread
-
-    def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
-        if key in self._served and kind != "accepted":
-            self._turns.put(lambda: self._answered(key, token, kind, payload))
-        else:
-            super().report(key, token, kind, payload)
-
-    # For subclasses
-
-    def _check(
+    def check(
         self, key: str, kind: str, message: Any, payload: Any, repack: Repack
     ) -> Tuple[CheckedCommand, Reasons]:
         """Return a message as it is to be passed on, and why no state allows that."""
-        raise NotImplementedError
 
-    def _passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
+    def reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
+        """Return why a command is not allowed now; empty if it is."""
+
+    def passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
         """Apply a command and pass it on if it is allowed; False if not."""
-        raise NotImplementedError
 
-    def _block(
+    def block(
         self, name: str, place: str, kind: str, reasons: Reasons, checked: CheckedCommand
     ) -> None:
         """Report a blocked command."""
-        raise NotImplementedError
 
-    # The thread that has the turn
 
-    def _serve(self, entry: BoundInput, message: Any, call: WaitingCall) -> None:
-        super()._serve(entry, message, call)
-        if self._waiting.get(entry.key) is not call:
-            return
-        key = entry.key
-        is_goal = self._communications[key].sort == "outgoing action"
-        token = self._calls.begin(key, self._steady(), is_goal)
-        start = self._port.start if is_goal else self._port.call
-        try:
-            start(key, message, token, self.settings.timeout_of(key))
-        except Exception as error:
-            self.report(key, token, "error", "%s: %s" % (type(error).__name__, error))
+class RelayedCalls:
+    """What a supervisor serves, and the controller answers. Only the thread that has the turn may
+    call the methods but ``report``."""
 
-    def _recall(self, entry: BoundInput, call: WaitingCall) -> None:
-        before = self._phase(entry.key)
-        super()._recall(entry, call)
-        if self._phase(entry.key) != before:
-            self._call_off(entry.key)
+    def __init__(
+        self, parts: EngineParts, requests: Requests, served: ServedCalls, judge: AnswerJudge
+    ) -> None:
+        self._parts = parts
+        self._calls = parts.calls
+        self._requests = requests
+        self._served = served
+        self._judge = judge
+        rows = parts.controller.COMMUNICATIONS
+        self.keys = frozenset(c.key for c in rows if c.sort in SERVED)
+        """Those of the communications that are served."""
+        self._held: Dict[str, _Answer] = {}  # by key, of answers that are not allowed yet
 
-    def _call_off(self, key: str) -> None:
-        self._cancel_goals(key, self._calls.cancel(key, self._steady()))
+    def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
+        """Queue what the controller says of a call, see :meth:`.engine.Engine.report`."""
+        if kind != "accepted":
+            self._parts.turns.put(lambda: self._answered(key, token, kind, payload))
+        else:
+            self._requests.report(key, token, kind, payload)
 
-    def _refuse_waiting(self, reason: str) -> None:
-        super()._refuse_waiting(reason)
+    def forward(self, key: str, message: Any) -> None:
+        """Pass a call on that was accepted."""
+        is_goal = self._parts.communications[key].sort == "outgoing action"
+        self._requests.begin(key, message, is_goal, self.report)
+
+    def call_off(self, key: str) -> None:
+        """Have the controller end a goal that the robot has cancelled."""
+        self._requests.cancel(key, self._calls.cancel(key, self._parts.steady()))
+
+    def call_all_off(self) -> None:
+        """Have the controller end all goals."""
         for key, _ in self._calls.running():
-            if self._communications[key].sort == "outgoing action":
-                self._call_off(key)
+            if self._parts.communications[key].sort == "outgoing action":
+                self.call_off(key)
 
-    def _miss(self, missed: Missed) -> None:
+    def miss(self, missed: Missed) -> None:
+        """End a call whose answer has missed its deadline, unless the controller works on it."""
         key = missed.key
-        if key not in self._served or missed.awaited:
-            super()._miss(missed)
-        elif missed.word == TIMEOUT and self._port.works(key):
-            self._calls.prolong(key, self._steady())  # the controller may take its time
+        if missed.awaited:
+            self._requests.miss(missed)
+        elif missed.word == TIMEOUT and self._parts.port.works(key):
+            self._calls.prolong(key, self._parts.steady())  # the controller may take its time
         else:
             for token in self._calls.end(key):
-                self._port.abandon(key, token)
+                self._parts.port.abandon(key, token)
                 self._fail(key, missed.reason)
 
     def _answered(self, key: str, token: int, kind: str, payload: Any) -> None:
         if not self._calls.is_current(key, token):
-            self.recorder.counters["late"] += 1
+            self._parts.recorder.counters["late"] += 1
         elif kind == "feedback":
             self._report_progress(key, payload)
         else:
@@ -126,73 +114,64 @@ class RelayedCalls(JudgingEngine):
                 self._fail(key, failure.reason if missed is None else missed.reason)
 
     def _report_progress(self, key: str, message: Any) -> None:
-        checked, reasons = self._check(key, "feedback", message, message, itself)
-        reasons = reasons or self._reasons(key, "feedback", checked.data)
+        checked, reasons = self._judge.check(key, "feedback", message, message, itself)
+        reasons = reasons or self._judge.reasons(key, "feedback", checked.data)
         if reasons:
-            self._block(self._names[key], key, "feedback", reasons, checked)
+            self._judge.block(self._parts.names[key], key, "feedback", reasons, checked)
         else:
-            self._passes(key, "feedback", checked, key)
+            self._judge.passes(key, "feedback", checked, key)
 
     def _receive(self, key: str, message: Any) -> None:
-        checked, reasons = self._check(key, "response", message, message, itself)
+        checked, reasons = self._judge.check(key, "response", message, message, itself)
         never = bool(reasons)
-        reasons = reasons or self._reasons(key, "response", checked.data)
+        reasons = reasons or self._judge.reasons(key, "response", checked.data)
         if reasons:
-            self._block(self._names[key], key, "response", reasons, checked)
+            self._judge.block(self._parts.names[key], key, "response", reasons, checked)
             text = "blocked: " + "; ".join(map(reason_text, reasons))
             if never or not self._against_error(key):
                 self._fail(key, text)
             else:
                 self._held[key] = _Answer("response", message)
-        elif not self._passes(key, "response", checked, key):
+        elif not self._judge.passes(key, "response", checked, key):
             self._fail(key, "the answer could not be passed on")
 
     def _fail(self, key: str, text: str) -> None:
         """Tell the robot that its call failed, and apply that once the model has it."""
         reasons = self._against_error(key)
         if not reasons:
-            self._passes(key, "error", UNCHECKED._replace(payload=text), key)
+            self._judge.passes(key, "error", UNCHECKED._replace(payload=text), key)
             return
-        if (key, "error") in self._scheduled:
-            self._block(self._names[key], key, "error", reasons, UNCHECKED)
+        if (key, "error") in self._parts.commands:
+            self._judge.block(self._parts.names[key], key, "error", reasons, UNCHECKED)
         else:
             what = "the model has no 'on error to' for it, so it remains busy there: "
-            self._log(
-                "error", key, "a call of %s failed, and %s%s" % (self._names[key], what, text)
+            self._parts.log(
+                "error", key, "a call of %s failed, and %s%s" % (self._parts.names[key], what, text)
             )
-        call = self._waiting.pop(key, None)
+        call = self._served.waiting.pop(key, None)
         if call is not None:
-            call.refuse(text, self._refusal(key))
+            call.refuse(text, self._served.refusal(key))
         self._held[key] = _Answer("error", text)
 
     def _against_error(self, key: str) -> Reasons:
         """Return why the model does not let a call end with an error now."""
-        if (key, "error") not in self._scheduled:
+        if (key, "error") not in self._parts.commands:
             return [{"kind": "synchronisation", "text": "no component answers with an error"}]
-        return self._reasons(key, "error")
+        return self._judge.reasons(key, "error")
 
-    def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
-        written = super()._after(writes, ended)
-        self._give_held()
-        return written
-
-    def _begin_again(self) -> None:
-        super()._begin_again()
-        self._give_held()
-
-    def _give_held(self) -> None:
+    def give_held(self) -> None:
         """Pass on the answers that have become allowed."""
         for key, answer in list(self._held.items()):
             if key not in self._held:
                 continue  # passed on after another one
             if answer.kind == "response":
                 message = answer.message
-                checked, reasons = self._check(key, "response", message, message, itself)
-                if not (reasons or self._reasons(key, "response", checked.data)):
+                checked, reasons = self._judge.check(key, "response", message, message, itself)
+                if not (reasons or self._judge.reasons(key, "response", checked.data)):
                     del self._held[key]
-                    self._passes(key, "response", checked, key)
+                    self._judge.passes(key, "response", checked, key)
                     continue
             if not self._against_error(key):
                 del self._held[key]
                 told = answer.message if answer.kind == "error" else "the answer is blocked"
-                self._passes(key, "error", UNCHECKED._replace(payload=told), key)
+                self._judge.passes(key, "error", UNCHECKED._replace(payload=told), key)

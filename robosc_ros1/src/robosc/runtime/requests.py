@@ -12,42 +12,60 @@ accepted, or has failed, and the request ends when all of its goals have ended.
 
 from __future__ import annotations
 
-from typing import Any, Iterable, Optional, Tuple
+from typing import Any, Callable, Iterable, Optional, Tuple
 
 from .calls import LOST, REFUSED, TIMEOUT, Failure, Missed, replacing
-from .intake import BoundInput, Inputs, Intake
+from .engine_parts import BoundInput, EngineParts, Inputs
 from .scheduler import ScheduledCommand
 from .values import UNREADABLE
 
 UNEXPECTED = "refused: the answer is not as expected"
 """The reason of an error that is an answer for which the model's ``expect:`` does not hold."""
 
+Report = Callable[[str, int, str, Any], None]
+"""Takes the key and the token of a request, what became of it, and what came with that."""
 
-class Requests(Intake):
-    """The requests of an engine. Only the thread that has the turn may call its methods."""
 
-    def _input(self, entries: Inputs, message: Any) -> Any:
-        """Apply the events that a message represents, and complete them."""
-        raise NotImplementedError
+class Requests:
+    """The requests of an engine, whose ``apply`` takes the events that they end with. Only the
+    thread that has the turn may call the methods but ``report``."""
 
-    def _dispatch(self, command: ScheduledCommand, data: Any) -> None:
+    def __init__(self, parts: EngineParts, apply: Callable[[Inputs, Any], Any]) -> None:
+        self._parts = parts
+        self._calls = parts.calls
+        self._apply = apply
+
+    def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
+        """Queue progress of a request, see :meth:`.engine.Engine.report`."""
+        if kind in ("error", "cancelled") and not isinstance(payload, Failure):
+            payload = Failure(str(payload))
+        if kind == "accepted":
+            self._parts.turns.put(lambda: self._accepted(key, token))
+        else:
+            self._parts.turns.put(((self._parts.inputs[key, kind],), payload, token))
+
+    def send(self, command: ScheduledCommand, data: Any) -> None:
         """Send a command. Raises any exception if it was not sent."""
+        parts, key = self._parts, command.key
         if command.kind == "cancel":
-            self._cancel_goals(command.key, self._calls.cancel(command.key, self._steady()))
-            return
-        if command.sort == "incoming":
-            self._port.send(command.key, data)
-            return
-        is_goal = command.sort == "action"
-        token = self._calls.begin(command.key, self._steady(), is_goal)
-        start = self._port.start if is_goal else self._port.call
+            self.cancel(key, self._calls.cancel(key, parts.steady()))
+        elif command.sort == "incoming":
+            parts.port.send(key, data)
+        else:
+            self.begin(key, data, command.sort == "action", self.report)
+
+    def begin(self, key: str, data: Any, is_goal: bool, report: Report) -> None:
+        """Begin a request with these data; that it could not begin is passed to ``report``."""
+        parts = self._parts
+        token = self._calls.begin(key, parts.steady(), is_goal)
+        start = parts.port.start if is_goal else parts.port.call
         try:
-            start(command.key, data, token, self.settings.timeout_of(command.key))
+            start(key, data, token, parts.settings.timeout_of(key))
         except Exception as error:
             # The request has begun, so it must end.
-            self.report(command.key, token, "error", "%s: %s" % (type(error).__name__, error))
+            report(key, token, "error", "%s: %s" % (type(error).__name__, error))
 
-    def _reported(self, entry: BoundInput, message: Any, token: Any) -> None:
+    def reported(self, entry: BoundInput, message: Any, token: Any) -> None:
         """Apply what was reported of a request, if it is still awaited."""
         replaced = self._calls.replaced(entry.key)
         if token in replaced:
@@ -55,10 +73,10 @@ class Requests(Intake):
                 replaced.remove(token)
                 self._end_kept(entry.key)
             return
-        if not self._calls.is_current(entry.key, token) or self._is_ignored(entry):
-            self.recorder.counters["late"] += 1
+        if not self._calls.is_current(entry.key, token) or self.is_ignored(entry):
+            self._parts.recorder.counters["late"] += 1
         elif entry.ends is None:
-            self._input((entry,), message)
+            self._apply((entry,), message)
         elif replaced:
             self._keep_end(entry, message)
         else:
@@ -66,17 +84,17 @@ class Requests(Intake):
 
     def _accepted(self, key: str, token: int) -> None:
         """Take notice that a server has accepted a goal: those that it replaced are to end."""
-        self._calls.accept(key, token, self._steady())
+        self._calls.accept(key, token, self._parts.steady())
         if self._calls.is_current(key, token):
-            self._cancel_goals(key, sorted(self._calls.replaced(key)))
+            self.cancel(key, sorted(self._calls.replaced(key)))
 
     def _keep_end(self, entry: BoundInput, message: Any) -> None:
         """Keep the end of a goal until those that it replaced have ended, which are cancelled."""
         if entry.kind == "error":
             message = replacing(message)
-        replaced = self._calls.keep(entry.key, (entry, message), self._steady())
-        self._scheduler.suspend(entry.key, True)
-        self._cancel_goals(entry.key, replaced)
+        replaced = self._calls.keep(entry.key, (entry, message), self._parts.steady())
+        self._parts.scheduler.suspend(entry.key, True)
+        self.cancel(entry.key, replaced)
 
     def _end_kept(self, key: str) -> None:
         """End a request of which only goals were awaited that it replaced, if they have ended."""
@@ -87,36 +105,37 @@ class Requests(Intake):
     def _end(self, entry: BoundInput, message: Any) -> None:
         """End a request, all goals of which have ended."""
         key = entry.key
-        entry, message = self._end_of(entry, message, self._calls.missed(key))
+        entry, message = self.end_of(entry, message, self._calls.missed(key))
         self._calls.end(key)
-        self._scheduler.suspend(key, False)
-        self._input((entry,), message)
+        self._parts.scheduler.suspend(key, False)
+        self._apply((entry,), message)
 
-    def _cancel_goals(self, key: str, tokens: Iterable[int]) -> None:
+    def cancel(self, key: str, tokens: Iterable[int]) -> None:
+        """Ask the server to end these goals."""
         for token in tokens:
-            self._port.cancel(key, token)
+            self._parts.port.cancel(key, token)
 
-    def _is_ignored(self, entry: BoundInput) -> bool:
+    def is_ignored(self, entry: BoundInput) -> bool:
         """Whether an event says nothing any more: a cancelled goal reports how far it got."""
-        return entry.kind == "feedback" and self._phase(entry.key) == "cancelling"
+        return entry.kind == "feedback" and self._parts.phase(entry.key) == "cancelling"
 
-    def _end_of(
-        self, entry: BoundInput, message: Any, missed: Optional[Missed] = None
+    def end_of(
+        self, entry: BoundInput, message: Any, missed: Optional[Missed]
     ) -> Tuple[BoundInput, Any]:
         """Return the event that the end of a request is; ``missed`` is the deadline that it missed
         before it ended."""
         if entry.kind == "response":
             if self._is_expected(entry, message):
                 return entry, message
-            return self._inputs[entry.key, "error"], Failure(UNEXPECTED, message, REFUSED)
-        by_controller = self._phase(entry.key) == "cancelling"
+            return self._parts.inputs[entry.key, "error"], Failure(UNEXPECTED, message, REFUSED)
+        by_controller = self._parts.phase(entry.key) == "cancelling"
         if entry.kind == "cancelled" and by_controller:
             return entry, None
         if by_controller and message.word == TIMEOUT:  # it was cancelled after that
-            return self._inputs[entry.key, "cancelled"], None
+            return self._parts.inputs[entry.key, "cancelled"], None
         if missed is not None and not by_controller:
             message = missed.failure
-        return self._inputs[entry.key, "error"], message
+        return self._parts.inputs[entry.key, "error"], message
 
     def _is_expected(self, entry: BoundInput, message: Any) -> bool:
         """Whether an answer is what the model expects, or cannot be read, which is told then."""
@@ -127,29 +146,26 @@ class Requests(Intake):
         except UNREADABLE:
             return True
 
-    def _phase(self, key: str) -> str:
-        return self.controller.phase(self._communications[key])
-
-    def _miss(self, missed: Missed) -> None:
+    def miss(self, missed: Missed) -> None:
         """End a request that has missed its deadline; a goal is only cancelled, and then ends."""
         if missed.awaited:
-            tokens = self._calls.miss(missed, self._steady())
+            tokens = self._calls.miss(missed, self._parts.steady())
             if tokens:
-                text = "%s is cancelled: %s" % (self._names[missed.key], missed.reason)
+                text = "%s is cancelled: %s" % (self._parts.names[missed.key], missed.reason)
                 # Of another subject than its end, which may come at once and is told, too.
-                self._log("warning", "deadline of " + missed.key, text)
-                self._cancel_goals(missed.key, tokens)
+                self._parts.log("warning", "deadline of " + missed.key, text)
+                self.cancel(missed.key, tokens)
             return
-        key, error = missed.key, self._inputs[missed.key, "error"]
+        key, error = missed.key, self._parts.inputs[missed.key, "error"]
         kept = self._calls.kept(key)
         tokens = self._calls.tokens(key)
         if kept is None and missed.word != LOST and tokens[1:]:
-            self._port.abandon(key, tokens[0])
+            self._parts.port.abandon(key, tokens[0])
             self._keep_end(error, missed.failure)
             return
         for token in tokens:
-            self._port.abandon(key, token)
+            self._parts.port.abandon(key, token)
         if kept is not None:
             self._end(*kept)
         elif self._calls.end(key):
-            self._input((error,), missed.failure)
+            self._apply((error,), missed.failure)

@@ -110,6 +110,12 @@ class ScheduledCommand:
         """Whether the phase of its communication permits it."""
         return self.row.possible(self._state)
 
+    def fits(self, *data: Any) -> bool:
+        """Whether it is possible in the components with these data, whatever the requirements
+        say."""
+        synchronisation = self.synchronisation
+        return self.possible and (synchronisation is None or bool(synchronisation(*data)))
+
     @property
     def waits(self) -> bool:
         """Whether it is to be sent, now or in its time."""

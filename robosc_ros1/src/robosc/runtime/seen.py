@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any, Callable, Deque, Dict, NamedTuple, Optional, Tuple
 
-from .intake import BoundInput
+from .engine_parts import BoundInput
 from .judging_engine import JudgingPort
 from .model import Controller
 

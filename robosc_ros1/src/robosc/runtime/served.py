@@ -9,12 +9,10 @@ goal that the caller cancels waits for its answer, too.
 
 from __future__ import annotations
 
-from typing import Any, Dict, FrozenSet, Optional
+from typing import Any, Callable, Dict, FrozenSet, Optional
 
-from .intake import BoundInput
-from .model import SERVED
+from .engine_parts import BoundInput, EngineParts
 from .places import place_of
-from .requests import Requests
 from .scheduler import ScheduledCommand
 from .values import UNREADABLE, Mismatch, Undefined
 
@@ -52,31 +50,33 @@ class WaitingCall:
         raise NotImplementedError
 
 
-class Serving(Requests):
-    """What an engine serves. Only the thread that has the turn may call the methods but
-    ``serve``."""
+class ServedCalls:
+    """What an engine serves. Only the thread that has the turn may call the methods.
 
-    _waiting: Dict[str, WaitingCall]
-    """The calls that were accepted, by the keys of their communications."""
+    ``after`` completes an event that wrote these attributes; ``idle`` returns why no call is taken
+    now, or None.
+    """
 
-    def serve(self, key: str, message: Any, call: WaitingCall) -> None:
-        """Pass on a call of the robot. May be called from any thread."""
-        self._turns.put(lambda: self._serve(self._inputs[key, "request"], message, call))
+    def __init__(
+        self,
+        parts: EngineParts,
+        after: Callable[[FrozenSet[str], Optional[str]], Any],
+        idle: Callable[[], Optional[str]],
+    ) -> None:
+        self.waiting: Dict[str, WaitingCall] = {}
+        """The calls that were accepted and not answered, by the keys of their communications."""
+        self._parts = parts
+        self._after = after
+        self._idle = idle
 
-    def recall(self, key: str, call: WaitingCall) -> None:
-        """Pass on that the robot cancels a goal. May be called from any thread."""
-        self._turns.put(lambda: self._recall(self._inputs[key, "cancel"], call))
-
-    def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
-        raise NotImplementedError
-
-    def _serve(self, entry: BoundInput, message: Any, call: WaitingCall) -> None:
+    def serve(self, key: str, message: Any, call: WaitingCall) -> bool:
+        """Accept a call of the robot; False if it is refused."""
+        entry = self._parts.inputs[key, "request"]
         value = None
         try:
-            if self.stopped is not None or self._closing:
-                raise Mismatch(
-                    "the controller does not serve now: %s" % (self.stopped or "it ends")
-                )
+            idle = self._idle()
+            if idle is not None:
+                raise Mismatch("the controller does not serve now: %s" % idle)
             if entry.read is not None:
                 value = entry.read(message)
             if not call.claim():
@@ -84,48 +84,51 @@ class Serving(Requests):
             entry.apply(value)
         except Mismatch as mismatch:
             self._refuse(entry, value, call, str(mismatch))
-            return
+            return False
         except UNREADABLE as error:  # the request does not have the type that the model states
             self._refuse(entry, value, call, "%s: %s" % (type(error).__name__, error))
-            return
+            return False
         except Exception:  # an unexpected one, of which others tell
-            call.refuse("the controller has an internal error", self._refusal(entry.key))
+            call.refuse("the controller has an internal error", self.refusal(key))
             raise
         call.accept()
-        self._waiting[entry.key] = call
+        self.waiting[key] = call
         self._happened(entry, value)
+        return True
 
-    def _recall(self, entry: BoundInput, call: WaitingCall) -> None:
-        """Apply a cancel; one of a goal that was answered, or cancelled before, says nothing."""
-        if self._waiting.get(entry.key) is call and self._phase(entry.key) == "busy":
-            entry.apply(None)
-            self._happened(entry, None)
+    def recall(self, key: str, call: WaitingCall) -> bool:
+        """Apply that the robot cancels a goal; False of one that was answered, or cancelled before,
+        which says nothing."""
+        if self.waiting.get(key) is not call or self._parts.phase(key) != "busy":
+            return False
+        entry = self._parts.inputs[key, "cancel"]
+        entry.apply(None)
+        self._happened(entry, None)
+        return True
 
     def _happened(self, entry: BoundInput, value: Any) -> None:
-        self.recorder.counters["inputs"] += 1
-        self.recorder.record(entry.kind, entry.name, value, writes=entry.writes)
+        self._parts.recorder.counters["inputs"] += 1
+        self._parts.recorder.record(entry.kind, entry.name, value, writes=entry.writes)
         self._after(entry.writes, None)
 
     def _refuse(self, entry: BoundInput, value: Any, call: WaitingCall, reason: str) -> None:
-        counters = self.recorder.counters
-        counters["refused"] = counters.get("refused", 0) + 1
-        self.recorder.record(entry.kind, entry.name, value, "refused", reason)
-        self._log("warning", entry.key, "a call of %s is refused: %s" % (entry.name, reason))
-        call.refuse(reason, self._refusal(entry.key))
+        recorder = self._parts.recorder
+        recorder.counters["refused"] += 1
+        recorder.record(entry.kind, entry.name, value, "refused", reason)
+        self._parts.log("warning", entry.key, "a call of %s is refused: %s" % (entry.name, reason))
+        call.refuse(reason, self.refusal(entry.key))
 
-    def _refusal(self, key: str) -> Any:
+    def refusal(self, key: str) -> Any:
         """Return the fields of an answer that a call failed; None: the model gives none now."""
-        give = self.controller.REFUSALS.get(key)
+        give = self._parts.controller.REFUSALS.get(key)
         try:
-            return None if give is None else give(self.controller)
+            return None if give is None else give(self._parts.controller)
         except Undefined:
             return None
 
-    def _dispatch(self, command: ScheduledCommand, data: Any) -> None:
-        if command.sort not in SERVED:
-            super()._dispatch(command, data)
-            return
-        call = self._waiting.get(command.key)
+    def answer(self, command: ScheduledCommand, data: Any) -> None:
+        """Answer a call, or give feedback. Raises any exception if that was not done."""
+        call = self.waiting.get(command.key)
         if call is None:  # it was refused when the node stopped
             return
         if command.kind == "feedback":
@@ -135,21 +138,21 @@ class Serving(Requests):
             call.answer(data)
         else:
             text = self._failure(command) if data is None else data
-            call.refuse(text, self._refusal(command.key))
-        del self._waiting[command.key]
+            call.refuse(text, self.refusal(command.key))
+        del self.waiting[command.key]
 
     def _failure(self, command: ScheduledCommand) -> str:
         """Return why the controller answers with an error: the states in which it does."""
-        states = self.controller.components()
+        states = self._parts.controller.components()
         names = dict.fromkeys(name for name, _ in command.row.partners)
         told = " and ".join("%s is in %s" % (name, place_of(states[name])) for name in names)
-        return "%s failed: %s" % (self._names[command.key], told)
+        return "%s failed: %s" % (self._parts.names[command.key], told)
 
-    def _refuse_waiting(self, reason: str) -> None:
+    def refuse_waiting(self, reason: str) -> None:
         """Refuse all calls that wait for their answers, because the node answers none any more.
 
         Their communications stay busy until the controller would have answered.
         """
-        for key, call in self._waiting.items():
-            call.refuse(reason, self._refusal(key))
-        self._waiting.clear()
+        for key, call in self.waiting.items():
+            call.refuse(reason, self.refusal(key))
+        self.waiting.clear()

@@ -41,8 +41,8 @@ class ShadowEngine(MonitorEngine):
         super()._begin()
         self._decisions.begin(self._now())
 
-    def _resume(self) -> None:
-        super()._resume()
+    def begin_again(self) -> None:
+        super().begin_again()
         self._decisions.begin(self._now())
 
     def _time_to_command(self, now: float) -> Optional[float]:
@@ -57,13 +57,13 @@ class ShadowEngine(MonitorEngine):
 
     def _perform_next(self) -> bool:
         """Tell of the next command that is due; False if there is none."""
-        if self.stopped is not None or self._closing or self._pauses.holds:
+        if self.stopped is not None or self.closing or self._pauses.holds:
             return False
         command = self._decisions.next(self._now())
         if command is None:
             return False
         # The state may be one that the controller itself avoids, in which its guards say nothing.
-        if not self._is_unjudged(command) and self._is_allowed(command):
+        if self._visibility.shows(command.reads) and self._allowances.is_allowed(command):
             self._withhold(command)
         return True
 

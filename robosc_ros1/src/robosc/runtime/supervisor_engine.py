@@ -19,9 +19,9 @@ from __future__ import annotations
 import time
 from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
-from .calls import REFUSED
+from .calls import REFUSED, Missed
 from .inbox import Inbox
-from .judging_engine import NOTHING_TO_CORRECT_BY, UNFIT, JudgingPort
+from .judging_engine import NOTHING_TO_CORRECT_BY, UNFIT, JudgingEngine, JudgingPort
 from .matching import CommandPattern, matching_command
 from .model import Command, Controller
 from .offers import (
@@ -40,6 +40,7 @@ from .port import steady_time
 from .reasons import reason_text, violated
 from .relayed_calls import RelayedCalls
 from .scheduler import ScheduledCommand
+from .served import WaitingCall
 from .settings import Settings
 from .telemetry import dump
 from .values import Undefined
@@ -58,7 +59,7 @@ class SupervisorPort(JudgingPort):
         raise NotImplementedError
 
 
-class SupervisorEngine(RelayedCalls):
+class SupervisorEngine(JudgingEngine):
     """Executes a supervisor. Its own public methods may be called from any thread."""
 
     def __init__(
@@ -70,6 +71,7 @@ class SupervisorEngine(RelayedCalls):
     ) -> None:
         super().__init__(controller, port, settings, steady)
         self._port_of_commands = port
+        self._relayed = RelayedCalls(self._parts, self._requests, self._served, self)
         self.recorder.counters["blocked"] = 0
         self.recorder.counters["corrected"] = 0
         self._effect: Dict[str, InEffect] = {}  # by topic, or key of an action
@@ -97,6 +99,10 @@ class SupervisorEngine(RelayedCalls):
         """
         self._submit(lambda: self._cancel(key))
 
+    def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
+        reporter = self._relayed if key in self._relayed.keys else self._requests
+        reporter.report(key, token, kind, payload)
+
     # The thread that has the turn
 
     def _offer(
@@ -109,37 +115,37 @@ class SupervisorEngine(RelayedCalls):
     ) -> None:
         key = matching_command(patterns, message)
         if key is None:
-            self._block("", topic, "request", self._unmatched(patterns))
+            self.block("", topic, "request", self._unmatched(patterns))
             return
-        checked, reasons = self._check(key, "request", message, payload, repack)
+        checked, reasons = self.check(key, "request", message, payload, repack)
         if reasons:
-            self._block(self._names[key], topic, "request", reasons, checked)
+            self.block(self._names[key], topic, "request", reasons, checked)
         else:
-            self._passes(key, "request", checked, topic)
+            self.passes(key, "request", checked, topic)
 
     def _request(
         self, key: str, message: Any, payload: Any, answer: Answer, repack: Repack
     ) -> None:
-        checked, reasons = self._check(key, "request", message, payload, repack)
-        reasons = reasons or self._reasons(key, "request", checked.data)
+        checked, reasons = self.check(key, "request", message, payload, repack)
+        reasons = reasons or self.reasons(key, "request", checked.data)
         if reasons:
-            self._block(self._names[key], key, "request", reasons, checked)
+            self.block(self._names[key], key, "request", reasons, checked)
             answer("blocked", reasons)
             return
         self._answers[key] = answer
-        if self._passes(key, "request", checked, key):
+        if self.passes(key, "request", checked, key):
             answer("passed", None)
         else:
             self._answers.pop(key, None)
             answer("blocked", [{"kind": "failed", "text": "it could not be sent"}])
 
     def _cancel(self, key: str) -> None:
-        if not self._reasons(key, "cancel"):
-            self._passes(key, "cancel", UNCHECKED, key)
+        if not self.reasons(key, "cancel"):
+            self.passes(key, "cancel", UNCHECKED, key)
             return
-        self._cancel_goals(key, self._calls.tokens(key))
+        self._requests.cancel(key, self._calls.tokens(key))
 
-    def _check(
+    def check(
         self, key: str, kind: str, message: Any, payload: Any, repack: Repack
     ) -> Tuple[CheckedCommand, Reasons]:
         row = self._scheduled[key, kind].row
@@ -161,7 +167,7 @@ class SupervisorEngine(RelayedCalls):
             return CheckedCommand(payload, (data,), corrected), self._unfit(message)
         return CheckedCommand(payload, (), corrected), [{"kind": "data", "text": problem}]
 
-    def _reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
+    def reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
         if self.stopped == HELD and not self._is_step:
             return [{"kind": "stopped", "text": self.stopped}]
         if self.stopped not in (None, HELD):
@@ -169,19 +175,19 @@ class SupervisorEngine(RelayedCalls):
         if self._pauses.holds and kind == "request":
             text = "the supervisor stood still, and first applies the messages that waited"
             return [{"kind": "paused", "text": text}]
-        return super()._reasons(key, kind, data)
+        return super().reasons(key, kind, data)
 
-    def _passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
-        self._notice_pause()  # the process may have been stopped since the cycle began
+    def passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
+        self._pauses.look()  # the process may have been stopped since the cycle began
         data = checked.data
-        reasons = self._reasons(key, kind, data)
+        reasons = self.reasons(key, kind, data)
         name = self._names[key]
         if reasons:
-            self._block(name, place, kind, reasons, checked)
+            self.block(name, place, kind, reasons, checked)
             return False
         command = self._scheduled[key, kind]
         try:
-            self._dispatch(command, checked.payload)
+            self._sending.send(command, checked.payload)
         except Exception as error:
             reason = "%s: %s" % (type(error).__name__, error)
             self.recorder.counters["failed"] += 1
@@ -198,7 +204,7 @@ class SupervisorEngine(RelayedCalls):
         if correction is not None:
             self.recorder.counters["corrected"] += 1
         self.recorder.record(kind, name, told(data), writes=command.writes, correction=correction)
-        writes = super()._after(command.writes, None)
+        writes = self._finish(command.writes, None)
         if not self.settings.stop_command:
             return True
         if kind == "cancel":
@@ -223,7 +229,7 @@ class SupervisorEngine(RelayedCalls):
         # What internal transitions will write is not known before.
         return dict(state) if self._transitions else {name: state[name] for name in command.writes}
 
-    def _block(
+    def block(
         self,
         name: str,
         place: str,
@@ -272,9 +278,30 @@ class SupervisorEngine(RelayedCalls):
             super()._arrived(tuple(entries), message, inbox)
 
     def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
-        written = super()._after(writes, ended)
+        written = self._finish(writes, ended)
         self._revoke()
         return written
+
+    def _finish(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
+        """Complete an event, and answer the calls whose answers it allows."""
+        written = super()._after(writes, ended)
+        self._relayed.give_held()
+        return written
+
+    def _serve(self, key: str, message: Any, call: WaitingCall) -> None:
+        if self._served.serve(key, message, call):
+            self._relayed.forward(key, message)
+
+    def _recall(self, key: str, call: WaitingCall) -> None:
+        if self._served.recall(key, call):
+            self._relayed.call_off(key)
+
+    def _miss(self, missed: Missed) -> None:
+        (self._relayed if missed.key in self._relayed.keys else self._requests).miss(missed)
+
+    def stand_still(self) -> None:
+        super().stand_still()
+        self._relayed.call_all_off()
 
     def _forbidden(self, command: InEffect) -> bool:
         """Whether a command in effect would be forbidden even without the changes it made."""
@@ -296,16 +323,15 @@ class SupervisorEngine(RelayedCalls):
         allowed = request.guard(self.controller, *data)
         return not allowed or bool(violated(self.controller, request, *data))
 
-    def _step(self) -> Optional[str]:
+    def let_through(self) -> Optional[str]:
         """Let the next command of the controller pass that is allowed."""
-        if self.stopped != HELD:
-            return "it is not held"
         self._is_step = True
         return None
 
-    def _release(self) -> Optional[str]:
+    def begin_again(self) -> None:
         self._is_step = False
-        return super()._release()
+        super().begin_again()
+        self._relayed.give_held()
 
     def _read_of_stop(self, command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
         if command.row.read is None:
@@ -315,7 +341,7 @@ class SupervisorEngine(RelayedCalls):
 
     def _revoke(self) -> None:
         """Stop commands in effect that have become forbidden, if a stop command is set."""
-        if not self.settings.stop_command or self.stopped not in (None, HELD) or self._closing:
+        if not self.settings.stop_command or self.stopped not in (None, HELD) or self.closing:
             return
         ended = []
         for place, effect in self._effect.items():
@@ -332,10 +358,10 @@ class SupervisorEngine(RelayedCalls):
             self._log("warning", place, "%s is no longer allowed: stopped" % self._names[key])
             if message:
                 stop = True
-            elif (key, "cancel") in self._scheduled and not self._reasons(key, "cancel"):
-                self._passes(key, "cancel", UNCHECKED, key)
+            elif (key, "cancel") in self._scheduled and not self.reasons(key, "cancel"):
+                self.passes(key, "cancel", UNCHECKED, key)
         if stop:
-            self._send_stop(command)
+            self._schedule(self._sending.stop(command, self._read_of_stop), None)
 
 
 def _same(value: Any, other: Any) -> bool:

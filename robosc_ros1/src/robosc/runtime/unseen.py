@@ -5,6 +5,9 @@ from __future__ import annotations
 
 from typing import Container, FrozenSet, Iterable, List, Sequence, Tuple
 
+from .model import Controller
+from .scheduler import ScheduledCommand
+
 Event = Tuple[str, Sequence[str]]
 """The key of a communication, and the attributes that one of its events may write."""
 Step = Tuple[Sequence[str], Sequence[str]]
@@ -29,3 +32,40 @@ def unknown_attributes(
             if not unknown.isdisjoint(decides):
                 unknown.update(writes)
     return frozenset(unknown)
+
+
+class Visibility:
+    """Which commands a monitor cannot judge, because it cannot see all that decides on them."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+        self._unknown: FrozenSet[str] = frozenset()
+        self._by_data: Container[str] = ()
+
+    def __bool__(self) -> bool:
+        """Whether the whole state is known."""
+        return not self._unknown
+
+    def leave_out(self, keys: Container[str], by_data: Container[str]) -> None:
+        """Take notice that the communications with these keys cannot be seen, and that the data of
+        those ``by_data`` decide on them, which the controller knows of its own only."""
+        self._by_data = by_data
+        rows = self._controller
+        events = [(row.key, row.writes) for row in rows.INPUTS]
+        events += [(row.key, row.writes) for row in rows.COMMANDS]
+        steps = [(row.reads, row.writes) for row in rows.TAUS]
+        steps += [(row.reads, row.writes) for row in rows.AFTERS]
+        self._unknown = unknown_attributes(keys, events, steps)
+
+    def shows(self, attributes: Iterable[str]) -> bool:
+        """Whether the values of these attributes are known."""
+        return self._unknown.isdisjoint(attributes)
+
+    def is_free(self, command: ScheduledCommand) -> bool:
+        """Whether nothing is said about the states in which a command is sent."""
+        by_data = command.key in self._by_data
+        return command.is_cancel or by_data or not self.shows(command.reads)
+
+    def decides(self, command: ScheduledCommand) -> bool:
+        """Whether what is seen decides on a command."""
+        return command.key not in self._by_data and self.shows(command.reads)

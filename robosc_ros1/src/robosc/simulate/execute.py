@@ -31,7 +31,7 @@ from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
 from robosc.runtime.reasons import blocked_by
-from robosc.runtime.recorder import Entry, EventRecorder
+from robosc.runtime.recorder import Entry
 from robosc.runtime.served import WaitingCall
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.runtime.values import Undefined, in_range
@@ -120,7 +120,7 @@ class Execution:
             (e.key, e.kind.word): e for e in self.plant.events if not e.kind.of_component
         }
         self._inputs = tuple(e for e in self.plant.events if not (e.controllable or e.kind.clocked))
-        self._settings = settings
+        self._settings = settings._replace(whole_values=True)
         self._past: list[_Step] = []
         self._begin()
 
@@ -164,7 +164,7 @@ class Execution:
         self._controller = make_controller(self.supervisor)
         read_given(self._controller, self.plant)
         engine = Engine(self._controller, self._clock, self._settings, self._clock.now)
-        engine.recorder = EventRecorder(self._clock.now)
+        engine.recorder.now = self._clock.now
         return engine
 
     def _begin(self) -> None:

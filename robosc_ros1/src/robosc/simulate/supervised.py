@@ -21,7 +21,7 @@ from robosc.runtime.engine import Engine
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.offers import Reasons
 from robosc.runtime.reasons import reason_text
-from robosc.runtime.recorder import Entry, EventRecorder
+from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
 from robosc.runtime.supervisor_engine import SupervisorEngine, SupervisorPort
 from robosc.runtime.values import jsonable
@@ -84,8 +84,7 @@ class SupervisedExecution(Execution):
         self._controller = make_controller(self.supervisor)
         read_given(self._controller, self.plant)
         engine = _Engine(self._controller, self._port, self._settings, self._port.now)
-        engine.recorder = EventRecorder(self._port.now)
-        engine.recorder.counters.update(blocked=0, corrected=0)
+        engine.recorder.now = self._port.now
         return engine
 
     def can(self, event: Event, given: Given | None) -> bool:

@@ -7,12 +7,9 @@ fraction of one for which the process was woken. Each is handled as at the time 
 
 from __future__ import annotations
 
-import time
 from typing import Any, Callable, Deque, NamedTuple, Optional
 
-from .intake import Item
-from .judging_engine import JudgingEngine
-from .port import Port
+from .engine_parts import EngineParts, Item
 
 GATHERING = 0.05
 """Seconds after the first message in which others are waited for."""
@@ -48,44 +45,33 @@ class ArrivalTime:
         self._then = None
 
 
-class GatheringEngine(JudgingEngine):
-    """Judges what arrived together; ``gathering`` is for how many seconds (0: each at once)."""
+class Gathering:
+    """Puts off what arrives, for the engine's thread; ``clock`` is its own. Only ``put`` may be
+    called from any thread."""
 
-    gathering = GATHERING
+    def __init__(self, parts: EngineParts, clock: ArrivalTime) -> None:
+        self._parts = parts
+        self._clock = clock
+        self._queue: Deque[Any] = parts.turns.queue
 
-    def _clock_of(self, port: Port) -> Callable[[], float]:
-        self._arrival_time = ArrivalTime(port.now)
-        return self._arrival_time
+    def put(self, item: Item) -> None:
+        """Queue what arrives now."""
+        parts = self._parts
+        self._queue.append(_Arrived(item, parts.port.now(), parts.recorder.now()))
+        if len(self._queue) == 1:
+            parts.turns.wake()
 
-    def _submit(self, item: Item) -> None:
-        if not self.gathering:
-            super()._submit(item)
-            return
-        queue: Deque[Any] = self._queue
-        queue.append(_Arrived(item, self._port.now(), self.recorder.now()))
-        if len(queue) == 1:
-            self._turns.wake()
-
-    def run(self) -> None:
-        self.begin()
-        while not self._closing:
-            self._turns.wait(self._patience())
-            if self._queue:
-                time.sleep(self.gathering)
-            self.cycle()
-            while self._queue and not self._closing:
-                self.cycle()
-
-    def _take(self, item: Any) -> None:
+    def take(self, item: Any, handle: Callable[[Item, bool], None]) -> None:
+        """Handle an item of the queue, as at its time; told is whether it was put off."""
         if not isinstance(item, _Arrived):
-            super()._take(item)
+            handle(item, False)
             return
-        now = self.recorder.now
-        self._arrival_time.go_back(item.time)
-        self.recorder.now = lambda: item.stamp
+        recorder = self._parts.recorder
+        now = recorder.now
+        self._clock.go_back(item.time)
+        recorder.now = lambda: item.stamp
         try:
-            self._meet_deadlines()
-            super()._take(item.item)
+            handle(item.item, True)
         finally:
-            self._arrival_time.go_on()
-            self.recorder.now = now
+            self._clock.go_on()
+            recorder.now = now
