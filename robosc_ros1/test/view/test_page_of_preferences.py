@@ -8,6 +8,7 @@ from emit.generated_code import supervisor_of
 from view.browser import Browser
 from view.watching import command_is, log_of, serving
 
+from robosc.runtime.settings import Settings
 from robosc.simulate.execute import Execution
 from robosc.view.exported import html_of
 from robosc.view.hub import Hub
@@ -34,7 +35,7 @@ REASON = "document.querySelector('[data-command=\"halt.request\"] .reasons')?.te
 
 def test_a_model_that_is_played(browser: Browser) -> None:
     hub = Hub()
-    source = Played(Execution(supervisor_of(MODEL), {}), hub)
+    source = Played(Execution(supervisor_of(MODEL), Settings()), hub)
     with serving(hub) as server:
         browser.open(server.url)
         browser.sees(command_is("halt.request", "enabled"))

@@ -15,6 +15,7 @@ from ros_support import SOURCES
 from runtime.schemas import validate
 from view.watching import MODEL, Watcher, ask, line_follower, serving
 
+from robosc.runtime.settings import Settings
 from robosc.simulate.execute import Execution
 from robosc.simulate.single import SingleEvents
 from robosc.view.hub import Hub
@@ -105,7 +106,7 @@ def test_the_documents_are_those_of_a_running_controller(played: tuple[Played, H
 
 def test_the_executing_controller_answers_by_itself_as_time_passes() -> None:
     hub = Hub()
-    source = Played(Execution(line_follower(), {}), hub)
+    source = Played(Execution(line_follower(), Settings()), hub)
     source.start()
     with serving(hub, source.answers) as server:
         watcher = Watcher(server.server_port)

@@ -13,6 +13,7 @@ from typing import Any
 from ros_support import EXAMPLES
 
 from robosc import pipeline
+from robosc.runtime.settings import Settings
 from robosc.simulate.execute import Execution
 from robosc.simulate.single import SingleEvents
 from robosc.supervisor import Supervisor
@@ -134,7 +135,7 @@ class Watcher:
 
 def log_of(supervisor: Supervisor, *lines: tuple[str, str, Any] | float) -> list[str]:
     """The event log of a controller that executes: events of the robot, or seconds to wait."""
-    machine = Execution(supervisor, {})
+    machine = Execution(supervisor, Settings())
     happened = list(machine.beginning)
     for line in lines:
         if isinstance(line, float):
