@@ -36,14 +36,14 @@ class RunToCompletion:
     def run(self, writes: Optional[FrozenSet[str]]) -> FrozenSet[str]:
         """Take internal transitions until none is enabled after these attributes were written
         (None: all); return all attributes written."""
-        recorder, bound = self._parts.recorder, self._parts.controller.STEP_BOUND
+        recorder = self._parts.recorder
         written = writes or frozenset()
         for steps, (tau, path) in enumerate(self._transitions.run(writes), 1):
             written |= frozenset(tau.writes)
             recorder.counters["taus"] += 1
             path = path_of(path)
             recorder.record("tau", tau.component, path, tau=tau.number, writes=tau.writes)
-            if steps > bound:
+            if steps > self._parts.controller.STEP_BOUND:
                 self._stop("the internal transitions never end (%s)" % tau.component)
                 break
         return written
