@@ -176,6 +176,7 @@ def test_a_managed_node_takes_goals_only_while_it_is_active(
     assert not robot.expect("answer", id=send(robot))["accepted"]
     assert change(robot, managed, ACTIVATE)
     goal = accepted(robot)
+    robot.expect_state(managed, lambda s: s["communications"]["mission"] == "busy")
     assert change(robot, managed, DEACTIVATE)
     ended = robot.expect("result", id=goal)
     assert ended["status"] == ABORTED and "not active" in ended["data"]["message"]

@@ -54,6 +54,7 @@ def test_a_person_holds_steps_and_releases_a_controller_and_sends_to_it(
     controller(FOLLOWER, operate=True, **more)
     watch(robot, FOLLOWER)
     robot.subscribe("/vel", "geometry_msgs/msg/Twist")
+    robot.expect("message", name=f"{FOLLOWER}/events")  # from now on it hears each of them
     browser.open(address(view))
     browser.sees(link_says("live"))
     assert browser.run("return location.href").endswith("/")  # the token is out of sight
@@ -134,6 +135,7 @@ def test_the_operator_holds_a_supervisor_and_lets_one_command_of_its_controller_
     speeds = {"name": "supervised/speed", "type": FLOAT, "data": {"data": 1.5}, "qos": {}}
     other.order("repeat", **speeds)
     robot.expect("message", name="speed")
+    robot.expect("message", name=f"{node}/events")  # from now on it hears each of them
     browser.open(address(view))
     click(browser, "hold-all")
     robot.expect_state(node, lambda s: s["stopped"] == "held by the operator")
