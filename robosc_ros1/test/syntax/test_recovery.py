@@ -118,7 +118,7 @@ model.rscd:36:20: error[syntax]: expected 'needs' or 'disables'
       |                    ^ write several in braces: { …, … }
 model.rscd:37:27: error[syntax]: expected ',' or '}'
    37 |     provide a with { x: 3 y: 4 }
-      |                           ^
+      |                           ^ a ',' is missing before it
 model.rscd:38:22: error[syntax]: expected 'if', 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'assume', 'stop', 'for' or '}'
    38 |     provide b with 3 iff c
       |                      ^^^ did you mean 'if'?

@@ -230,6 +230,14 @@ RESERVED = frozenset(word for word, keyword in KEYWORDS.items() if keyword.reser
 UNITS = {"ms": 0.001, "s": 1.0, "min": 60.0, "h": 3600.0}
 """The units of durations, in seconds. They only follow numbers and are not keywords."""
 
+FOREIGN_UNITS = {
+    **dict.fromkeys(("msec", "msecs", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("m", "mins", "minute", "minutes"), "min"),
+    **dict.fromkeys(("hr", "hrs", "hour", "hours"), "h"),
+}
+"""Units of time in other languages, and what they are here."""
+
 
 def words_of(role: Role) -> tuple[str, ...]:
     """Return the keywords with a role, in the order of the table."""

@@ -10,6 +10,7 @@ from robosc.language.functions import FUNCTIONS
 from robosc.language.keywords import FOREIGN_TYPES, UNITS, Role, words_of
 from robosc.language.tokens import Tokens, is_word, pattern
 from robosc.remedies import Change, Hint, Remedy, meant, write, write_one
+from robosc.syntax.habits import familiar
 
 _QUOTED = re.compile(r"'(\w+)")
 _ADVICE: dict[str, Hint] = {
@@ -30,7 +31,10 @@ _DECLARED_ELSEWHERE: dict[str, Hint] = {
     "var": "a component's behaviour has variables: 'variable NAME: type'",
     **dict.fromkeys(("if", "when", "while"), "write 'requirement COMMAND needs CONDITION'"),
     **dict.fromkeys(("never", "always"), "write 'requirement never CONDITION'"),
-    **dict.fromkeys(("publish", "send"), write("provide")),
+    **dict.fromkeys(("publish", "send", "call", "invoke", "command"), write("provide")),
+    **dict.fromkeys(("rule", "constraint", "must"), write("requirement")),
+    **dict.fromkeys(("assert", "invariant", "ensure"), write("requirement always")),
+    **dict.fromkeys(("priority", "prioritize"), "write 'prefer COMMAND over COMMAND'"),
     **dict.fromkeys(
         ("sensor", "actuator", "device", "part", "class", "module", "node"), write("component")
     ),
@@ -84,7 +88,7 @@ def advice(tokens: Tokens, at: int, message: str) -> tuple[Hint | None, int, int
     token = tokens.text(at)
     if not token:
         return None, at, at + 1
-    for about_several in (_hyphenated, _unquoted, _type_of_ros, _split):
+    for about_several in (_hyphenated, _unquoted, _type_of_ros, _split, _when, familiar):
         if advised := about_several(tokens, at, message):
             return advised
     for about_one in (_expected_here, _of_other_languages, _attributes):
@@ -145,6 +149,18 @@ def _split(tokens: Tokens, at: int, message: str) -> tuple[Hint, int, int] | Non
     return None
 
 
+def _when(tokens: Tokens, at: int, message: str) -> tuple[Hint, int, int] | None:
+    """``when scan do …`` in a state."""
+    if tokens.text(at) not in ("when", "upon", "event") or "'on'" not in message:
+        return None
+    names = [m.end() for m in _COMMUNICATION.finditer(tokens.kinds)]
+    if tokens.text(at + 1) not in (tokens.text(name) for name in names):
+        return write("on"), at, at + 1
+    events = _event(tokens, tokens.text(at + 1))
+    assert isinstance(events, Remedy)
+    return write_one([f"on {event}" for event in events.parts]), at, at + 2
+
+
 def _expected_here(tokens: Tokens, at: int, token: str, message: str) -> Hint | None:
     """What is meant where just this is expected."""
     if token == "=" and message.startswith("expected ':='"):
@@ -173,10 +189,8 @@ def _expected_here(tokens: Tokens, at: int, token: str, message: str) -> Hint | 
         return "write 'condition NAME = …': a condition has no type"
     if message.startswith("expected ':' after the name of the constant"):
         return "write 'constant NAME: type = …'"
-    if message.startswith("expected ':' after the name of the variable") and is_word(
-        tokens.kinds[at]
-    ):
-        return _declared(tokens.text(at - 1), token, tokens.text(at + 1))
+    if message.startswith("expected ':' after the name of the variable"):
+        return _untyped(tokens, at)
     if message.startswith(("expected a type", "expected a ROS type")) and token[0] in "\"'":
         return write(token[1:-1], ", without quotes")
     if message.endswith("after 'on'") and is_word(tokens.kinds[at]):
@@ -191,8 +205,27 @@ def _declared(name: str, type_: str, follows: str = "") -> Hint:
     return f"write 'variable {name}: {FOREIGN_TYPES.get(type_, type_)}{initial}'"
 
 
+def _untyped(tokens: Tokens, at: int) -> Hint | None:
+    """``variable front double``, ``variable double := 1`` and ``variable front := 1``."""
+    name, token = tokens.text(at - 1), tokens.text(at)
+    if is_word(tokens.kinds[at]):
+        return _declared(name, token, tokens.text(at + 1))
+    if token not in (":=", "="):
+        return None
+    if name in words_of(Role.TYPE) or name in FOREIGN_TYPES:
+        return _declared("NAME", name, token)
+    return _declared(name, _type_of(tokens.text(at + 1)), token)
+
+
+def _type_of(value: str) -> str:
+    """The type of a variable that begins with a value."""
+    if value in ("true", "false"):
+        return "boolean"
+    return "string" if value[:1] in ("'", '"') else "double"
+
+
 def _variable(tokens: Tokens, at: int, token: str) -> Hint | None:
-    """``double front := 1`` and ``front: double`` where a variable is meant."""
+    """``double front := 1``, ``front: double``, ``front := 1`` where a variable is meant."""
     follows = tokens.text(at + 1)
     if token in words_of(Role.TYPE) or token in FOREIGN_TYPES:
         if follows in (":=", "="):
@@ -201,6 +234,8 @@ def _variable(tokens: Tokens, at: int, token: str) -> Hint | None:
             return _declared(follows, token, tokens.text(at + 2))
     if follows == ":" and is_word(tokens.kinds[at]):
         return write(f"variable {token}")
+    if follows == ":=" and is_word(tokens.kinds[at]):
+        return _declared(token, _type_of(tokens.text(at + 2)), follows)
     return None
 
 
@@ -286,7 +321,9 @@ def _order_of_attributes(tokens: Tokens, at: int) -> str | None:
     if name == "timeout" and all(name != attribute.name for attribute in attributes):
         outside = _OUTSIDE.format("serves" if kind.startswith("outgoing ") else "sends")
         return f"{outside}; {_PUBLISHED}" if kind == "incoming" else outside
+    own = {attribute.name for attribute in attributes} | {"type"}
+    missing = "" if name in own else f"there is no '{name}:' here; "
     names = [a.name for a in attributes if a.value is not Value.TYPE]
     is_ros_type = "type" in tokens.texts(start, at)
     names += ["type"] if is_ros_type else [a.name for a in attributes if a.value is Value.TYPE]
-    return "in this order: with " + ", ".join(f"{name}: …" for name in names)
+    return f"{missing}in this order: with " + ", ".join(f"{name}: …" for name in names)

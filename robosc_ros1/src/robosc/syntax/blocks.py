@@ -323,9 +323,9 @@ class Block:
         if keyword and reading.text(at + 1) not in self.items.rules:
             message = f"expected {listing(self.items.words, 'or')}"
             reading.report("syntax", message, at, hint=meant(keyword))
-            rule = self.items.rules[keyword]
-            return self._declaration(reading, at, at + 1, rule, nodes, reported=True)
-        message = f"expected {listing((*tail, *self.items.words, _CLOSE), 'or')}"
+            return self._declaration(reading, at, at + 1, self.items.rules[keyword], nodes, True)
+        expected = (*tail, *self.items.words, "'}'")
+        message = f"expected {listing(expected, 'or')}"
         if reading.tokens.follows_fault(at):
             return self._recover(reading, at, Fault(at, message), reported=True)
         if reading.kind(at) == "{" and isinstance(nodes[-1], ImportNode):
@@ -334,7 +334,10 @@ class Block:
         for kinds, hint in (*self.items.advice, *self.items.meant):
             if kinds.match(reading.kinds, at):
                 return self._recover(reading, at, Fault(at, message, hint=hint))
-        return self._recover(reading, at, reading.expected(at, message))
+        fault = reading.expected(at, message)
+        if nodes and fault.span and fault.span.start < reading.tokens.offset(at):
+            nodes.pop()  # it ends in the midst of what was meant
+        return self._recover(reading, at, fault)
 
     def _open_again(self, reading: Reading, at: int, word: str, nodes: list[Any]) -> int:
         """Reopen the nested block, closed too early, to which the declaration here belongs."""
@@ -395,6 +398,3 @@ class Block:
         message = f"expected '}}' to close {inner.quoted(reading)} before this one"
         reading.report("missing-brace", message, brace, notes=inner.note(reading))
         return True
-
-
-_CLOSE = "'}'"

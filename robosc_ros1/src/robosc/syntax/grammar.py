@@ -22,6 +22,7 @@ from typing import Any
 from pyparsing import ParserElement, ZeroOrMore
 
 from robosc.language.tokens import pattern
+from robosc.remedies import write
 from robosc.syntax import terminals as t
 from robosc.syntax.behaviours import behaviour_rule, condition_part
 from robosc.syntax.blocks import Block, Child, Rule, items_of
@@ -209,7 +210,9 @@ def _build_requirement(
         return RequirementNode("disables", right, left, to_start, span=span)
     if (one := t.as_communication(left)) is None:
         message = "expected the name of a communication before 'needs'"
-        raise Fault(start + 1, message, span=left.span)
+        called = left.span.text.removesuffix("()")
+        hint = write(called) if called != left.span.text else None
+        raise Fault(start + 1, message, span=left.span, hint=hint)
     if kind == "disables":
         message = "'except' is about commands, which stand behind 'disables'"
         raise Fault(start + 1, message, span=excepted.span)

@@ -238,7 +238,8 @@ class Reading:
             if tokens.open_end or self.reported_at >= len(self.kinds):
                 return
             self.reported_at = len(self.kinds)
-        if at and fault.message.startswith(_INSIDE) and self._ends_line(at - 1):
+        is_advised = fault.span is not None and fault.span.end <= tokens.offset(at)
+        if not is_advised and at and fault.message.startswith(_INSIDE) and self._ends_line(at - 1):
             # An expression breaks off at the end of its line: the error is there, not below it.
             span = self.span(at - 1, at)
             self.report("syntax", fault.message, at - 1, span=span)

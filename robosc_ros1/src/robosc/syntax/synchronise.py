@@ -13,6 +13,7 @@ from difflib import get_close_matches
 from functools import cached_property, lru_cache
 
 from robosc.language.tokens import LOOKS, is_word, pattern
+from robosc.syntax.habits import FOREIGN_WORDS
 from robosc.syntax.reading import Reading
 
 _NO_START = pattern("':' | '.' | '..' | ',' | INFIX | FOREIGN | ')' | ']' | ':=' | and | or")
@@ -155,7 +156,7 @@ def _is_member(reading: Reading, at: int) -> bool:
 @lru_cache(maxsize=1024)
 def nearest_keyword(word: str, keywords: tuple[str, ...]) -> str | None:
     """The keyword that a misspelt word was probably meant to be; None if there is none near."""
-    if not 4 <= len(word) <= 20 or word in keywords:
+    if not 4 <= len(word) <= 20 or word in keywords or word in FOREIGN_WORDS:
         return None
     near = get_close_matches(word, keywords, 1, 0.75)
     return near[0] if near else None

@@ -30,6 +30,7 @@ from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import ANY, BOOLEAN, expected_type
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.incoming import Incoming, is_value, no_value, reasons_type
+from robosc.remedies import write
 from robosc.source import Span
 from robosc.syntax.nodes import (
     Access,
@@ -181,11 +182,14 @@ class TransitionResolver:
             return leaf, None if leaf == path else path
         self.is_sound = False
         if not scope.is_unresolved(steps[-1].text, "state"):
+            inside = ".".join(step.text for step in steps[1:])
+            known = steps[0].text == own.name and inside in own.states
+            suggested = self._report.suggest(goto.span.text, own.states, "its states")
             self._report.add(
                 "unknown-state",
                 goto.span,
                 f"{own.name} has no state '{goto.span.text}'",
-                self._report.suggest(goto.span.text, own.states, "its states"),
+                write(inside) if known else suggested,
             )
         return None, None
 

@@ -205,6 +205,8 @@ class Meanings:
             if info is not None:
                 self._faults.no_condition(access, info)
                 return
+        if self._faults.is_foreign(access):
+            return
         first, *others = access.path
         library = self._types.libraries.get(access.root.text)
         enum = library.known(first.text) if library and isinstance(first, Name) else None

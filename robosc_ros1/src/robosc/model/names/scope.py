@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from robosc.errors import Diagnostic, Note, Severity
+from robosc.language.keywords import Role, words_of
 from robosc.model.diagnostics import Report
 from robosc.model.names.occurrences import NameRecorder, Symbol, SymbolKind
 from robosc.source import Source, Span
@@ -45,6 +46,8 @@ _NAMED_BY = re.compile(
     re.ASCII,
 )
 """The keyword of a declaration whose name is missing, right before the fault."""
+_TYPE_ALONE = re.compile(rf"(?<!:)\s\b(?:{'|'.join(words_of(Role.TYPE))})\s*:=", re.ASCII)
+"""The type of a variable in the place of its name: ``double := 1``."""
 
 
 @dataclass
@@ -75,7 +78,10 @@ class FileScope:
         """The scope of a parsed file; ``syntax`` are the diagnostics of the parser."""
         faults = tuple(d.span for d in syntax if d.severity is Severity.ERROR)
         before = (_NAMED_BY.search(source.text, max(0, f.start - 200), f.start) for f in faults)
-        scope = cls(source, node, faults, frozenset(match[1] for match in before if match))
+        nameless = {match[1] for match in before if match}
+        if any(_TYPE_ALONE.search(source.line(fault.line)) for fault in faults):
+            nameless.add("variable")
+        scope = cls(source, node, faults, frozenset(nameless))
         scope.names.declare(node)
         for item in node.declarations:
             match item:

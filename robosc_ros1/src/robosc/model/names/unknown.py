@@ -19,6 +19,10 @@ _MEANINGS = ("component", "enum", "state", "variable")
 """Keywords of the declarations that a name in an expression may refer to."""
 _NO_VALUE = "'%s' is a communication; conditions are about variables and states"
 _KEEP = "store its value in a variable of its component"
+_SELF = ("self", "this")
+_MESSAGES = ("msg", "message")
+_OF_STATES = ("state", "status", "mode")
+"""How other languages name an object itself, a callback's message, and the state of a part."""
 
 
 class NameFaults:
@@ -87,7 +91,7 @@ class NameFaults:
             self.no_condition(access, infos[0])
         elif name in self._types.libraries:
             self._of_library(access, last_name(access))
-        else:
+        elif not self.is_foreign(access):
             known = [*(symbols.components if symbols else ()), *self._types.scope.datatypes]
             self._report.add(
                 "unknown-name",
@@ -95,6 +99,19 @@ class NameFaults:
                 f"there is no component or enum '{name}'",
                 self._report.suggest(name, known),
             )
+
+    def is_foreign(self, access: Access) -> bool:
+        """Report ``self.front`` and ``msg.ranges``; whether it is one of them."""
+        name = access.root.text
+        known = self._symbols is not None and name in self._symbols.components
+        if known or name not in (*_SELF, *_MESSAGES):
+            return False
+        span, hint = access.root.span, write("value", ", in a transition on the message")
+        if name in _SELF:
+            span, hint = access.span, write(access.span.text.removeprefix(f"{name}."))
+        message = f"there is no component or enum '{name}'"
+        self._report.add("unknown-name", span, message, hint)
+        return True
 
     def _of_library(self, access: Access, member: str) -> None:
         """Report ``Library.name`` that is no constant, parameter or condition."""
@@ -123,6 +140,8 @@ class NameFaults:
         elif info.phases is not None and last_name(access) in (*ACTIVE, "idle"):
             message = f"'{info.name}' is never {last_name(access)}"
             hint = f"it is {listing(info.phases.names, 'or')}"
+        elif info.phases is not None and not info.sort.phases_with_timeout:
+            hint = write_one([f"{info.name}.{phase}" for phase in info.phases.names])
         self._report.add("unknown-name", access.span, message, hint)
 
     def _not_a_value(self, symbols: SymbolTable, name: str) -> tuple[str, Hint | None] | None:
@@ -159,12 +178,12 @@ class NameFaults:
             message = f"'{member.text}' is of a message or a call, not of its component"
             self._report.add("unknown-member", access.span, message, write_one(heard))
         elif member.text in component.communications:
-            self._report.add(
-                "unknown-member",
-                member.span,
-                _NO_VALUE % member.text,
-                _KEEP,
-            )
+            self._report.add("unknown-member", member.span, _NO_VALUE % member.text, _KEEP)
+        elif member.text in _OF_STATES and component.states:
+            message = f"{root} has no variable or state '{member.text}'"
+            state = next(iter(component.states))
+            hint = f"a state is a condition by itself, such as {root}.{state}"
+            self._report.add("unknown-member", member.span, message, hint)
         else:
             self._report.add(
                 "unknown-member",

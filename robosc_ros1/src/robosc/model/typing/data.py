@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from robosc.errors import listing
 from robosc.expr.tree import Binary, Call, Expr, Literal, Made
 from robosc.expr.types import (
     ArrayType,
@@ -156,12 +157,16 @@ class DataTyper:
         declarations = self._types.type_declarations
         if declarations.may_have(type_, name) or self._types.scope.is_unresolved(name):
             return
-        diagnostic = self._report.add(
-            "unknown-property",
-            span,
-            f"{type_.name} has no property '{name}'",
-            self._report.suggest(name, [n for n, _ in type_.properties], "its properties"),
-        )
+        inside = [
+            f"{outer}: {{ {name}: … }}"
+            for outer, inner in type_.properties
+            if isinstance(inner, ObjectType) and inner.property(name) is not None
+        ]
+        names = [n for n, _ in type_.properties]
+        suggested = self._report.suggest(name, names, "its properties")
+        hint = f"write {listing(inside, 'or')}" if inside else suggested
+        message = f"{type_.name} has no property '{name}'"
+        diagnostic = self._report.add("unknown-property", span, message, hint)
         declarations.miss(type_, name, diagnostic)
 
 

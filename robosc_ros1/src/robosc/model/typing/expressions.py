@@ -199,7 +199,9 @@ class Typer:
         if operation.operands is Operand.EQUAL:
             return self._equality(node)
         expected = needs_of(operation.operands)
-        left = self.check(node.left, expected, f"'{node.operator}'")
+        # Where '>=' is meant, one error is enough.
+        reversed_ = function_calls.is_reversed(node)
+        left = None if reversed_ else self.check(node.left, expected, f"'{node.operator}'")
         if operation.operands is Operand.SUMMAND and left is not None:
             expected = equal_to(left.type)
         right = self.check(node.right, expected, f"'{node.operator}'")

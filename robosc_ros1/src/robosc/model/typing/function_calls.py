@@ -19,15 +19,18 @@ from robosc.model.names.value_scope import ValueScope
 from robosc.model.typing.compatibility import coerce, comparable, describe, result_type
 from robosc.model.typing.expected import ANY, ExpectedType, equal_to, expected_type, needs_of
 from robosc.model.typing.geometry import typed_geometry
+from robosc.remedies import Change, Hint, Remedy
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ArrayNode,
+    BinaryNode,
     CallNode,
     DataObjectNode,
     ElementNode,
     ExprNode,
     FunctionNode,
     InNode,
+    LiteralNode,
     Name,
     SliceNode,
 )
@@ -127,9 +130,16 @@ def _of_an_array(function: Operator, arguments: Sequence[ExprNode]) -> str | Non
     return None
 
 
-def _function_meant(node: CallNode) -> str | None:
+def _function_meant(node: CallNode) -> Hint | None:
     """The hint for names that other languages have for functions, such as ``Math.abs``."""
+    called = node.function.span.text
     last = node.function.path[-1] if node.function.path else None
+    if called in ("if", "when"):
+        return Remedy(f"leave '{called}' out", Change.REMOVE)
+    if last is None and called[0].isupper():
+        return "data is written in braces: { NAME: …, NAME: … }"
+    if node.function.root.text == "value" and len(node.arguments) == 1:
+        return f"an element is in brackets: {called}[…]"
     if isinstance(last, Name) and last.text in FUNCTIONS:
         return f"write {last.text}(…)"
     if node.function.span.text in ("pow", "power", "sqr", "square"):
@@ -147,6 +157,12 @@ def _nested(function: Operator, arguments: Sequence[Expr], span: Span) -> Expr:
     if not function.variadic:
         return call(tuple(arguments))
     return reduce(lambda found, argument: call((found, argument)), arguments)
+
+
+def is_reversed(node: BinaryNode) -> bool:
+    """Whether a node is ``x => 0.3``, which is meant to be ``x >= 0.3``."""
+    is_number = isinstance(node.right, LiteralNode) and not isinstance(node.right.value, bool)
+    return node.operator == "=>" and is_number
 
 
 def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:

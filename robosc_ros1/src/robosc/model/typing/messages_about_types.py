@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from robosc.expr.tree import Expr, StateRef
-from robosc.expr.types import DoubleType, DurationType, IntegerType, Type
+from robosc.expr.types import BooleanType, DoubleType, DurationType, IntegerType, Type
 from robosc.language.operators import BINARY
 from robosc.model.typing.compatibility import describe
 from robosc.model.typing.expected import ExpectedType
 from robosc.model.typing.incoming import RULE
-from robosc.remedies import Change, Hint, Remedy
+from robosc.remedies import Change, Hint, Remedy, write
 from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode
 
 
@@ -40,6 +40,16 @@ def _in_words(meaning: Expr) -> str:
     return describe(meaning.type)
 
 
+def _unquoted(value: object, expected: ExpectedType) -> str | None:
+    """A number or boolean that is written in quotes; None for everything else."""
+    if not isinstance(value, str):
+        return None
+    if value in ("true", "false") and expected.accepts(BooleanType()):
+        return value
+    is_number = value.replace(".", "", 1).removeprefix("-").isdecimal()
+    return value if is_number and expected.accepts(DoubleType()) else None
+
+
 def hint_for(node: ExprNode, given: Type, expected: ExpectedType, place: str) -> Hint | None:
     """The remedy for an expression whose type does not fit its place; None if there is no usual."""
     if isinstance(expected.type, DurationType):
@@ -48,6 +58,10 @@ def hint_for(node: ExprNode, given: Type, expected: ExpectedType, place: str) ->
         return "a double is never converted to an integer implicitly"
     if (comparison := _of_three(node, place)) is not None:
         return comparison
+    if isinstance(node, LiteralNode) and (unquoted := _unquoted(node.value, expected)):
+        return write(unquoted, ", without quotes")
+    if place == "'=>'":
+        return "'=>' means 'implies': write >= to compare"
     literal = place == RULE and isinstance(node, LiteralNode)
     if not literal:
         return None

@@ -11,6 +11,7 @@ from robosc.expr.types import ArrayType, IntegerType, ObjectType, Type
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.typing.compatibility import describe
+from robosc.remedies import Hint
 from robosc.runtime.values import Undefined
 from robosc.syntax.nodes import Access, MemberNode, Name
 
@@ -65,7 +66,10 @@ class Parts:
                 )
                 declarations.miss(type_, part.text, diagnostic)
             return None
-        hint = "take an element first: [0]" if isinstance(type_, ArrayType) else None
+        hint: Hint | None = "take an element first: [0]" if isinstance(type_, ArrayType) else None
+        if isinstance(type_, ArrayType) and part.text in ("length", "len", "size", "count"):
+            whole = access.span.text.removesuffix(f".{part.text}")
+            hint = f"write length({whole})"
         self.report.add(
             "unknown-member",
             part.span,
