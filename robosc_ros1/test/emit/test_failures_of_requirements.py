@@ -118,3 +118,42 @@ def test_text() -> None:
         ],
         "Base.turn": [None],
     }
+
+
+CARTS = """
+robot Carts {
+    component Laser { outgoing message scan with timeout: 1 s, type: none }
+    component Cart[1..2] {
+        service dock with identifier: "/dock", request: none, response: none links trigger
+        action reach with identifier: "/reach", type: move_base_msgs/MoveBase
+        incoming message move with identifier: "/move", type: none
+        incoming message halt with identifier: "/halt", type: none
+        requirement move needs dock.idle and !(reach.busy or scan.silent)
+        requirement dock.busy or !scan.silent disables halt
+        requirement dock needs scan.heard
+        requirement reach needs scan.heard
+    }
+    interface trigger use Trigger from std_srvs
+}
+"""
+
+
+def test_phases_are_told_by_the_names_that_the_model_has() -> None:
+    controller = class_of(controller_source(supervisor_of(CARTS)))()
+    for name in ("cart_2_dock_busy", "cart_2_reach_busy", "scan_fresh"):
+        assert getattr(controller, name) is False
+    because = {}
+    for is_busy in (False, True):
+        vars(controller).update(
+            cart_2_dock_busy=is_busy, cart_2_reach_busy=is_busy, scan_fresh=is_busy
+        )
+        for command in controller.COMMANDS:
+            if command.key in ("Cart[2].move", "Cart[2].halt"):
+                told = [reason.get("because") for reason in violated(controller, command)]
+                because[command.key, is_busy] = told
+    assert because == {
+        ("Cart[2].move", False): [["scan.silent is true"]],
+        ("Cart[2].move", True): [["Cart[2].dock.idle is false", "Cart[2].reach.busy is true"]],
+        ("Cart[2].halt", False): [],
+        ("Cart[2].halt", True): [["Cart[2].dock.busy is true", "scan.silent is false"]],
+    }

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from robosc.expr.traversal import path_text, walk
-from robosc.expr.tree import Binary, Expr, ParameterRef, Unary, ValueRef, VariableRef
+from robosc.expr.tree import Binary, Expr, ParameterRef, PhaseRef, Unary, ValueRef, VariableRef
 from robosc.expr.types import ArrayType, BooleanType, ObjectType
 from robosc.model.entities import Requirement, Robot
 from robosc.plant.formulas import negation, to_dsl
@@ -34,7 +34,7 @@ def conjuncts(requirement: Requirement, robot: Robot) -> tuple[Conjunct, ...]:
     parts = list(_parts(requirement.condition, not requirement.forbids))
     found = tuple(
         Conjunct(
-            f"{to_dsl(part, robot)} is {'false' if wanted else 'true'}" if len(parts) > 1 else "",
+            f"{_text(part, robot)} is {'false' if wanted else 'true'}" if len(parts) > 1 else "",
             negation(part) if wanted else part,
             dict(_values(part)),
         )
@@ -43,8 +43,29 @@ def conjuncts(requirement: Requirement, robot: Robot) -> tuple[Conjunct, ...]:
     return found if len(found) > 1 or found[0].values else ()
 
 
+def _text(expr: Expr, robot: Robot) -> str:
+    """A part as the model says it: ``dock.idle``, not ``!dock.busy``."""
+    phase = _named_phase(expr)
+    if phase is None or expr.span is None:
+        return to_dsl(expr, robot)
+    communication, _, _ = to_dsl(phase, robot).rpartition(".")
+    return f"{communication}.{expr.span.text.rpartition('.')[2]}"
+
+
+def _named_phase(expr: Expr) -> PhaseRef | None:
+    """One of the phases of which a name such as ``dock.idle`` means none; None for other parts."""
+    if not isinstance(expr, Unary | Binary):
+        return None
+    left = expr.operand if isinstance(expr, Unary) else expr.left
+    if left.span is None or left.span != expr.span:
+        return None
+    return left if isinstance(left, PhaseRef) else _named_phase(left)
+
+
 def _parts(expr: Expr, wanted: bool) -> Iterator[tuple[Expr, bool]]:
-    if isinstance(expr, Unary) and expr.operator == "!":
+    if _named_phase(expr):
+        yield expr, wanted
+    elif isinstance(expr, Unary) and expr.operator == "!":
         yield from _parts(expr.operand, not wanted)
     elif isinstance(expr, Binary) and expr.operator == ("and" if wanted else "or"):
         yield from _parts(expr.left, wanted)
