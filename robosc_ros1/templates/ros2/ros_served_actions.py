@@ -33,10 +33,11 @@ class ServedAction:
         self._executor_thread = executor_thread
         self._name = name
         self._type = type_
+        self._server = None
+        # Used by the executor's thread only.
         self._goals = {}  # the calls that are not answered, by the ids of their goals
         self._accepted = None  # the call of the goal that was accepted last
-        self._ending = 0  # the number of goals whose answers are being sent
-        self._server = None
+        self._ending = 0  # the number of goals whose answers rclpy has to send
 
     def serve(self, post, recall):
         """Offer the action; ``post`` gets each goal, and the call to answer, ``recall`` the call of
@@ -86,15 +87,8 @@ class ServedAction:
         self._executor_thread.do(lambda: function(*arguments))
 
     def is_busy(self):
-        """Whether answers of goals are being sent."""
+        """Whether answers of goals are being sent, once the executor's work so far is done."""
         return self._ending > 0
-
-    def ending(self):
-        self._ending += 1
-
-    def forget(self):
-        """Leave out the end of a goal of which its client does not know."""
-        self._ending -= 1
 
     def end(self, handle, succeeds, result):
         """End a goal, in the executor's thread, and forget it."""
@@ -110,6 +104,7 @@ class ServedAction:
             return result
 
         del self._goals[_id(handle)]
+        self._ending += 1
         self._server.notify_execute(handle, execute)
 
 
@@ -165,17 +160,13 @@ class _Call(WaitingCall):
         self._later(self._report, self._action.feedback(data))
 
     def answer(self, data):
-        result = self._action.result(data)
-        self._action.ending()
-        self._later(self._end, True, result)
+        self._later(self._end, True, self._action.result(data))
 
     def refuse(self, text, data=None):
         if not self._accepted:
             self._decided.set()
             return
-        result = explained(self._action.result, text, data)
-        self._action.ending()
-        self._later(self._end, False, result)
+        self._later(self._end, False, explained(self._action.result, text, data))
 
     def _report(self, feedback):
         if self._handle is not None:
@@ -184,8 +175,6 @@ class _Call(WaitingCall):
     def _end(self, succeeds, result):
         if self._handle is not None:
             self._action.end(self._handle, succeeds, result)
-        else:
-            self._action.forget()
 
     def _later(self, function, *arguments):
         self._action.later(function, *arguments)
