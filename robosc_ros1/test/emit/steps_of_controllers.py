@@ -57,6 +57,8 @@ class Run:
         if variable.kind is VariableKind.TEST:
             assert variable.test is not None
             return value_of(variable.test, self.look)
+        if variable.kind is VariableKind.ASSUMPTION:
+            return True
         if variable.kind is VariableKind.LOCATION:
             return self.controller.components()[variable.name]
         if variable.kind is VariableKind.PHASE:
@@ -65,6 +67,10 @@ class Run:
 
     def perform(self, event: Event, value: Value | None) -> bool:
         """Let the controller take an event if it may; whether it did."""
+        if event.kind is EventKind.AFTER:
+            delays = self.controller.AFTERS
+            row = next(a for a in delays if (a.component, a.number) == (event.key, event.index))
+            return _call(self.controller, row.step) is not None
         table = self.controller.COMMANDS if event.controllable else self.controller.INPUTS
         if event.kind is EventKind.TAU:
             steps = [
@@ -117,11 +123,17 @@ def renewed(parameter: EventParameter) -> str | None:
 
 
 def step(run: Run, event: Event, value: Value | None) -> None:
-    """Take an event if the controller does, and ask for a step of the plant."""
+    """Take an event if the controller does, and ask for a step of the plant; one that it does not
+    take is none, as far as what the event decides is known."""
     before = run.state()
     values = [taken(run, parameter, value) for parameter in event.parameters]
     guard = run.guards.get(id(event))
     if not run.perform(event, value):
+        is_known = all(renewed(parameter) is None for parameter in event.parameters)
+        if is_known and (guard is None or holds(run.plant, guard.expr, before)):
+            expected = outcome(run.plant, event, tuple(values), before)
+            changes_nothing = event.kind is EventKind.TAU and expected == before
+            assert isinstance(expected, Verdict) or changes_nothing, (event, value, before)
         return
     after = run.state()
     for number, parameter in enumerate(event.parameters):
