@@ -52,6 +52,26 @@ def acceptance(
     return accepts if cases else replace(accepts, edges=())
 
 
+def handled(event: Event, variables: Sequence[StateVariable]) -> Event:
+    """Return an event of a communication with phases without its occurrences that no component
+    takes."""
+    gate, automata = acceptance_of(event), components_of(event)
+    cases = [
+        _taken(edge, automaton, variables) for automaton in automata for edge in automaton.edges
+    ]
+    where = disjunction(cases)
+    if gate is None:
+        assert event.phase is not None
+        taken = acceptance(event.key, event.phase, automata, variables, event.span)
+        return replace(event, phase=None, automata=(*event.automata, taken))
+    edges = tuple(
+        replace(edge, guard=where if edge.guard is None else conjunction((edge.guard, where)))
+        for edge in gate.edges
+    )
+    taken = replace(gate, edges=edges if cases else ())
+    return replace(event, automata=tuple(taken if a is gate else a for a in event.automata))
+
+
 def guarded_phase(
     key: str, phase: PhaseStep, guards: Mapping[int, Expr | None], span: Span
 ) -> LocalAutomaton:

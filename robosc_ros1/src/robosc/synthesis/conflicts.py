@@ -1,8 +1,10 @@
 """What conflicts where no controller exists, or where a command never happens.
 
-Requirements, goals (``requirement possible``), assumptions, and errors that the plant has: with
-these alone there is no controller, or the command never happens, and without any one member it is
-otherwise. Another such set may be smaller.
+Requirements, goals (``requirement possible``), assumptions, and what the robot may do that the
+controller does not choose: that a call fails, that a message falls silent, that the robot cancels
+its goal, and that an end comes where no component has a transition for it. With these alone there
+is no controller, or the command never happens, and without any one member it is otherwise. Another
+such set may be smaller.
 """
 
 from __future__ import annotations
@@ -14,10 +16,11 @@ from typing import TypeVar
 
 from robosc import limits
 from robosc.errors import Diagnostic, Note
-from robosc.language.events import EventKind
+from robosc.language.events import EventKind, Kind
 from robosc.model.declarations.state_variables import select_state_variables
 from robosc.model.diagnostics import Muted
-from robosc.plant.automaton import Plant
+from robosc.plant.acceptance import handled
+from robosc.plant.automaton import Event, Plant
 from robosc.plant.build import lower
 from robosc.source import Span
 from robosc.supervisor import Explanation, Supervisor
@@ -26,6 +29,13 @@ from robosc.synthesis.formatting import event_text, quoted
 
 _Item = TypeVar("_Item")
 
+_AVOIDABLE = {
+    EventKind.ERROR: "{} may fail",
+    EventKind.TIMEOUT: "{} may fall silent",
+    EventKind.RECALL: "{} may be cancelled",
+}
+"""Events that a robot could do without, and what is told of them."""
+
 Identity = tuple[EventKind, str, int]
 Solve = Callable[[Plant], Collection[Identity] | None]
 """Which commands the supervisor of a plant allows in some state; None: it is empty."""
@@ -33,7 +43,7 @@ Solve = Callable[[Plant], Collection[Identity] | None]
 
 @dataclass(frozen=True, slots=True)
 class _Member:
-    """A requirement, a goal, an assumption (by index), or an error (by the communication's key)."""
+    """A requirement, a goal, an assumption (by index), or an event (by the communication's key)."""
 
     kind: str
     key: int | str
@@ -109,13 +119,12 @@ class _Finder:
         """Return the numbers of the members of a conflict.
 
         Fewer requirements and goals never forbid more, so a smallest set of them is found while all
-        errors and assumptions are there. Without one of these there may be less to rule out, or one
+        events and assumptions are there. Without one of these there may be less to rule out, or one
         way less or more: each is a member if there would be no conflict without it.
         """
-        given = frozenset(
-            n for n, member in enumerate(self.members) if member.kind in ("error", "assumption")
-        )
-        others = [n for n in range(len(self.members)) if n not in given]
+        chosen = ("requirement", "goal")
+        others = [n for n, member in enumerate(self.members) if member.kind in chosen]
+        given = frozenset(range(len(self.members))) - frozenset(others)
         conflicting = frozenset(smallest_conflict(others, lambda kept: fails(kept | given)))
         needed = (one for one in given if not fails(conflicting | (given - {one})))
         return sorted(conflicting.union(needed))
@@ -130,12 +139,23 @@ def _members(plant: Plant) -> Iterator[_Member]:
     for number, assumption in enumerate(plant.robot.assumptions):
         yield _Member("assumption", number, assumption.span, assumption.text)
     for event in plant.events:
-        if event.kind is EventKind.ERROR:
-            yield _Member("error", event.key, event.span, f"{event.name} may fail")
+        if event.kind in _AVOIDABLE:
+            text = _AVOIDABLE[event.kind].format(event.name)
+            yield _Member(event.kind.value, event.key, event.span, text)
+        elif _is_end(plant, event):
+            text = f"{event.kind.word} from {event.name} is not handled everywhere"
+            yield _Member(event.kind.value, event.key, event.span, text)
+
+
+def _is_end(plant: Plant, event: Event) -> bool:
+    """Whether an event ends a call, which matters also where no component takes it."""
+    if event.kind is EventKind.RESPONSE:
+        return plant.robot.communications[event.key].kind in (Kind.SERVICE, Kind.ACTION)
+    return event.kind is EventKind.CANCELLED
 
 
 def _only(plant: Plant, members: Sequence[_Member]) -> Plant:
-    """Return the plant with no other requirements, goals, assumptions and errors, and what only
+    """Return the plant with no other requirements, goals, assumptions and events, and what only
     they read."""
     kept = {(member.kind, member.key) for member in members}
     robot = plant.robot
@@ -146,9 +166,13 @@ def _only(plant: Plant, members: Sequence[_Member]) -> Plant:
         assumptions=_kept("assumption", robot.assumptions, kept),
     )
     lowered = lower(select_state_variables(fewer, Muted()))
-    events = (
-        e for e in lowered.events if e.kind is not EventKind.ERROR or ("error", e.key) in kept
-    )
+    events = []
+    for event in lowered.events:
+        if (event.kind.value, event.key) in kept:
+            events.append(event)
+        elif event.kind not in _AVOIDABLE:
+            is_end = _is_end(lowered, event)
+            events.append(handled(event, lowered.variables) if is_end else event)
     return replace(lowered, events=tuple(events))
 
 
@@ -161,7 +185,8 @@ def _notes(explanation: Explanation, conflict: Sequence[_Member]) -> Iterator[No
     match conflict:
         case [one]:
             told = {note.span for note in explanation.diagnostic.notes}
-            if one.kind != "error" and one.span not in told:  # the trace has the error
+            # The trace has the events.
+            if one.kind in ("requirement", "goal", "assumption") and one.span not in told:
                 event = explanation.event
                 what = "there is no controller"
                 if event is not None:
