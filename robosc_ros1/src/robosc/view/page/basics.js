@@ -72,10 +72,10 @@ const eventName = (event) =>
   : event.name ? `${event.name}.${event.kind}` : event.kind;
 /** Whether an event belongs to one transition of a component. */
 const isStep = (event) => ["tau", "after"].includes(event.kind);
-/** The names of the services that the controller serves: it answers them. */
+/** The names of what the controller serves: it gives feedback and answers. */
 const served = new Set();
 const isOwn = (event) =>
-  (served.has(event.name) ? ["response", "error"] : ["request", "cancel", "tau"]).includes(event.kind);
+  (served.has(event.name) ? ["response", "error", "feedback"] : ["request", "cancel", "tau"]).includes(event.kind);
 /** A component may be called `constructor`. */
 const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : undefined);
 const shorten = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);

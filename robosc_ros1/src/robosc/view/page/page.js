@@ -183,6 +183,8 @@ function build(model, text) {
   past.owners = new Map(model.communications.map((c) => [c.name, c.component]));
   page.thresholds = model.thresholds ?? {};
   zooms.clear();
+  served.clear();
+  for (const c of model.communications) if (c.kind === "outgoing service" || c.kind === "outgoing action") served.add(c.name);
   const cards = componentCards(drawn, fireByName);
   const rest = model.components.filter((c) => !c.states.length).map((c) => c.name);
   const note = rest.length ? [make("p", { className: "others" }, `Without behaviour: ${rest.join(", ")}`)] : [];
@@ -191,8 +193,6 @@ function build(model, text) {
   page.source = model.source;
   page.communications = model.communications;
   operating.list();
-  served.clear();
-  for (const c of model.communications) if (c.kind === "outgoing service" || c.kind === "outgoing action") served.add(c.name);
   const rows = commandRows(commands, (command) => !bare.has(command.event.name));
   page.model = text;
   page.cards = cards.all;
