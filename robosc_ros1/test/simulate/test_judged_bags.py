@@ -13,9 +13,11 @@ from quick import quick_first
 pytest.importorskip("rosbags")
 
 from emit.generated_code import supervisor_of
+from emit.golden_packages import GOLDEN
 from ros_support import EXAMPLES, Completed
 from runtime.schemas import validate
 from simulate.recorded_runs import (
+    EVENT_2,
     START,
     BagWriter,
     Recorded,
@@ -368,6 +370,28 @@ def test_a_requirement_on_all_states(tmp_path: Path) -> None:
         ("violation", "state", 1),
     ]
     assert "requirement never Pump.running and Arm.extended" in found.findings[1].reasons[0]
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+def test_what_the_controller_serves_is_not_followed(tmp_path: Path, kind: str) -> None:
+    """The bag may have it nevertheless, and a call of the robot is no request of the controller."""
+    model = GOLDEN / "models" / "orders.rscd"
+    type_ = "std_srvs/srv/msg/SetBool"
+    definitions = {
+        f"{type_}_Request": "bool data\n",
+        f"{type_}_Response": "bool success\nstring message\n",
+        f"{type_}_Event": EVENT_2.format(type=type_),
+    }
+    bag = BagWriter(tmp_path / f"orders.{kind}", {} if kind == "bag" else definitions)
+    bag.write("/door", "std_msgs/msg/Bool", START, {"data": True})
+    if kind == "mcap":
+        info = {"event_type": 0, "sequence_number": 1}
+        bag.write("/order/_service_event", f"{type_}_Event", START + 1.0, {"info": info})
+    bag.close()
+    found = judged(supervisor_of(model.read_text(), str(model)), bag.path)
+    assert found.unseen == ("order", "switch")
+    assert found.absent == ("/lamp",)
+    assert not found.findings and found.events == 1
 
 
 @pytest.mark.ros

@@ -201,8 +201,9 @@ class BagRun:
                 heard.setdefault(self._topic(one), []).append(one.key)
             elif one.kind is Kind.INCOMING:
                 commands.setdefault(self._topic(one), []).append(self._matches[one.key])
-            elif one.key in shared:
-                self._heard.unseen.append(one.key)  # requests do not say whose they are
+            elif one.key in shared or one.kind in (Kind.SERVED_SERVICE, Kind.SERVED_ACTION):
+                # Requests do not say whose they are, and whoever is called is not followed.
+                self._heard.unseen.append(one.key)
             elif one.kind is Kind.ACTION:
                 self._connect_action(one)
             else:
