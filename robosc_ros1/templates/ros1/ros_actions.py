@@ -13,6 +13,7 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
 
+from .ros_backlog import BACKLOG
 from .ros_goal_tracker import GoalTracker
 from .ros_messages import clean, compose
 from .ros_port import Caller
@@ -22,6 +23,8 @@ SETTLED = 2.0
 """Seconds after which a connection is used even if the other end does not list it."""
 REPEAT = 1.0
 """Seconds after which a goal that goes on is cancelled again, and is shown as a fault."""
+FOLLOWING = 0.2
+"""Seconds for which a result waits at most for the feedback that came before it to be taken."""
 GONE = 5.0
 """Seconds without a server after which a cancelled goal counts as ended."""
 UNENDED = (
@@ -269,8 +272,9 @@ class Action(GoalCaller):
         self._type = type_
         # actionlib itself follows only rules that spell the name as the model does.
         self._client = actionlib.ActionClient(rospy.resolve_name(name), type_)
-        self._client.manager._generate_id = new_goal_id
         client = self._client
+        client.manager._generate_id = new_goal_id
+        client.manager.update_results = self._take_result
         super().__init__(
             name,
             client.pub_cancel,
@@ -282,6 +286,13 @@ class Action(GoalCaller):
         self._replaced = {}  # by token: goals that were replaced, with their trackers
         topic = self.label + "/status"
         self._watch = rospy.Subscriber(topic, GoalStatusArray, lambda _: self.on_status())
+
+    def _take_result(self, result):
+        # Feedback has a connection of its own, and actionlib ignores it once it has the result.
+        links = self._client.feedback_sub.impl.connections
+        BACKLOG.await_rest([link.socket for link in links if link.socket is not None], FOLLOWING)
+        manager = self._client.manager
+        type(manager).update_results(manager, result)
 
     def start(self, data, token, timeout):
         self.begin(compose(type(self._type().action_goal.goal)(), data), token, timeout)

@@ -13,6 +13,7 @@ import socket
 import struct
 import termios
 import threading
+import time
 
 import rospy.impl.tcpros_base
 
@@ -53,6 +54,13 @@ class Backlog:
             is_over = not left
         if is_over:
             done()
+
+    def await_rest(self, sockets, timeout):
+        """Wait, in a thread that reads none of them, until these sockets are empty and what came
+        was handed over, for at most ``timeout`` seconds."""
+        end = time.monotonic() + timeout
+        while any(self._unfinished(sockets)) and time.monotonic() < end:
+            time.sleep(0.001)
 
     def _unfinished(self, sockets):
         """Yield the sockets whose bytes were not all handed over, with the bytes that wait."""

@@ -105,6 +105,21 @@ class Service(Caller):
             self._token = self._future = None
 
 
+class _Client(ActionClient):
+    """A client that gives feedback before the result that came after it: rclpy's own does it the
+    other way round, and takes one of each at a time."""
+
+    async def execute(self, taken_data):
+        while "result" in taken_data:
+            feedback = taken_data.pop("feedback", None) or self._client_handle.take_feedback(
+                self._action_type.Impl.FeedbackMessage
+            )
+            if feedback is None:
+                break
+            await super().execute({"feedback": feedback})
+        await super().execute(taken_data)
+
+
 class Action(Caller):
     """Goals of one action, at most one of them current, which may replace others that go on."""
 
@@ -115,7 +130,7 @@ class Action(Caller):
         self._type = type_
         # rcl remaps only the names of an action's topics and services.
         name = self.label = node.resolve_service_name(name)
-        self._client = ActionClient(
+        self._client = _Client(
             node, type_, name, feedback_sub_qos_profile=qos_profile("reliable", FEEDBACK)
         )
         self._status = name + "/_action/status"

@@ -283,3 +283,15 @@ def test_a_storm_of_feedback_is_followed_to_its_end(graph: Graph, controller: St
     told(robot, goal, end="succeed", result={"code": 0})
     state = arm(robot, "resting", lambda s: s["variables"]["Arm.last"] == "good")
     assert state["counters"]["errors"] == state["counters"]["mismatches"] == 0
+
+
+def test_feedback_that_came_before_the_result_is_taken_before_it(
+    graph: Graph, controller: Start
+) -> None:
+    controller(rate=0.1)
+    robot = ready(graph)
+    goal = robot.expect("goal", name="reach")
+    reports = [{"progress": n / 100} for n in range(1, 51)]
+    told(robot, goal, feedback=reports, end="succeed", result={"code": 0})
+    state = arm(robot, "resting", lambda s: s["variables"]["Arm.last"] == "good")
+    assert (state["variables"]["Arm.progress"], state["counters"]["late"]) == (0.5, 0)
