@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
-__all__ = ["CHECK", "PRIMITIVES", "STORED", "definition"]
+__all__ = [
+    "CHECK",
+    "PRIMITIVES_OF_ROS1",
+    "PRIMITIVES_OF_ROS2",
+    "STORED",
+    "Primitives",
+    "definition",
+]
 
-PRIMITIVES: dict[str, list[bool | int | float | str]] = {
+Primitives = dict[str, list[bool | int | float | str]]
+
+PRIMITIVES: Primitives = {
     "bool": [True, False, True],
     "float32": [0.5, -1.25, 3.0],
     "float64": [0.1, -1e300, 5e-324],
@@ -14,8 +23,14 @@ PRIMITIVES: dict[str, list[bool | int | float | str]] = {
 }
 """Type to three values. ``byte`` and ``char`` differ between the versions of ROS."""
 
+# A byte of ROS 1 is an int8, a char an uint8; both are uint8 in ROS 2.
+PRIMITIVES_OF_ROS1 = {**PRIMITIVES, "byte": [-128, 0, 127], "char": [0, 65, 255]}
+PRIMITIVES_OF_ROS2 = {
+    **PRIMITIVES, "byte": [0, 1, 255], "char": [0, 65, 255], "wstring": PRIMITIVES["string"],
+}  # fmt: skip
 
-def definition(primitives: dict[str, list[bool | int | float | str]]) -> str:
+
+def definition(primitives: Primitives) -> str:
     """A message with a field, an array and a fixed array of each type."""
     lines = (f"{t} one_{t}\n{t}[] many_{t}\n{t}[3] three_{t}\n" for t in primitives)
     return "".join(lines)

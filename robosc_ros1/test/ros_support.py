@@ -48,7 +48,8 @@ from robosc.cli import main
 
 __all__ = [
     "EXAMPLES", "REPOSITORY", "SOURCES", "Completed", "Master", "Workspace", "await_condition",
-    "built_once", "free_port", "link_checkout", "master", "missing_ros", "plain_environment", "run_robosc", "stopped",
+    "built_once", "free_port", "link_checkout", "master", "missing_ros", "plain_environment", "resident",
+    "run_robosc", "stopped",
 ]  # fmt: skip
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -169,6 +170,13 @@ def state_of(pid: int) -> str:
     except (FileNotFoundError, ProcessLookupError):
         return ""
     return stat.rpartition(")")[2].split()[0]
+
+
+def resident(pid: int) -> int:
+    """The memory of a process, in kB."""
+    status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
+    (line,) = (line for line in status.splitlines() if line.startswith("VmRSS"))
+    return int(line.split()[1])
 
 
 def run_robosc(

@@ -6,15 +6,45 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+import reflecting
 import ros_support
 from emit.golden_packages import GOLDEN, package_of
-from ros1.stage import Puppet, Stage
+from primitives import PRIMITIVES_OF_ROS1
+from ros1.stage import Node, Puppet, Stage
 from ros_support import EXAMPLES, Master, Workspace, built_once, run_robosc
 
 from robosc.emit.write.writer import write
 
 CALLED = ("orders", "missions", "dispatch")
 """Models with calls from one controller to another."""
+
+INTERFACES = {
+    "CMakeLists.txt": """
+cmake_minimum_required(VERSION 3.10)
+project(robosc_testing)
+find_package(catkin REQUIRED COMPONENTS actionlib_msgs message_generation std_msgs)
+add_message_files(FILES Primitives.msg)
+add_service_files(FILES Reflect.srv)
+add_action_files(FILES Shine.action)
+generate_messages(DEPENDENCIES actionlib_msgs std_msgs)
+catkin_package(CATKIN_DEPENDS actionlib_msgs message_runtime std_msgs)
+""",
+    "package.xml": """<?xml version="1.0"?>
+<package format="3">
+  <name>robosc_testing</name>
+  <version>0.1.0</version>
+  <description>Interfaces for tests.</description>
+  <maintainer email="robosc@example.org">robosc contributors</maintainer>
+  <license>BSD-3-Clause</license>
+  <buildtool_depend>catkin</buildtool_depend>
+  <build_depend>message_generation</build_depend>
+  <depend>actionlib_msgs</depend>
+  <depend>std_msgs</depend>
+  <exec_depend>message_runtime</exec_depend>
+</package>
+""",
+    **reflecting.files(PRIMITIVES_OF_ROS1),
+}
 
 
 @pytest.fixture(scope="session")
@@ -46,6 +76,22 @@ def _build_generated(folder: Path) -> None:
         write(package_of(model, mode="monitor"), folder / "src")
     for model in ("orders", "missions", "courier", "sentry"):
         write(package_of(model, mode="supervisor"), folder / "src")
+    for place, text in INTERFACES.items():
+        file = folder / "src" / "robosc_testing" / place
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    model_file = folder / "reflector.rscd"
+    model_file.write_text(reflecting.model(PRIMITIVES_OF_ROS1), encoding="utf-8")
+    for file, mode in (
+        (GOLDEN / "models" / "fleet.rscd", "controller"),
+        (model_file, "controller"),
+        (model_file, "supervisor"),
+    ):
+        where = ("--mode", mode, "--output", str(folder / "src"))
+        done = run_robosc(
+            ("generate", str(file), *where), folder, {"ROS_PACKAGE_PATH": str(folder / "src")}
+        )
+        assert done.returncode == 0, done.stderr
     workspace.build()
 
 
@@ -72,6 +118,19 @@ def ear(stage: Stage) -> Iterator[Puppet]:
     """A second puppet, that only listens, so that the first may be killed."""
     with stage.puppet() as running:
         yield running
+
+
+@pytest.fixture(params=["controller", "supervisor"])
+def nodes(
+    request: pytest.FixtureRequest, stage: Stage, ear: Puppet, model: str
+) -> Iterator[tuple[Node, ...]]:
+    """The controller of a model that is called; once more with its supervisor, which comes first."""
+    if request.param == "supervisor":
+        with stage.guarded(ear, model) as both:
+            yield both
+    else:
+        with stage.controller(ear, f"{model}_controller") as node:
+            yield (node,)
 
 
 @pytest.fixture(scope="session")

@@ -35,7 +35,7 @@ def plain(message):
     """A message as JSON."""
     if hasattr(message, "__slots__"):
         return {name: plain(getattr(message, name)) for name in message.__slots__}
-    if isinstance(message, (list, tuple)):
+    if isinstance(message, (list, tuple, bytes)):  # bytes: of uint8
         return [plain(part) for part in message]
     if isinstance(message, float) and message != message:
         return "NaN"
@@ -280,9 +280,14 @@ class Puppet:
 
     def send(self, name, type, fields):
         """Send a goal; what comes of it is printed."""
+        self.send_by(self.client_of(name, type), name, fields)
+
+    def client_of(self, name, type):
         action = roslib.message.get_message_class(type)
         client = self.clients[name] = connected_client(name, action, self.clients.get(name))
+        return client
 
+    def send_by(self, client, name, fields):
         def moved(handle):
             if handle.get_comm_state() == actionlib.CommState.DONE:
                 text = handle.get_goal_status_text()
@@ -296,11 +301,16 @@ class Puppet:
         tell(sent=name, id=self.sent.comm_state_machine.action_goal.goal_id.id)
 
     def flood(self, name, type, fields, count):
-        """Send goals, all at once; what comes of each is printed."""
-        for number in range(count):
-            if number:
-                self.kept.append(self.sent)
-            self.send(name, type, fields)
+        """Send goals, no more at once than actionlib's queue holds, when those of the last flood have
+        ended; what comes of each is printed."""
+        self.kept.clear()
+        client = self.client_of(name, type)
+        unknown = actionlib.CommState.WAITING_FOR_GOAL_ACK
+        for _ in range(count):
+            self.send_by(client, name, fields)
+            self.kept.append(self.sent)
+            while sum(goal.get_comm_state() == unknown for goal in self.kept[-16:]) > 8:
+                time.sleep(0.001)
 
     def chain(self, name, type, count):
         """Send goals, each as soon as the result of the one before has come; their ends are printed

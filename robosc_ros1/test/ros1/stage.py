@@ -17,12 +17,25 @@ from emit.golden_packages import GOLDEN
 from fork_server import Forked, ForkServer
 from ros_support import PYTHON, Master, Workspace, plain_environment
 
-__all__ = ["PATIENCE", "Node", "Puppet", "Stage", "event", "master_pid"]
+__all__ = ["NAMES", "PATIENCE", "Node", "Puppet", "Stage", "event", "master_pid"]
 
 PATIENCE = 60.0
 """Seconds after which something that must come has not come, even on a machine that is busy."""
 
 Json = dict[str, Any]
+
+
+def action(name: str) -> tuple[str, ...]:
+    """The topics of an action."""
+    return tuple(f"{name}/{part}" for part in ("goal", "cancel", "status", "feedback", "result"))
+
+
+NAMES = {
+    "orders": ("order", "switch", "door", "lamp"),
+    "missions": ("step", "fault", "lamp", *action("mission")),
+    "reflector": ("reflect", *action("shine")),
+}
+"""What the controllers of models that are called use, and have elsewhere behind a supervisor."""
 
 
 def event(kind: str, name: str, **more: Any) -> Callable[[Json], bool]:
@@ -218,3 +231,13 @@ class Stage:
         # Parameters outlive their node, and the next test's node has the same name.
         with contextlib.suppress(OSError, Fault):
             ServerProxy(self.master.uri).deleteParam("/stage", name)
+
+    @contextlib.contextmanager
+    def guarded(self, ear: Puppet, model: str) -> Iterator[tuple[Node, Node]]:
+        """The supervisor, and the controller that it guards."""
+        rules = [f"/{name}:=/supervised/{name}" for name in NAMES[model]]
+        with (
+            self.controller(ear, f"{model}_controller", rules) as controller,
+            self.controller(ear, f"{model}_supervisor") as supervisor,
+        ):
+            yield supervisor, controller

@@ -1,17 +1,14 @@
-"""Clients that users have, in place of a test's own: rosservice, SimpleActionClient; and very many."""
+"""Clients that users have, in place of a test's own: rosservice, SimpleActionClient; killed ones, too."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from ros1.stage import Node, Puppet, Stage, event
-from ros1.test_calls_of_the_robot import DONE, ORDER
+from ros1.test_calls_of_the_robot import DONE
 from ros1.test_goals_of_the_robot import accepted, end, send, step
 from ros1.test_goals_of_the_robot import node as missions  # noqa: F401
-from ros_support import PYTHON, await_condition
-
-CALLS = 1000
-AT_ONCE = 100
+from ros_support import PYTHON
 
 SIMPLE = """
 import actionlib, rospy
@@ -78,38 +75,3 @@ def test_whoever_is_killed_while_its_goal_is_ending(
         missions.shows(lambda s: s["communications"]["mission"] == "idle", since=missions.ear.mark)
     mark = send(puppet)
     assert end(puppet, mark)["result"]["reached"] == 3
-
-
-def test_a_thousand_calls_leave_nothing_behind(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
-    """The node's memory after the second thousand is that after the first, but for a tenth."""
-    with stage.controller(ear, "orders_controller") as node:
-        puppet.publish("/door", "std_msgs/Bool", True)
-        node.shows(lambda s: s["variables"]["Door.open"])
-        sizes = []
-        for _ in range(2):
-            for _ in range(CALLS // AT_ONCE):
-                flood(puppet)
-            sizes.append(resident(node))
-        assert sizes[1] <= 1.1 * sizes[0]
-        node.shows(lambda s: s["communications"]["order"] == "idle", since=ear.mark)
-
-
-def flood(puppet: Puppet) -> None:
-    """Calls at once, each of which is answered or refused."""
-    mark = puppet.mark
-    for _ in range(AT_ONCE):
-        puppet.begin("call", **ORDER, fields={"data": True})
-
-    def answers() -> list[str]:
-        lines = [line for line in puppet.lines[mark:] if line.get("answered") == "/order"]
-        return [str(line.get("message") or line["failure"]) for line in lines]
-
-    await_condition(lambda: len(answers()) == AT_ONCE, "all answers")
-    assert all(a == str(DONE) or "is busy" in a for a in answers())
-
-
-def resident(node: Node) -> int:
-    """The memory of a node, in kB."""
-    status = Path(f"/proc/{node.process.pid}/status").read_text()
-    (line,) = (line for line in status.splitlines() if line.startswith("VmRSS"))
-    return int(line.split()[1])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 
-from primitives import CHECK, PRIMITIVES, STORED, definition
+from primitives import CHECK, STORED, definition
+from primitives import PRIMITIVES_OF_ROS1 as ALL
 from ros_support import Workspace
 
 CODE = """
@@ -80,8 +81,6 @@ def test_arrays_become_lists_of_messages_and_of_plain_values(
     assert json.loads(done.stdout) == [points, 18.0, [[1, 255], 2]]
 
 
-# A byte of ROS 1 is an int8, a char an uint8.
-ALL = {**PRIMITIVES, "byte": [-128, 0, 127], "char": [0, 65, 255]}
 EVERY_TYPE = f"""
 import io
 from genpy.dynamic import generate_dynamic

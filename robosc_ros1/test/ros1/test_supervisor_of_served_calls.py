@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator, Sequence
 from typing import Any
 
 from actionlib_msgs.msg import GoalStatus
@@ -12,22 +10,6 @@ from ros1.test_calls_of_the_robot import DONE, ORDER, call
 from ros1.test_goals_of_the_robot import end, send
 
 BOOL = "std_msgs/Bool"
-CARRIER = ("order", "switch", "door", "lamp")
-RUNNER = ("step", "fault", "lamp", *(f"mission/{part}" for part in
-          ("goal", "cancel", "status", "feedback", "result")))  # fmt: skip
-
-
-@contextlib.contextmanager
-def guarded(
-    stage: Stage, ear: Puppet, model: str, names: Sequence[str]
-) -> Iterator[tuple[Node, Node]]:
-    """The supervisor, and the controller that it guards."""
-    rules = [f"/{name}:=/supervised/{name}" for name in names]
-    with (
-        stage.controller(ear, f"{model}_controller", rules) as controller,
-        stage.controller(ear, f"{model}_supervisor") as supervisor,
-    ):
-        yield supervisor, controller
 
 
 def is_busy(node: Node, name: str) -> dict[str, Any]:
@@ -35,7 +17,7 @@ def is_busy(node: Node, name: str) -> dict[str, Any]:
 
 
 def test_a_call_is_answered_by_the_controller(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
-    with guarded(stage, ear, "orders", CARRIER) as (supervisor, controller):
+    with stage.guarded(ear, "orders") as (supervisor, controller):
         mark = puppet.mark
         puppet.do("call", **ORDER, fields={"data": True})
         is_busy(supervisor, "order")
@@ -52,7 +34,7 @@ def test_a_call_is_answered_by_the_controller(stage: Stage, puppet: Puppet, ear:
 
 
 def test_a_goal_of_the_robot(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
-    with guarded(stage, ear, "missions", RUNNER) as (supervisor, controller):
+    with stage.guarded(ear, "missions") as (supervisor, controller):
         mark = send(puppet)
         is_busy(controller, "mission")
         puppet.publish("/step", "std_msgs/Int16", 2)
@@ -76,7 +58,7 @@ def test_a_goal_of_the_robot(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
 
 
 def test_the_controller_is_killed(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
-    with guarded(stage, ear, "missions", RUNNER) as (_, controller):
+    with stage.guarded(ear, "missions") as (_, controller):
         mark = send(puppet)
         is_busy(controller, "mission")
         controller.process.kill()

@@ -10,9 +10,11 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+import reflecting
 from emit.golden_packages import GOLDEN
+from primitives import PRIMITIVES_OF_ROS2
 from ros2.bed import HERE, REPOSITORY, Bed, Unavailable, test_bed
-from ros2.ros2_support import Graph, Process, free_domain
+from ros2.ros2_support import Graph, Peer, Process, free_domain
 from ros_support import built_once, run_robosc
 
 MODELS = {
@@ -103,6 +105,10 @@ def _build(bed: Bed, folder: Path) -> None:
         generate(folder, HERE / "models" / "crane.rscd", "--mode", mode)
     mirror, prefix = HERE / "models" / "mirror.rscd", bed.environment["AMENT_PREFIX_PATH"]
     generate(folder, GOLDEN / "models" / "fleet.rscd", prefix=prefix)
+    reflector = folder / "reflector.rscd"
+    reflector.write_text(reflecting.model(PRIMITIVES_OF_ROS2), encoding="utf-8")
+    for mode in ("controller", "supervisor"):
+        generate(folder, reflector, "--mode", mode, prefix=prefix)
     for mode in ("controller", "supervisor", "monitor"):
         name = ("--package", f"mirror_{mode}")
         generate(folder, mirror, "--mode", mode, *name, prefix=prefix)
@@ -154,3 +160,51 @@ def controller(built: Built, graph: Graph) -> Callable[..., Process]:
         return graph.start(*words, **built.environment(package))
 
     return start
+
+
+ACTION = ("send_goal", "cancel_goal", "get_result", "feedback", "status")
+NAMES = {
+    "orders": ("order", "switch", "door", "lamp"),
+    "missions": ("step", "fault", "lamp", "mission", *(f"mission/_action/{p}" for p in ACTION)),
+    "reflector": ("reflect", "shine", *(f"shine/_action/{p}" for p in ACTION)),
+}
+"""What the controllers of models that are called use, and have elsewhere behind a supervisor."""
+INPUTS = {"orders": ("door",), "missions": ("step", "fault"), "reflector": ()}
+
+
+@pytest.fixture
+def guarded(controller: Callable[..., Process]) -> Callable[[str], dict[str, Process]]:
+    """Starts the supervisor of a model that is called, which comes first, and its controller."""
+
+    def start(model: str) -> dict[str, Process]:
+        quality = {f"qos__{name}__reliability": "reliable" for name in INPUTS[model]}
+        rules = [f"/{name}:=/supervised/{name}" for name in NAMES[model]]
+        own = controller(f"{model}_controller", rules, **quality)
+        first = controller(f"{model}_supervisor", **quality)
+        return {f"{model}_supervisor": first, f"{model}_controller": own}
+
+    return start
+
+
+@pytest.fixture(params=["controller", "supervisor"])
+def nodes(
+    request: pytest.FixtureRequest,
+    controller: Callable[..., Process],
+    guarded: Callable[[str], dict[str, Process]],
+    model: str,
+) -> dict[str, Process]:
+    """The controller of a model that is called; once more with its supervisor, which comes first."""
+    if request.param == "supervisor":
+        return guarded(model)
+    quality = {f"qos__{name}__reliability": "reliable" for name in INPUTS[model]}
+    return {f"{model}_controller": controller(f"{model}_controller", **quality)}
+
+
+@pytest.fixture
+def watcher(graph: Graph, nodes: dict[str, Process]) -> Peer:
+    """Watches the nodes, once the supervisor, if there is one, knows its controller."""
+    peer = graph.peer()
+    for node in nodes:
+        peer.watch(node)
+        peer.expect_state(node, lambda s: "supervised" not in str(s["unconnected"]))
+    return peer

@@ -294,6 +294,38 @@ class Peer:
         future.add_done_callback(answered)
         return number
 
+    def flood_goals(
+        self, name: str, type: str, data: Any, count: int, at_once: int
+    ) -> list[int | None]:
+        """Send so many goals, no more at once; the status with which each ended, None: rejected."""
+        class_ = load(type)
+        client = Client(self.node, class_, name, callback_group=self.group)
+        self.until(client.server_is_ready, f"there is no action {name}")
+        self.be_known(f"{name}/_action/send_goal")
+        free = threading.Semaphore(at_once)
+        ends: queue.SimpleQueue[int | None] = queue.SimpleQueue()
+
+        def ended(status: int | None) -> None:
+            free.release()
+            ends.put(status)
+
+        def answered(future: Any) -> None:
+            goal = future.result()
+            if goal.accepted:
+                result = client.ask(goal.get_result_async)
+                result.add_done_callback(lambda done: ended(done.result().status))
+            else:
+                ended(None)
+
+        for _ in range(count):
+            if not free.acquire(timeout=PATIENCE):
+                raise TimeoutError("a goal has not ended")
+            goal = fill(class_.Goal(), data)
+            client.ask(lambda goal=goal: client.send_goal_async(goal)).add_done_callback(answered)
+        found = [ends.get(timeout=PATIENCE) for _ in range(count)]
+        client.destroy()
+        return found
+
     def goal_ids(self) -> list[str]:
         """Of the goals sent by this node that were answered."""
         return [bytes(goal.goal_id.uuid).hex() for _, goal in self.goals.values()]

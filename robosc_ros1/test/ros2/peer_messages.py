@@ -33,7 +33,7 @@ def fill(message: Any, data: dict[str, Any]) -> Any:
             setattr(message, name, float(value))
         elif isinstance(getattr(message, name), bytes):
             setattr(message, name, bytes([value]))
-        elif message.get_fields_and_field_types()[name] == "sequence<octet>":
+        elif message.get_fields_and_field_types()[name].startswith(("sequence<octet", "octet[")):
             setattr(message, name, [bytes([part]) for part in value])
         else:
             setattr(message, name, value)

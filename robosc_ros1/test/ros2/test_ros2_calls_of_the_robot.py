@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -110,25 +109,3 @@ def test_the_end_of_the_node_answers_what_waits(robot: Peer, node: Process) -> N
     answer = robot.expect("response", name=ORDER)["data"]
     assert not answer["success"] and "the node ends" in answer["message"]
     assert node.wait() == 0
-
-
-def test_a_thousand_calls_leave_nothing_behind(robot: Peer, node: Process) -> None:
-    """Each is answered or refused. The memory after the second thousand is that after the first,
-    but for a tenth."""
-    open_door(robot)
-    robot.expect_state(NODE, lambda s: s["variables"]["Door.open"])
-    sizes = []
-    for _ in range(2):
-        calls = {"name": ORDER, "type": TYPE, "data": {"data": True}}
-        answers = robot.order("flood", seconds=300.0, **calls, count=1000, at_once=8)
-        assert len(answers) == 1000 and DONE in answers
-        assert all(a == DONE or "is busy" in a["message"] for a in answers)
-        sizes.append(resident(node))
-    assert sizes[1] <= 1.1 * sizes[0]
-
-
-def resident(process: Process) -> int:
-    """The memory of a process, in kB."""
-    status = Path(f"/proc/{process.popen.pid}/status").read_text()
-    (line,) = (line for line in status.splitlines() if line.startswith("VmRSS"))
-    return int(line.split()[1])

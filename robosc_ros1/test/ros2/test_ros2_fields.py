@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from primitives import CHECK, PRIMITIVES, STORED, definition
+from primitives import CHECK, STORED
+from primitives import PRIMITIVES_OF_ROS2 as ALL
+from reflecting import files
 from ros2.bed import HERE
 from ros2.ros2_support import Graph
 
@@ -56,9 +58,6 @@ else:
     raise AssertionError("35 of 36")
 """
 
-
-# A byte and a char of ROS 2 are uint8.
-ALL = {**PRIMITIVES, "byte": [0, 1, 255], "char": [0, 65, 255], "wstring": PRIMITIVES["string"]}
 EVERY_TYPE = f"""
 from guarded_arm._runtime.values import copied
 from guarded_arm.ros_messages import compose, plain
@@ -96,9 +95,10 @@ assert point == Point(x=1.0, y=2.0)
 """
 
 
-def test_the_message_has_every_type() -> None:
-    file = HERE / "interfaces" / "robosc_testing" / "msg" / "Primitives.msg"
-    assert file.read_text(encoding="utf-8").partition("\n")[2] == definition(ALL)
+@pytest.mark.parametrize(("place", "text"), files(ALL).items())
+def test_the_definitions_have_every_type(place: str, text: str) -> None:
+    file = HERE / "interfaces" / "robosc_testing" / place
+    assert file.read_text(encoding="utf-8").partition("\n")[2] == text
 
 
 @pytest.mark.parametrize(

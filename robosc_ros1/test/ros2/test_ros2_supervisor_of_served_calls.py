@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import pytest
 from ros2.ros2_support import Graph, Peer, Process
@@ -16,32 +16,24 @@ from ros2.test_ros2_goals_of_the_robot import (
     step,
 )
 
-Start = Callable[..., Process]
-CARRIER = ("order", "switch", "door", "lamp")
-ACTION = ("send_goal", "cancel_goal", "get_result", "feedback", "status")
-RUNNER = ("step", "fault", "lamp", "mission", *(f"mission/_action/{part}" for part in ACTION))
+Guarded = Callable[[str], dict[str, Process]]
 
 
 @pytest.fixture
-def guarded(graph: Graph, controller: Start) -> Callable[..., tuple[Peer, Process]]:
-    def start(model: str, names: Sequence[str], *inputs: str) -> tuple[Peer, Process]:
-        """The robot, and the controller that is guarded."""
-        quality = {f"qos__{name}__reliability": "reliable" for name in inputs}
-        rules = [f"/{name}:=/supervised/{name}" for name in names]
-        own = controller(f"{model}_controller", rules, **quality)
-        controller(f"{model}_supervisor", **quality)
-        peer = graph.peer()
-        peer.watch(f"{model}_controller")
-        peer.watch(f"{model}_supervisor")
-        return peer, own
-
-    return start
+def robot(graph: Graph) -> Peer:
+    return graph.peer()
 
 
-def test_a_call_is_answered_by_the_controller(
-    graph: Graph, guarded: Callable[..., tuple[Peer, Process]]
-) -> None:
-    robot, _ = guarded("orders", CARRIER, "door")
+def start(robot: Peer, guarded: Guarded, model: str) -> dict[str, Process]:
+    """The supervisor and the controller that is guarded, both of them watched."""
+    nodes = guarded(model)
+    for node in nodes:
+        robot.watch(node)
+    return nodes
+
+
+def test_a_call_is_answered_by_the_controller(graph: Graph, robot: Peer, guarded: Guarded) -> None:
+    start(robot, guarded, "orders")
     peer = graph.peer()
     peer.order("start_call", name=ORDER, type="std_srvs/srv/SetBool", data={"data": True})
     for node in ("orders_controller", "orders_supervisor"):
@@ -54,8 +46,8 @@ def test_a_call_is_answered_by_the_controller(
     assert call(peer, ORDER, True) == DONE
 
 
-def test_a_goal_of_the_robot(guarded: Callable[..., tuple[Peer, Process]]) -> None:
-    robot, _ = guarded("missions", RUNNER, "step", "fault")
+def test_a_goal_of_the_robot(robot: Peer, guarded: Guarded) -> None:
+    start(robot, guarded, "missions")
     goal = accepted(robot)
     robot.expect_state("missions_controller", lambda s: s["communications"]["mission"] == "busy")
     step(robot, 2)
@@ -73,8 +65,8 @@ def test_a_goal_of_the_robot(guarded: Callable[..., tuple[Peer, Process]]) -> No
     assert not robot.expect("answer", id=send(robot, -1.0))["accepted"]
 
 
-def test_the_controller_is_killed(guarded: Callable[..., tuple[Peer, Process]]) -> None:
-    robot, controller = guarded("missions", RUNNER, "step", "fault")
+def test_the_controller_is_killed(robot: Peer, guarded: Guarded) -> None:
+    controller = start(robot, guarded, "missions")["missions_controller"]
     goal = accepted(robot)
     robot.expect_state("missions_controller", lambda s: s["communications"]["mission"] == "busy")
     controller.popen.kill()
@@ -83,9 +75,9 @@ def test_the_controller_is_killed(guarded: Callable[..., tuple[Peer, Process]]) 
 
 
 def test_whoever_is_killed_leaves_the_action_to_others(
-    graph: Graph, guarded: Callable[..., tuple[Peer, Process]]
+    graph: Graph, robot: Peer, guarded: Guarded
 ) -> None:
-    robot, _ = guarded("missions", RUNNER, "step", "fault")
+    start(robot, guarded, "missions")
     caller = graph.peer()
     accepted(caller)
     robot.expect_state("missions_controller", lambda s: s["communications"]["mission"] == "busy")
@@ -96,8 +88,8 @@ def test_whoever_is_killed_leaves_the_action_to_others(
     assert robot.expect("result", id=accepted(robot))["status"] == SUCCEEDED
 
 
-def test_cancels_at_once(guarded: Callable[..., tuple[Peer, Process]]) -> None:
-    robot, _ = guarded("missions", RUNNER, "step", "fault")
+def test_cancels_at_once(robot: Peer, guarded: Guarded) -> None:
+    start(robot, guarded, "missions")
     for _ in range(20):
         goal = accepted(robot)
         robot.begin("cancel_goal", id=goal)
