@@ -342,7 +342,7 @@ function showEvents(fresh) {
   listEvents(fresh, log ? "" : wanted);
   if (log && recording.at) recording.fill(page.times);
   const style = getComputedStyle(document.documentElement);
-  const names = ["--robot", "--accent", "--line", "--halt", "--quiet", "--rule", "--ink", "--wait"];
+  const names = ["--robot", "--accent", "--line", "--halt", "--quiet", "--rule", "--ink", "--wait", "--card"];
   const colours = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(name)]));
   page.times.drawRates(byId("rates"), now(), colours);
   const hits = recording.hits?.all;

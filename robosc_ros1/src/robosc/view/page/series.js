@@ -118,6 +118,7 @@ class Plot {
     this.drawStates(context, now, x, height, colours);
     context.setLineDash([4, 3]);
     context.strokeStyle = colours["--wait"];
+    context.lineWidth = 1;
     for (const threshold of this.thresholds) stroke(context, [[0, y(threshold)], [width, y(threshold)]]);
     context.setLineDash([]);
     context.strokeStyle = colours["--accent"];
@@ -125,16 +126,22 @@ class Plot {
     stroke(context, spans.flatMap(([from, to, value]) => [[x(from), y(value)], [x(to), y(value)]]));
     context.fillStyle = colours["--wait"];
     context.textAlign = "right";
+    context.strokeStyle = colours["--card"]; // what is drawn behind a text does not strike it out
+    context.lineWidth = 3;
     let above = Infinity; // one text does not cover another
-    for (const threshold of [...this.thresholds].sort((a, b) => a - b)) {
-      if (above - y(threshold) < 9) continue;
-      above = y(threshold);
-      context.fillText(valueText(threshold), width - 2, above - 2);
+    const lines = [...this.thresholds].sort((a, b) => a - b);
+    for (const [i, threshold] of lines.entries()) {
+      // Near the top are the names of states; and between two near lines there is no room.
+      const isNear = i === 0 && lines.length > 1 && y(threshold) - y(lines[1]) < 11;
+      const base = y(threshold) + (isNear || y(threshold) < 20 ? 10 : -2);
+      if (above - base < 9 || base > height) continue;
+      above = base;
+      outlined(context, valueText(threshold), width - 2, base);
     }
     context.textAlign = "left";
     context.fillStyle = colours["--quiet"];
     const ends = spans.length ? [low, high].filter((level) => !this.thresholds.includes(level)) : [];
-    for (const level of ends) context.fillText(valueText(level), 0, y(level) + (level === high ? 8 : 0));
+    for (const level of ends) outlined(context, valueText(level), 0, y(level) + (level === high ? 8 : 0));
   }
 
   /** Where the component changed its state, and what that was. */
@@ -147,6 +154,11 @@ class Plot {
       if (room > 20) context.fillText(fit(context, String(state), room), x(from) + 3, 9);
     }
   }
+}
+
+function outlined(context, text, x, y) {
+  context.strokeText(text, x, y);
+  context.fillText(text, x, y);
 }
 
 function stroke(context, points) {
