@@ -37,6 +37,8 @@ HEART = "/alive"
 topic in its place, a command that comes late would pass for the answer to the next tick."""
 START = 60.0
 """Seconds of real time in which all that is started is connected."""
+ALIVE = 0.5
+"""Seconds of real time after which a clock that stands goes on by a millionth of a second."""
 REPEAT = 1.0
 """Seconds of real time after which a sensor that is not heard yet speaks once more."""
 AGAIN = 0.05
@@ -194,19 +196,25 @@ class Bridge:
     def _start(self, name: str) -> None:
         """Start an action server, and wait until the controller knows the new one.
 
-        A goal that the old one had is no longer waited for then.
+        Its goal is then over for it, or is sent to the new one: how long it waits for the old one,
+        which is known for some time in ROS 2, it decides by the time of the machine.
         """
         server, progress = self._servers[name], self._progress
-        had_goal = name in progress.active and progress.under_way[name] <= 0
-        taken = progress.taken[name]
         server.begin()
         self._await(lambda: server.is_ready, f"a client of {name}", START)
-        if had_goal:
-            self._await(lambda: progress.taken[name] > taken, f"the end of {name}", START)
+        is_over = lambda: name not in progress.going or server.is_busy  # noqa: E731
+        self._await(is_over, f"the end of {name}", START)
 
     def _await(self, condition: Callable[[], bool], what: str, seconds: float = PATIENCE) -> None:
-        """Let simulated time stand until the condition holds."""
-        self._ros.exchange(condition, seconds)
+        """Let simulated time stand until the condition holds, but for very little: what does not
+        hear of it for some seconds takes it for broken, and its sensors for silent."""
+        end, ticks = time.monotonic() + seconds, 0
+        self._ros.exchange(condition, ALIVE)
+        while not condition() and time.monotonic() < end:
+            ticks += 1
+            if self._ticked:
+                self._ros.clock(self._ticked + 1e-6 * ticks)
+            self._ros.exchange(condition, ALIVE)
         if not condition():
             self.lost.append(f"{what} at {self._world.time:.2f} s")
             self._progress.under_way.clear()

@@ -26,6 +26,8 @@ class Progress:
         says comes later than what it sends."""
         self.active: set[str] = set()
         """The actions that it waits for the end of."""
+        self.going: set[str] = set()
+        """The actions whose goal has not ended, though it may have been cancelled."""
         self.cancelled: set[str] = set()
         """The actions whose goal it has cancelled, and not begun anew."""
 
@@ -48,6 +50,8 @@ class Progress:
         name = self._identifiers.get(name)
         if name is None:
             return  # of time, or before the model came
+        if kind in ("response", "error", "cancelled"):
+            self.going.discard(name)
         if kind in ("response", "error"):
             self.taken[name] += 1
             self._end(name)
@@ -58,6 +62,7 @@ class Progress:
             self.judged[name] += 1
             self.under_way[name] += 1
             self.active.add(name)
+            self.going.add(name)
             self.cancelled.discard(name)
 
     def on_blocked(self, message: Any) -> None:
