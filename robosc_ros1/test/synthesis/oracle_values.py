@@ -15,6 +15,7 @@ from robosc.expr.tree import (
     Convert,
     ElementRef,
     Expr,
+    Holds,
     Literal,
     ParameterRef,
     PhaseRef,
@@ -64,6 +65,10 @@ def evaluate(expr: Expr, read: Any) -> Any:
                 if str(value) != "nan":
                     return value
             return evaluate(right, read)
+        case Holds(operand=operand):
+            with suppress(UndefinedValue):
+                return evaluate(operand, read) is not False
+            return False
         case Binary(operator=operator, left=left, right=right):
             return apply(operator, evaluate(left, read), evaluate(right, read))
         case Convert(argument=argument, type=enum):

@@ -60,11 +60,12 @@ def _partial(expr: Expr, values: PartValues) -> Expr | _Truth:
 
 
 def _operation(node: Operation, operands: tuple[Expr | _Truth, ...]) -> Expr | _Truth:
+    if isinstance(node, Holds):
+        is_condition = isinstance(node.operand.type, BooleanType)
+        return _truth(operands[0]).true if is_condition else _is_there(operands[0])
     known = [part for part in operands if not isinstance(part, _Truth)]
     if len(known) == len(operands):
         return _evaluated(node, known)
-    if isinstance(node, Holds):
-        return _truth(operands[0]).true
     if node.operator == "else":  # of finite values: what is defined is a number
         return operands[1] if isinstance(operands[0], _Truth) else operands[0]
     if not all(isinstance(e.type, BooleanType) for e in (node, node.operands[0])):
@@ -90,6 +91,10 @@ def _evaluated(node: Operation, operands: list[Expr]) -> Expr:
 
 def _truth(part: Expr | _Truth) -> _Truth:
     return part if isinstance(part, _Truth) else _Truth(part, negation(part))
+
+
+def _is_there(part: Expr | _Truth) -> Expr:
+    return FALSE if isinstance(part, _Truth) else TRUE
 
 
 def _opposite(part: _Truth) -> _Truth:

@@ -9,7 +9,7 @@ from typing import TypeAlias
 from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.evaluation import scalar_of
-from robosc.expr.tree import Operation
+from robosc.expr.tree import Holds, Operation
 from robosc.expr.types import Value
 from robosc.language.operators import Operator
 from robosc.synthesis.bdd.manager import Bdd, Manager
@@ -31,8 +31,12 @@ def key_of(value: Value | None) -> object:
 
 def combined(manager: Manager, node: Operation, operands: Sequence[Partition]) -> Partition:
     """Return the partition of an operation, given those of its operands."""
+    if isinstance(node, Holds):
+        return _present(manager, operands[0])
     if len(operands) == 1:
         return _each(manager, scalar_of(node), operands[0])
+    if node.operator == "else":
+        return _otherwise(manager, *operands)
     if node.operation.is_lazy:
         return _lazily(manager, node.operation, *operands)
     return _strictly(manager, node.operation.scalar, *operands)
@@ -42,6 +46,26 @@ def _each(manager: Manager, scalar: Callable[..., Value], operand: Partition) ->
     grouped = _Grouping()
     for value, states in operand:
         grouped.add(None if value is None else scalar(value), states)
+    return grouped.partition(manager)
+
+
+def _present(manager: Manager, operand: Partition) -> Partition:
+    """Return where a condition is defined and true, or where data are there."""
+    grouped = _Grouping()
+    for value, states in operand:
+        grouped.add(value is not None and value is not False, states)
+    return grouped.partition(manager)
+
+
+def _otherwise(manager: Manager, left: Partition, right: Partition) -> Partition:
+    """Return the partition of ``left else right``."""
+    grouped = _Grouping()
+    for value, states in left:
+        if value is None or value != value:
+            for second, others in right:
+                grouped.add(second, states & others)
+        else:
+            grouped.add(value, states)
     return grouped.partition(manager)
 
 
