@@ -64,6 +64,7 @@ def test_names_that_lead_here_from_elsewhere_are_refused(
         {"Origin": "http://evil.example"},
         {"Origin": "http://127.0.0.1:1"},
         {"Origin": "null"},
+        {"Origin": "http://["},
         {"Sec_Fetch_Site": "cross-site"},
         {"Sec_Fetch_Site": "same-site"},
     ],
@@ -272,3 +273,23 @@ def test_a_request_that_never_ends_is_given_up(
     ):
         connection.sendall(start)
         assert b"200" not in connection.recv(1000)
+
+
+def test_a_request_that_comes_byte_by_byte_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server_module._Handler, "timeout", 0.5)
+    with (
+        serving(Hub(), {}) as server,
+        socket.create_connection(server.server_address[:2], timeout=0.05) as connection,
+    ):
+        connection.sendall(b"GET / HTTP/1.1\r\nX: ")
+
+        def is_given_up() -> bool:
+            try:
+                connection.sendall(b"x")
+                return b"200" not in connection.recv(1000)
+            except TimeoutError:
+                return False
+            except OSError:
+                return True
+
+        await_condition(is_given_up, "the end of the connection")

@@ -85,6 +85,13 @@ def test_who_has_no_token_may_do_nothing(
     assert hand.done == []
 
 
+def test_nothing_is_sent_before_the_model_is_known(hand: Noted, log: list[str]) -> None:
+    desk = OperatorDesk(hand, ["Operator"], lambda: None, log.append)
+    with pytest.raises(Unable, match="has not told its model yet"):
+        desk.do({"send": "go", "text": "true"})
+    assert hand.done == []
+
+
 @pytest.mark.parametrize(
     "headers",
     [{"Origin": "http://evil.example"}, {"Host": "evil.example"}, {"Sec-Fetch-Site": "cross-site"},

@@ -74,7 +74,9 @@ class OperatorDesk:
         self._log(f"{at} operator: {what}")
 
     def _topic_of(self, name: str) -> str:
-        model = self._model() or {}
+        model = self._model()
+        if model is None:
+            raise Unable("the node has not told its model yet")
         found = [c for c in model.get("communications", ()) if c["name"] == name]
         if not found or found[0]["kind"] != "outgoing message":
             raise Unable(f"the model has no message {name!r} of the robot")

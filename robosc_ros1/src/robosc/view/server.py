@@ -7,12 +7,14 @@ the token of a server that an operator started for that (:mod:`~robosc.view.oper
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import hmac
 import ipaddress
 import json
 import socket
 import sys
+import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -144,6 +146,21 @@ class _Handler(BaseHTTPRequestHandler):
     # more, but is not closed either, must not be kept for ever.
     timeout = 20
 
+    def setup(self) -> None:
+        super().setup()
+        # The whole request, also one that comes byte by byte.
+        self._coming = threading.Timer(self.timeout, self._give_up)
+        self._coming.daemon = True
+        self._coming.start()
+
+    def _give_up(self) -> None:
+        with contextlib.suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RDWR)
+
+    def finish(self) -> None:
+        self._coming.cancel()
+        super().finish()
+
     def do_GET(self) -> None:
         path = urlsplit(self.path).path
         if not self.server.welcomes(self.headers.get("Host")):
@@ -191,7 +208,11 @@ class _Handler(BaseHTTPRequestHandler):
     def _is_foreign(self) -> bool:
         """Whether a browser says that a page from elsewhere asks; other programs say nothing."""
         origin = self.headers.get("Origin")
-        if origin is not None and urlsplit(origin).netloc != self.headers.get("Host", "").lower():
+        try:
+            own = origin is None or urlsplit(origin).netloc == self.headers.get("Host", "").lower()
+        except ValueError:
+            own = False
+        if not own:
             return True
         return self.headers.get("Sec-Fetch-Site", "none") not in ("same-origin", "none")
 
@@ -220,6 +241,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def _head(self, code: int, kind: str, length: int | None) -> None:
+        self._coming.cancel()
         self.send_response(code)
         self.send_header("Content-Type", kind)
         if length is not None:
