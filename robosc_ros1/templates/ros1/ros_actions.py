@@ -242,11 +242,10 @@ class GoalCaller(Caller):
                     self._canceller.publish(GoalID(id=known))
 
     def _wait(self, goal, token, deadline):
-        while time.monotonic() < deadline and not rospy.is_shutdown():
-            if self._token != token:
-                return
+        # After the deadline, too: a goal that is cancelled then must end.
+        while self._token == token and not rospy.is_shutdown():
             self._ends.look()
-            if self._cancelled or self.may_begin():
+            if self._cancelled or (time.monotonic() < deadline and self.may_begin()):
                 try:
                     self._send(goal, token)
                 except Exception as error:

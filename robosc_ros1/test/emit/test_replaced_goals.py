@@ -8,11 +8,13 @@ from typing import Any
 import pytest
 from emit.generated_code import controller_class, supervisor_of
 from runtime.lamp_robot import PlayedPort
+from runtime.test_supervisor_engine import GuardedPort
 
 from robosc.emit.package.config import declared_communications
 from robosc.runtime.calls import REJECTED, Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.settings import read
+from robosc.runtime.supervisor_engine import SupervisorEngine
 
 MODEL = """
 robot Rover {
@@ -223,3 +225,33 @@ def test_nothing_is_requested_while_the_end_of_the_goal_before_is_awaited() -> N
     assert (played.phase, played.failed) == ("idle", 3)
     played.wait(0.2)
     assert played.goals() == [9]
+
+
+def test_a_supervisor_tells_how_a_goal_ended_before_the_next_one_takes_its_place() -> None:
+    """The controller may send another one before those have ended that the goal replaced."""
+    supervisor = supervisor_of(MODEL, supervises=True)
+    settings, _ = read(declared_communications(supervisor.plant.robot), {})
+    port = GuardedPort()
+    guard = SupervisorEngine(controller_class(supervisor)[0](), port, settings, lambda: 0.0)
+    guard.begin()
+    answers: list[tuple[int, str, Any]] = []
+
+    def request(number: int) -> None:
+        answer = lambda kind, what: answers.append((number, kind, what))  # noqa: E731
+        guard.request(KEY, SimpleNamespace(data=number), number, answer)
+        guard.cycle()
+
+    def report(token: int, kind: str, payload: Any = None) -> None:
+        guard.report(KEY, token, kind, payload)
+        guard.cycle()
+
+    request(1)
+    first = port.tokens[KEY]
+    request(2)
+    report(port.tokens[KEY], "error", "no answer in time")
+    assert answers == [(1, "passed", None), (2, "passed", None)]
+    request(3)
+    assert answers[2:] == [(2, "error", "no answer in time"), (3, "passed", None)]
+    report(first, "cancelled", "preempted")
+    report(port.tokens[KEY], "error", "aborted")
+    assert answers[4:] == [(3, "error", "aborted")]

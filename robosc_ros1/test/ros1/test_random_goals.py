@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pytest
 from random_goals import GUARDED, at_rest, check, check_monitor
 from ros1.stage import Node, Puppet, Stage
 from ros_support import PYTHON, await_condition
@@ -53,10 +52,6 @@ def test_goals_that_are_replaced_and_cancelled_at_random(
     check(log, told, GOALS)
 
 
-@pytest.mark.xfail(
-    reason="of a goal and its cancel that cross, the controller sometimes misses the end",
-    strict=False,
-)
 def test_a_supervisor_and_a_monitor_follow_them_too(
     stage: Stage, ear: Puppet, tmp_path: Path
 ) -> None:

@@ -20,6 +20,7 @@ import time
 from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
 from .calls import REFUSED, Missed
+from .engine_parts import BoundInput
 from .inbox import Inbox
 from .judging_engine import NOTHING_TO_CORRECT_BY, UNFIT, JudgingEngine, JudgingPort
 from .matching import CommandPattern, matching_command
@@ -132,6 +133,9 @@ class SupervisorEngine(JudgingEngine):
             self.block(self._names[key], key, "request", reasons, checked)
             answer("blocked", reasons)
             return
+        kept = self._calls.kept(key)
+        if kept is not None:
+            self._answer(*kept)
         self._answers[key] = answer
         if self.passes(key, "request", checked, key):
             answer("passed", None)
@@ -261,14 +265,19 @@ class SupervisorEngine(JudgingEngine):
             self._effect.pop(entry.key, None)
         applied = super()._input(tuple(entries), message)
         if entry.ends is not None:
-            answer = self._answers.pop(entry.key, None)
-            if answer is not None:
-                refused = entry.kind == "error" and message.word == REFUSED
-                if refused and message.result is not None:
-                    answer("response", message.result)  # what the robot said
-                else:
-                    answer(entry.kind, message.reason if entry.kind == "error" else message)
+            self._answer(entry, message)
         return applied
+
+    def _answer(self, entry: BoundInput, message: Any) -> None:
+        """Tell the controller how its latest request has ended, unless that was told."""
+        answer = self._answers.pop(entry.key, None)
+        if answer is None:
+            return
+        refused = entry.kind == "error" and message.word == REFUSED
+        if refused and message.result is not None:
+            answer("response", message.result)  # what the robot said
+        else:
+            answer(entry.kind, message.reason if entry.kind == "error" else message)
 
     def _arrived(self, entries: Sequence[Any], message: Any, inbox: Inbox) -> None:
         if isinstance(message, Relayed):
