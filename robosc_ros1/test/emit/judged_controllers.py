@@ -50,7 +50,7 @@ SILENCE = 0.3
 MOMENTS = 50
 """So often the clock is looked at while the robot waits for a time of the model."""
 _PLAYING = File(
-    "from guard_judge import GuardJudge\nfrom random_commands import RandomCommands\n"
+    "from goals import Goals\nfrom guard_judge import GuardJudge\nfrom random_commands import RandomCommands\n"
     "from rounds import play_round\nfrom run_report import coverage\n"
 )
 _FILES = own_test_files({"test/play.py": _PLAYING})
@@ -135,6 +135,8 @@ class Robot(PlayedPort):
         self.running: dict[str, int] = {}
         self.withdrawn: set[int] = set()
         self.spoilt = spoilt
+        self.runs = importlib.import_module("goals").Goals(self.moment)
+        self._moment = 0.0
         self.results: dict[str, list[Any]] = {
             key: [] for key, c in self.plant.items() if c["kind"] == "outgoing service"
         }
@@ -143,6 +145,11 @@ class Robot(PlayedPort):
             if communication["kind"] == "outgoing message":
                 topics[communication["identifier"]].append(key)
         self.topics = list(topics.values())
+
+    def moment(self) -> float:
+        """The time, which differs from one event to the next as on a real clock."""
+        self._moment = max(self.time, self._moment + 0.000001)
+        return self._moment
 
     @property
     def cancels(self) -> dict[str, int]:
@@ -168,13 +175,18 @@ class Robot(PlayedPort):
         self.requests[key].append(message_of(self.spoilt(data or {})))
         self.running[key] = token
 
-    start = call
+    def start(self, key: str, data: Any, token: int, timeout: float) -> None:
+        self.call(key, data, token, timeout)
+        name = self.plant[key]["identifier"]
+        others = [k for k, c in self.plant.items() if c["identifier"] == name]
+        self.runs.begin(key, token, others)
 
     def cancel(self, key: str, token: int) -> None:
         self.withdrawn.add(token)
 
     def abandon(self, key: str, token: int) -> None:
-        self.running.pop(key, None)
+        if self.running.pop(key, None) == token and self.plant[key]["kind"] == "action":
+            self.runs.end(key, token, "error")
 
     def blank(self, type_: Any, field: str | None = None) -> Any:
         """A message of a type of the plant, or with a field of it."""
@@ -302,6 +314,8 @@ class Robot(PlayedPort):
     def _answer(self, engine: Engine, key: str, kind: str, message: Any) -> None:
         self.told.setdefault((key, kind), deque()).append(message)
         token = self.running[key] if kind == "feedback" else self.running.pop(key)
+        if kind != "feedback" and self.plant[key]["kind"] == "action":
+            self.runs.end(key, token, kind, message)
         failed = kind in ("error", "cancelled")
         engine.report(key, token, kind, Failure("", message) if failed else message)
 
@@ -340,13 +354,14 @@ def judged(
     seed: int = 1,
     rounds: int = 150,
     spoilt: Callable[[Any], Any] = lambda data: data,
+    kind: type[Robot] = Robot,
 ) -> Any:
     """The judge of a controller that has run for so many rounds, and on as the test of a package
     does, or until a fault was found.
 
-    What the controller sends arrives ``spoilt``.
+    What the controller sends arrives ``spoilt``, at a robot of this ``kind``.
     """
-    robot = Robot(judging, seed, spoilt)
+    robot = kind(judging, seed, spoilt)
     engine = engine_of(Engine, source, robot)
     topics: dict[str, tuple[str, ...]] = defaultdict(tuple)
     for key, communication in robot.plant.items():
@@ -374,7 +389,7 @@ def engine_of(kind: Callable[..., Engine], source: str, robot: Robot) -> Any:
     settings, _ = read(controller.COMMUNICATIONS, given, controller.PARAMETERS)
     settings = settings._replace(whole_values=True)
     engine = kind(controller(), robot, settings, steady=lambda: robot.time)
-    engine.recorder.now = lambda: robot.time
+    engine.recorder.now = robot.moment
     return engine
 
 

@@ -27,6 +27,7 @@ TIMEOUT = 60.0
 """Seconds after which waiting for a message or an event fails."""
 HISTORY = 2000
 """The number of latest states that are kept, for comparison with reports."""
+ENDS = ("response", "error", "cancelled")
 REASONS = ("phase", "synchronisation", "range", "requirement", "synthesis")
 
 
@@ -318,6 +319,8 @@ class Judge:
             self.served[key].recall()
         if kind == "call":
             self.served[key].answers.append(None)
+        if key in self.asked and kind in ENDS:
+            self._look_at_goal(kind, key, value)
         message = self.come(kind, key, value)
         if kind in ("cancelled", "recall") or (kind == "error" and not has_come(value)):
             self._happen(kind, key)
@@ -329,6 +332,9 @@ class Judge:
         if must_be_dropped(self.shadow, key, message):
             raise Wrong("%s of %s is taken, which is too old" % (kind, key))
         self._happen(kind, key, self.shadow.content(key, kind, message))
+
+    def _look_at_goal(self, kind, key, value):
+        self.faults += self.robot.runs.look(self.shadow, kind, key, value)
 
     def come(self, kind, key, value):
         """Return the message that an event with this value reports, which the robot sent."""
@@ -381,7 +387,7 @@ class Judge:
             # The controller keeps running; the events of the latest requests may still arrive.
             asked = functools.partial(self._are_told, key, told)
             self.wait(asked, "the requests of %s to match the events" % key)
-
+        self.faults += self.robot.runs.faults
         for key, told in self.served.items():
             self.faults += told.faults()
             self.wait(told.have_come(), "the answers to the calls of %s to match the events" % key)

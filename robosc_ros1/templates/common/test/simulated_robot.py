@@ -9,6 +9,7 @@ import random
 import threading
 from collections import deque
 
+from goals import Goals
 from guide import SAMPLES
 from plant_data import PLANT
 from robot_calls import RobotCalls
@@ -39,6 +40,7 @@ class SimulatedRobot(RobotCalls):
         self.sent = {}  # key and kind -> what the controller must still report, in order
         self.received = {topic: deque() for topic, _, _ in tables.publications}
         self.requests = {key: deque() for _, _, key in (*tables.services, *tables.actions)}
+        self.runs = Goals()
         self.last = {}  # by topic: its communications and the latest message
         self.publishers = []
         self._judge = None
@@ -84,6 +86,10 @@ class SimulatedRobot(RobotCalls):
 
     def is_cancelled(self, goal):
         """Whether the controller has cancelled a goal."""
+        raise NotImplementedError
+
+    def request_of(self, goal):
+        """Return the message with which a goal came."""
         raise NotImplementedError
 
     def end_goal(self, goal, kind, result):
@@ -160,8 +166,10 @@ class SimulatedRobot(RobotCalls):
         if key is None:
             return None
         self.requests[key].append(goal)
+        self.runs.begin(key, goal, keys)
         if self.random.random() < 0.1:
             self.note(key, "error", None)
+            self.runs.end(key, goal, "rejected")
             return None
         return key
 
@@ -196,6 +204,7 @@ class SimulatedRobot(RobotCalls):
 
     def _ended(self, key, goal, kind, result):
         self.note(key, kind, result)
+        self.runs.end(key, self.request_of(goal), kind, self.plain(result))
         self.end_goal(goal, kind, result)
         return result
 
