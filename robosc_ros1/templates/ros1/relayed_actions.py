@@ -14,11 +14,11 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 from .ros import QUEUE
 from .ros_actions import Ends, GoalCaller, new_goal_id
-from .ros_goal_tracker import RESULT_TIMEOUT, end_of
+from .ros_goal_tracker import RESULT_TIMEOUT, WAITING, end_of
 from .ros_raw import passed_on, raw_subscriber, read
 
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
-UNENDED = (*WORKING, GoalStatus.PENDING, GoalStatus.RECALLING)
+UNENDED = (*WORKING, *WAITING)
 EARLY = 100
 """The number of cancels that are remembered in case their goals come later."""
 
@@ -43,6 +43,8 @@ class RelayedGoal:
         is over without a result. None: it goes on, or its result is awaited."""
         if status is None:
             return None if self._status is None else GoalStatus.LOST
+        if self.accepted and status.status in WAITING:
+            return GoalStatus.LOST  # by a server that was started anew and has the cancel only
         self._status = status.status
         self.stamp = status.goal_id.stamp
         if self._status in UNENDED:

@@ -283,8 +283,7 @@ class Action(GoalCaller):
         self._tracker = None
         self._unended = []  # cancelled goals
         self._replaced = {}  # by token: goals that were replaced, with their trackers
-        topic = self.label + "/status"
-        self._watch = rospy.Subscriber(topic, GoalStatusArray, lambda _: self.on_status())
+        self._watch = rospy.Subscriber(self.label + "/status", GoalStatusArray, self._on_status)
 
     def _take_result(self, result):
         # Feedback has a connection of its own, and actionlib ignores it once it has the result.
@@ -305,11 +304,13 @@ class Action(GoalCaller):
         with clean(self._client.pub_goal):
             self._handle = self._client.send_goal(goal, tracker.on_transition, tracker.on_feedback)
 
-    def on_status(self):
-        super().on_status()
-        for _, tracker in [(None, self._tracker), *self._replaced.values()]:
+    def _on_status(self, array):
+        # In the thread in which the client has just taken this status.
+        statuses = {status.goal_id.id: status.status for status in array.status_list}
+        for handle, tracker in [(self._handle, self._tracker), *self._replaced.values()]:
             if tracker is not None:
-                tracker.look()
+                tracker.look(handle, None if handle is None else statuses.get(_id_of(handle)))
+        self.on_status()
 
     def transmit_cancel(self):
         # Not by the handle, whose state would never be that of an ended goal again if the goal

@@ -11,6 +11,8 @@ from ._runtime.calls import FAILED, LOST, REJECTED, Failure
 RESULT_TIMEOUT = 2.0
 """Seconds after the status shows the end of a goal, after which its result counts as lost."""
 BEGUN = (actionlib.CommState.ACTIVE, actionlib.CommState.PREEMPTING)
+WAITING = (GoalStatus.PENDING, GoalStatus.RECALLING)
+"""The statuses of a goal that its server has not begun."""
 
 FAILURES = {
     GoalStatus.RECALLED: "recalled",
@@ -68,14 +70,20 @@ class GoalTracker:
             self._ended = None
             self._end(handle)
 
-    def look(self):
-        """End a goal whose result has not come in time."""
+    def look(self, handle, status):
+        """End a goal whose result has not come in time, or that a new server has not begun: its
+        ``status`` there, to which actionlib does not go back."""
         ended = self._ended
         if ended is not None and time.monotonic() - ended > RESULT_TIMEOUT:
             self._ended = None
             lack = "it ended, but its result did not arrive"
             kind, _ = self._end_of(self._status, None)
             self._report(self._token, kind, lack)
+        elif status in WAITING:
+            followed = handle.comm_state_machine
+            with followed.mutex:  # a result takes it through these states
+                if followed.state in BEGUN:
+                    followed._mark_as_lost()
 
     def _end(self, handle):
         text = handle.get_goal_status_text()

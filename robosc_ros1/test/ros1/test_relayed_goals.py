@@ -37,13 +37,18 @@ def other(stage: Stage) -> Iterator[Puppet]:
 def guard(stage: Stage, server: Puppet, other: Puppet) -> Iterator[Node]:
     """The supervisor of a courier that is wanted, connected with the server."""
     with stage.controller(other, "courier_supervisor") as node:
-        lists(server)
-        for part in ("feedback", "result"):
-            type_ = f"robot_common/NavigateAction{part.title()}"
-            server.do("publish", topic=f"{GO}/{part}", type=type_, fields={})
-        server.publish("/wanted", "std_msgs/Bool", True)
+        begins(server)
         node.shows(lambda s: s["variables"]["Desk.open"])
         yield node
+
+
+def begins(server: Puppet) -> None:
+    """Have the server be there, and somebody want goals."""
+    lists(server)
+    for part in ("feedback", "result"):
+        type_ = f"robot_common/NavigateAction{part.title()}"
+        server.do("publish", topic=f"{GO}/{part}", type=type_, fields={})
+    server.publish("/wanted", "std_msgs/Bool", True)
 
 
 def goal_id(name: str) -> dict[str, Any]:
@@ -160,3 +165,27 @@ def test_a_goal_that_ended_without_a_result_ends_for_the_controller(
     lists(server, first=SUCCEEDED)
     guard.tells(event("error", "go"))
     assert answer_of(other, "first") == 4  # aborted: there is nothing that it succeeded with
+
+
+def test_a_server_that_has_only_the_cancel_of_a_goal_is_another_one(
+    guard: Node, server: Puppet, other: Puppet
+) -> None:
+    """The cancel reached it before its first status came."""
+    sends(other, "first")
+    asked(server, "first")
+    lists(server, first=ACTIVE)
+    cancels(other, "first")
+    cancelled(server, "first", 2)
+    lists(server, first=RECALLING)
+    guard.tells(event("error", "go", reason="lost"))
+
+
+def test_a_controller_takes_such_a_server_for_another_one(stage: Stage, server: Puppet) -> None:
+    with stage.puppet() as ear, stage.controller(ear, "courier_controller") as node:
+        begins(server)
+        name = server.hears(GO + "/goal")["goal_id"]["id"]
+        lists(server, **{name: ACTIVE})
+        server.publish("/wanted", "std_msgs/Bool", False)
+        cancelled(server, name, 2)
+        lists(server, **{name: RECALLING})
+        node.tells(event("error", "go", reason="lost"))
