@@ -199,10 +199,13 @@ class Bridge:
         Its goal is then over for it, or is sent to the new one: how long it waits for the old one,
         which is known for some time in ROS 2, it decides by the time of the machine.
         """
-        server, progress = self._servers[name], self._progress
+        server = self._servers[name]
         server.begin()
         self._await(lambda: server.is_ready, f"a client of {name}", START)
-        is_over = lambda: name not in progress.going or server.is_busy  # noqa: E731
+
+        def is_over() -> bool:
+            return name not in self._progress.going or server.is_busy
+
         self._await(is_over, f"the end of {name}", START)
 
     def _await(self, condition: Callable[[], bool], what: str, seconds: float = PATIENCE) -> None:

@@ -287,9 +287,11 @@ class Action(GoalCaller):
 
     def _take_result(self, result):
         # Feedback has a connection of its own, and actionlib ignores it once it has the result.
-        links = self._client.feedback_sub.impl.connections
-        BACKLOG.await_rest([link.socket for link in links if link.socket is not None], FOLLOWING)
         manager = self._client.manager
+        own = (goal() for goal in manager.statuses)
+        if any(g and g.action_goal.goal_id.id == result.status.goal_id.id for g in own):
+            links = self._client.feedback_sub.impl.connections
+            BACKLOG.await_rest([link.socket for link in links if link.socket], FOLLOWING)
         type(manager).update_results(manager, result)
 
     def start(self, data, token, timeout):
