@@ -94,6 +94,11 @@ def supervised(make_workspace: Callable[[], Workspace], shared_master: Master) -
     return Stage(workspace, shared_master)
 
 
+def is_connected(missing: str) -> bool:
+    """Whether the shadow has looked who is there, and hears what is sent to the heater."""
+    return "/reading" in missing and "/heat" not in missing
+
+
 def test_the_launch_file_puts_a_shadow_of_the_supervisor_beside_the_controller(
     supervised: Stage,
 ) -> None:
@@ -106,8 +111,11 @@ def test_the_launch_file_puts_a_shadow_of_the_supervisor_beside_the_controller(
             master=supervised.master,
         ),
     ):  # fmt: skip
-        robot.do("listen", topic=f"/{node}/events", type="std_msgs/String")
+        for topic in ("events", "state"):
+            robot.do("listen", topic=f"/{node}/{topic}", type="std_msgs/String")
         robot.do("listen", topic="/heat", type=FLOAT)
+        # The heater is switched on once, which the shadow would miss if it were connected later.
+        robot.hears(f"/{node}/state", lambda s: is_connected(str(s["unconnected"])))
         robot.steadily("/reading", FLOAT, 5.0)
         robot.hears("/heat")
         robot.hears(f"/{node}/events", event("request", "heat", seen=True))
