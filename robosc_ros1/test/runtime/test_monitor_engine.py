@@ -211,6 +211,41 @@ def test_a_goal_of_which_the_server_knows_nothing_any_more_is_lost(bench: Bench)
     assert bench.controller.arm_busy and bench.found() == []
 
 
+def test_a_goal_whose_server_keeps_silent_is_lost_as_for_the_controller(bench: Bench) -> None:
+    action = SeenAction(bench.monitor, ARM).handlers
+    limit = Settings().server_lost_after
+    bench.hear(BLOCKED)
+    action["/status"](status(1))
+    bench.wait(2 * limit)
+    action["/goal"](goal(1))  # nothing was awaited of the server before
+    bench.monitor.cycle()
+    bench.wait(limit / 2)
+    action["/status"](status(2, (1, 1)))
+    bench.wait(limit - 0.1)
+    assert bench.controller.arm_busy
+    assert bench.monitor.time_to_deadline() == pytest.approx(0.1)
+    bench.wait(0.1)
+    assert not bench.controller.arm_busy
+    assert bench.told[-1] == ("error", "reach", "applied")
+    action["/result"](result(1))  # comes late
+    action["/status"](status(3))  # of a server that was started anew
+    action["/goal"](goal(2))
+    bench.monitor.cycle()
+    assert bench.controller.arm_busy and bench.found() == []
+
+
+def test_a_cancelled_goal_whose_server_keeps_silent_is_awaited(bench: Bench) -> None:
+    action = SeenAction(bench.monitor, ARM).handlers
+    bench.hear(BLOCKED)
+    action["/goal"](goal(1))
+    action["/status"](status(1, (1, 1)))
+    action["/cancel"](goal(1).goal_id)
+    bench.monitor.cycle()
+    bench.wait(3 * Settings().server_lost_after)
+    assert ("error", "reach", "applied") not in bench.told
+    assert bench.controller.arm_busy
+
+
 @pytest.mark.parametrize("ended", [2, 3, 4])
 def test_an_end_whose_result_was_not_recorded(bench: Bench, ended: int) -> None:
     action = SeenAction(bench.monitor, ARM).handlers

@@ -458,7 +458,8 @@ def test_the_reason_of_an_error(
     array = "actionlib_msgs/msg/GoalStatusArray"
     one = default_message(bag.store, "actionlib_msgs/msg/GoalStatus")
     fill(one, {**goal, "status": 1})
-    bag.write("/walk/status", array, START + 0.2, {"status_list": [one]})
+    for second in range(6):  # a server that keeps silent for 5 s is lost
+        bag.write("/walk/status", array, START + 0.2 + second, {"status_list": [one]})
     if cancelled:
         bag.write("/walk/cancel", "actionlib_msgs/msg/GoalID", START + cancelled, goal["goal_id"])
     for status in statuses:

@@ -15,16 +15,7 @@ decide: until then a forbidden one waits, and those behind it on its topic with 
 from __future__ import annotations
 
 import time
-from typing import (
-    Any,
-    Callable,
-    Container,
-    FrozenSet,
-    Iterable,
-    List,
-    Optional,
-    Tuple,
-)
+from typing import Any, Callable, Container, FrozenSet, Iterable, List, Optional, Tuple
 
 from .allowances import Allowances
 from .calls import Failure
@@ -120,6 +111,10 @@ class MonitorEngine(JudgingEngine):
         entry = self._inputs[key, kind]
         self._submit(lambda: self._take_answer(entry, message, former))
 
+    def is_alive(self, key: str) -> None:
+        """Take notice that the server of an action has told its status."""
+        self._goals.heard(key)
+
     # The thread that has the turn
 
     def _begin(self) -> None:
@@ -128,7 +123,7 @@ class MonitorEngine(JudgingEngine):
         self._look_at_states()
 
     def time_to_deadline(self) -> Optional[float]:
-        found = super().time_to_deadline()
+        found = shortest(super().time_to_deadline(), self._goals.time_to_loss())
         oldest = self._pending.oldest
         times = [] if oldest is None else [oldest]
         if self._invariants.earliest is not None:
@@ -143,6 +138,8 @@ class MonitorEngine(JudgingEngine):
             super()._meet_deadlines()
         if self._pending.oldest is not None:
             self._pending.judge(self._answer)
+        for key in () if self._pauses.holds else self._goals.lost():
+            self._answer(self._inputs[key, "error"], self._goals.loss())
         if self._invariants.rows:
             self._findings.violated(self._invariants.lasting(self._now(), self.tolerance))
 

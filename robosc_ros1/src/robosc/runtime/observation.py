@@ -121,6 +121,7 @@ class SeenAction:
 
     def _look(self, message: Any) -> None:
         """Notice that a server forgot the goal, or that it told the end, but no result came."""
+        self._engine.is_alive(self._key)
         now = seconds_of(message.header.stamp)
         if self._replaced:
             self._look_for_replaced(message.status_list, now)

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from typing import Callable, Dict, Optional
+from typing import Callable, Dict, List, Optional
 
-from .calls import Missed
+from .calls import LOST, Failure, Missed
 from .engine_parts import BoundInput, EngineParts
 
 
@@ -18,9 +18,39 @@ class SeenGoals:
         self._tolerance = tolerance
         self._begun: Dict[str, float] = {}  # when the last request of each was seen
         self._withdrawn: Dict[str, float] = {}
+        self._alive: Dict[str, float] = {}  # when a status of each was heard, or its goal begun
 
     def begin(self, key: str, time: float) -> None:
         self._begun[key] = time
+        if key in self._alive:
+            self._alive[key] = self._parts.steady()
+
+    def heard(self, key: str) -> None:
+        """Take notice of a status, which a server of ROS 1 repeats: silence means that it is gone.
+
+        May be called from any thread.
+        """
+        self._alive[key] = self._parts.steady()
+
+    def time_to_loss(self) -> Optional[float]:
+        """Return the seconds until a server that keeps silent is lost; None: none can be."""
+        times = [time for key, time in list(self._alive.items()) if self._is_awaited(key)]
+        limit = self._parts.settings.server_lost_after
+        return min(times) + limit - self._parts.steady() if times else None
+
+    def lost(self) -> List[str]:
+        """Return the actions whose server was silent for so long that a controller gives up."""
+        since = self._parts.steady() - self._parts.settings.server_lost_after
+        known = list(self._alive.items())
+        return [key for key, time in known if time <= since and self._is_awaited(key)]
+
+    def loss(self) -> Failure:
+        limit = self._parts.settings.server_lost_after
+        return Failure("server lost: silent for %.1f s" % limit, None, LOST)
+
+    def _is_awaited(self, key: str) -> bool:
+        # A cancelled goal is only ended by its server.
+        return self._parts.phase(key) == "busy" and not self.is_withdrawn(key)
 
     def withdraw(self, key: str, time: float) -> None:
         """Take notice of a cancel that the model does not say."""

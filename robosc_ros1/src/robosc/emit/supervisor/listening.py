@@ -26,6 +26,7 @@ _MEANINGS = {
     "refuse_not_finite": "a command with a number that is infinite or not a number is a finding",
     "stop_command": "communication that may be requested at any time",
     "goal_timeout": "seconds after which the controller cancels a goal, which then ends by timeout",
+    "server_lost_after": "seconds without status after which the controller gives a goal up",
 }
 """What parameters mean to a monitor."""
 _IDLE = (
@@ -101,6 +102,8 @@ def monitor_context(
     }
     names = robot.display_names
     told = {f"goal_timeout/{parameter_name(names[key])}" for key in decides_on_reasons(robot)}
+    if found.actions and shows_results:  # in ROS 2, the status is no sign of life
+        told.add("server_lost_after")
 
     def is_shown(name: str) -> bool:
         return name in told or (name.partition("/")[0] not in _IDLE and name not in deadlines)
