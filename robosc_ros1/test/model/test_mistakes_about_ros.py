@@ -50,6 +50,69 @@ def test_one_error_with_its_remedy(right: str, wrong: str, marked: str, hint: st
     assert told(MODEL.replace(right, wrong, 1)) == [(marked, hint)]
 
 
+GRAB = """
+robot R {
+    component Laser {
+        outgoing message scan with timeout: 1 s, type: sensor_msgs/LaserScan
+        behaviour {
+            variable front: double = 0.0
+            initial marked state on { on response from scan do front := value.ranges[0] else 0 }
+        }
+    }
+    component Arm {
+        service grab with identifier: "/grab", type: std_srvs/Trigger
+        behaviour {
+            initial marked state open { on request to grab goto busy }
+            state busy { on response from grab goto open on error from grab goto open }
+        }
+    }
+    component Base { incoming message move with identifier: "/go", type: geometry_msgs/Twist }
+    requirement move needs scan.fresh and Laser.front > 0.3
+    requirement grab needs scan.fresh
+    provide move with { linear: { x: 0.2 } }
+    stop with move
+}
+"""
+ABOUT_VALUE = "write 'value', in a transition on the message"
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "marked", "hint"),
+    [
+        ("value.ranges[0]", "msg.ranges[0]", "msg", ABOUT_VALUE),
+        ("value.ranges[0]", "msg.range_max", "msg", ABOUT_VALUE),
+        ("value.ranges[0]", "scan.value.ranges[0]", "scan.value.ranges[0]",
+         "write 'value.ranges[0]', in a transition on scan"),
+        ("value.ranges[0]", "self.front + 1", "self.front", "write 'front'"),
+        ("value.ranges[0]", "value.ranges(0)", "value.ranges",
+         "an element is in brackets: value.ranges[…]"),
+        ("value.ranges[0]", "value.ranges.length", "length", "write length(value.ranges)"),
+        ("goto busy", "goto Arm.busy", "Arm.busy", "write 'busy'"),
+        ("Laser.front >", "Laser.front =>", "0.3", "'=>' means 'implies': write >= to compare"),
+        ("scan.fresh", "grab.active", "grab.active", "write grab.idle or grab.busy"),
+        ("scan.fresh", "Arm.state = busy", "state",
+         "a state is a condition by itself, such as Arm.open"),
+        ("needs scan.fresh", "needs if (scan.fresh)", "if", "leave 'if' out"),
+        ("{ linear: { x: 0.2 } }", "{ x: 0.2 }", "x",
+         "write linear: { x: … } or angular: { x: … }"),
+        ("x: 0.2", 'x: "0.2"', '"0.2"', "write '0.2', without quotes"),
+        ("{ linear: { x: 0.2 } }", "Twist(0.2)", "Twist",
+         "data is written in braces: { NAME: …, NAME: … }"),
+        ("variable front: double = 0.0", "double := 0.0", "double",
+         "write 'variable NAME: double = …'"),
+        ("variable front: double = 0.0", "variable double := 0.0", ":=",
+         "write 'variable NAME: double = …'"),
+        ("variable front: double = 0.0", "variable front := 0.0", ":=",
+         "write 'variable front: double = …'"),
+        ("variable front: double = 0.0", "front := 0.0", "front",
+         "write 'variable front: double = …'"),
+    ],
+)  # fmt: skip
+def test_one_error_about_names(right: str, wrong: str, marked: str, hint: str) -> None:
+    assert told(GRAB) == []
+    assert told(GRAB.replace(right, wrong, 1)) == [(marked, hint)]
+
+
 def test_each_misdirected_command_is_told_once() -> None:
     """At its first use; nothing is said of the topic that both would be received on."""
     text = MODEL.replace("incoming", "outgoing")

@@ -149,12 +149,16 @@ def _split(tokens: Tokens, at: int, message: str) -> tuple[Hint, int, int] | Non
     return None
 
 
+def is_communication(tokens: Tokens, name: str) -> bool:
+    """Whether a communication of this name is declared somewhere in a text."""
+    return any(tokens.text(m.end()) == name for m in _COMMUNICATION.finditer(tokens.kinds))
+
+
 def _when(tokens: Tokens, at: int, message: str) -> tuple[Hint, int, int] | None:
     """``when scan do …`` in a state."""
     if tokens.text(at) not in ("when", "upon", "event") or "'on'" not in message:
         return None
-    names = [m.end() for m in _COMMUNICATION.finditer(tokens.kinds)]
-    if tokens.text(at + 1) not in (tokens.text(name) for name in names):
+    if not is_communication(tokens, tokens.text(at + 1)):
         return write("on"), at, at + 1
     events = _event(tokens, tokens.text(at + 1))
     assert isinstance(events, Remedy)

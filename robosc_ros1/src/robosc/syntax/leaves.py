@@ -10,6 +10,7 @@ from robosc.language.keywords import RESERVED
 from robosc.language.tokens import BAD_NUMBER, ESCAPES, INTEGER
 from robosc.remedies import write
 from robosc.source import Span
+from robosc.syntax.advice import is_communication
 from robosc.syntax.nodes import Access, Name
 from robosc.syntax.reading import Build, Fault, Reading
 
@@ -33,6 +34,9 @@ def make_access(reading: Reading, start: int, end: int, parts: list[Any]) -> Acc
     root = reading.text(start).removeprefix("^")
     if end == start + 1:
         return Access(Name(root, span=span), (), span=span)
+    if reading.text(start + 2) == "value" and is_communication(reading.tokens, root):
+        hint = write(reading.span(start + 2, end).text, f", in a transition on {root}")
+        raise Fault(start, "data have no name but 'value'", span=span, hint=hint)
     path = make_parts(reading, start + 1, end)
     return Access(Name(root, span=reading.span(start, start + 1)), path, span=span)
 
