@@ -144,7 +144,7 @@ def limited_digits() -> Iterator[None]:
         pytest.param("robosc.yaml", "[" * 5000, "nested too deeply", id="deep YAML"),
         ("robosc.yaml", "version: " + "1" * 5000, "Exceeds the limit"),
         ("robosc.yaml", "version: 0x" + "f" * 5000, "not an integer of too many digits"),
-        ("robosc.yaml", "version: 2026-02-30", "day is out of range"),
+        ("robosc.yaml", "version: 2026-02-30", "robosc.yaml: day "),
         ("robosc.yaml", "parameters: [rate]", "parameters must be names of parameters"),
         ("robosc.yaml", "1: x", "unknown key 1; known keys"),
         (
