@@ -63,8 +63,7 @@ class Visibility:
 
     def is_free(self, command: ScheduledCommand) -> bool:
         """Whether nothing is said about the states in which a command is sent."""
-        by_data = command.key in self._by_data
-        return command.is_cancel or by_data or not self.shows(command.reads)
+        return command.is_cancel or not self.decides(command)
 
     def decides(self, command: ScheduledCommand) -> bool:
         """Whether what is seen decides on a command."""

@@ -62,8 +62,7 @@ def _otherwise(manager: Manager, left: Partition, right: Partition) -> Partition
     grouped = _Grouping()
     for value, states in left:
         if value is None or value != value:
-            for second, others in right:
-                grouped.add(second, states & others)
+            grouped.add_within(states, right)
         else:
             grouped.add(value, states)
     return grouped.partition(manager)
@@ -78,8 +77,7 @@ def _lazily(manager: Manager, operation: Operator, left: Partition, right: Parti
         elif value is operation.decider:
             grouped.add(operation.decided, states)
         else:
-            for second, others in right:
-                grouped.add(second, states & others)
+            grouped.add_within(states, right)
     return grouped.partition(manager)
 
 
@@ -151,6 +149,11 @@ class _Grouping:
         """Add states; ``key`` is ``key_of(value)`` if it is known already."""
         found = key_of(value) if key is None else key
         self._found.setdefault(found, (value, []))[1].append(states)
+
+    def add_within(self, states: Bdd, partition: Partition) -> None:
+        """Add the part of a partition that lies within these states."""
+        for value, others in partition:
+            self.add(value, states & others)
 
     def partition(self, manager: Manager) -> Partition:
         united = [(value, manager.union(sets)) for value, sets in self._found.values()]
