@@ -15,6 +15,10 @@ from ._runtime.monitor_engine import MonitorEngine
 from ._runtime.observation import SeenAction
 from .ros import RosPort
 from .ros_arriving import corrected, maker
+from .ros_backlog import BACKLOG
+
+_GATHERING = 0.002
+"""Seconds for which connections gather messages that come fast: little beside the tolerance."""
 
 
 class MonitorPort(RosPort):
@@ -24,6 +28,7 @@ class MonitorPort(RosPort):
 
     def __init__(self, tables, lifecycle):
         super().__init__(tables.heard_alone(), lifecycle)
+        BACKLOG.gathering = _GATHERING
         self._tables = tables
         self._findings = rospy.Publisher("~findings", String, queue_size=1000)
 

@@ -23,20 +23,26 @@ _RECEIVED = 128
 
 class _Connection:
     """How many bytes were taken before it was known, and since then; ``is_busy`` between two calls
-    that receive."""
+    that receive, ``latest`` the time of the machine at the end of the last one."""
 
-    __slots__ = ("before", "is_busy", "taken")
+    __slots__ = ("before", "is_busy", "latest", "taken")
 
     def __init__(self, before):
         self.before = before
         self.taken = 0
         self.is_busy = True
+        self.latest = 0.0
 
 
 class Backlog:
-    """The connections of this process, and the bytes that they still have to take."""
+    """The connections of this process, and the bytes that they still have to take.
+
+    Where a connection has received less than ``gathering`` seconds ago, it waits for so long, to
+    take more at a time: waking up for each message costs more than reading it.
+    """
 
     def __init__(self):
+        self.gathering = 0.0
         self._lock = threading.Lock()
         self._open = {}  # connections by socket
         self._left = {}  # the bytes to be taken, by socket
@@ -80,6 +86,8 @@ class Backlog:
             before = taken_bytes(sock, waiting_bytes(sock))
             connection = self._open[sock] = _Connection(before)
         connection.is_busy = False
+        if time.monotonic() - connection.latest < self.gathering:
+            time.sleep(self.gathering)
         awaited = self._left
         if awaited:
             self._settle(sock)
@@ -90,6 +98,7 @@ class Backlog:
             self._settle(sock, ended=True)
             raise
         connection.is_busy = True
+        connection.latest = time.monotonic()
         connection.taken += count
         # Only if this call began after it was counted what waits. What one that began before took
         # after that is counted too often, which ends when the socket is empty.

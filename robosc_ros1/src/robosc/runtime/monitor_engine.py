@@ -119,7 +119,7 @@ class MonitorEngine(JudgingEngine):
 
     def _begin(self) -> None:
         super()._begin()
-        self._allowances.begin(self._scheduler.commands)
+        self._allowances.begin()
         self._look_at_states()
 
     def time_to_deadline(self) -> Optional[float]:
@@ -134,12 +134,16 @@ class MonitorEngine(JudgingEngine):
         return left if found is None else min(left, found)
 
     def _meet_deadlines(self) -> None:
+        self._meet_earlier_deadlines()
+        for key in () if self._pauses.holds else self._goals.lost():
+            self._answer(self._inputs[key, "error"], self._goals.loss())
+
+    def _meet_earlier_deadlines(self) -> None:
+        """Apply what is ready by the clock of arrivals; servers are lost by that of the machine."""
         if self._clocks.any_due():
             super()._meet_deadlines()
         if self._pending.oldest is not None:
             self._pending.judge(self._answer)
-        for key in () if self._pauses.holds else self._goals.lost():
-            self._answer(self._inputs[key, "error"], self._goals.loss())
         if self._invariants.rows:
             self._findings.violated(self._invariants.lasting(self._now(), self.tolerance))
 
@@ -163,7 +167,7 @@ class MonitorEngine(JudgingEngine):
 
     def _handle(self, item: Item, was_put_off: bool) -> None:
         if was_put_off:
-            self._meet_deadlines()
+            self._meet_earlier_deadlines()
         super()._take(item)
 
     def _count(self, seen: Seen, command: ScheduledCommand) -> None:
@@ -248,7 +252,8 @@ class MonitorEngine(JudgingEngine):
             self.recorder.counters["crossed"] += 1
         else:
             reasons = unfit or self._objections(command, seen.message, seen.data)
-            reasons = self._allowances.lasting(command, reasons, seen.time - self.tolerance)
+            since, place = seen.time - self.tolerance, self._pending.place(seen)
+            reasons = self._allowances.lasting(command, seen, reasons, since, place)
             self._happen(seen, command, reasons=reasons)
         return True
 
@@ -370,10 +375,9 @@ class MonitorEngine(JudgingEngine):
 
     def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
         written = super()._after(writes, ended)
-        self._allowances.note(self._now(), self._own, self.tolerance)
-        for command in self._scheduler.affected(written):
-            by_itself = self._own == self._pending.topic_of(command.key)
-            self._allowances.update(command, by_itself, self._now())
+        now, oldest = self._now(), self._pending.oldest
+        since = (now if oldest is None else min(now, oldest)) - self.tolerance
+        self._allowances.note(now, self._own, written, since)
         if self._invariants.rows:
             self._look_at_states()
         return written

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, Callable, Deque, Dict, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Deque, Dict, FrozenSet, NamedTuple, Optional, Tuple
 
 from .engine_parts import BoundInput
 from .judging_engine import JudgingPort
@@ -34,11 +34,16 @@ class Seen(NamedTuple):
 
 
 class _Past(NamedTuple):
-    """A state that lasted until a time, in which a command of a topic ended it (empty: none)."""
+    """A state that lasted until a time, by what the event that ended it changed: the former values.
+
+    ``ended_by`` is the topic of the command that this event was (empty: none), ``writes`` are the
+    attributes that it may write.
+    """
 
     until: float
     ended_by: str
-    state: Dict[str, Any]
+    writes: FrozenSet[str]
+    before: Dict[str, Any]
 
 
 class RecentStates:
@@ -46,27 +51,44 @@ class RecentStates:
 
     def __init__(self, controller: Controller) -> None:
         self._state = vars(controller)
-        self._last = dict(self._state)
+        self._last: Dict[str, Any] = {}
         self._past: Deque[_Past] = deque()
 
-    def note(self, now: float, topic: str, span: float) -> None:
-        """Remember for ``span`` seconds the state before the event that is over now; ``topic`` is
-        that of the command that it was."""
-        self._past.append(_Past(now, topic, self._last))
+    def begin(self) -> None:
+        """Take the present state as the first."""
         self._last = dict(self._state)
-        while now - self._past[0].until >= span:
+
+    def note(self, now: float, topic: str, writes: FrozenSet[str], since: float) -> None:
+        """Remember the state before the event that is over now, which may have written these
+        attributes; ``topic`` is that of the command that it was (empty: of none). Forget what was
+        over at ``since``."""
+        state, last = self._state, self._last
+        before = {}
+        for name in writes:
+            value = state[name]
+            if value is not last[name]:
+                before[name], last[name] = last[name], value
+        if before or topic:
+            self._past.append(_Past(now, topic, writes, before))
+        while self._past and self._past[0].until <= since:
             self._past.popleft()
 
-    def held(self, condition: Callable[[], bool], since: float, topic: str) -> bool:
-        """Whether a condition held after ``since``, and after the last command of the topic."""
-        now = dict(self._state)
+    def held(
+        self, condition: Callable[[], bool], reads: FrozenSet[str], since: float, topic: str
+    ) -> bool:
+        """Whether a condition, which does not hold now, did so after ``since``, and after the last
+        command of the topic that wrote any of the attributes ``reads``."""
+        state = self._state
+        now = dict(state)
+        state["undefined"] = {}  # it was counted when it was seen
         try:
             for past in reversed(self._past):
-                if past.until <= since or past.ended_by == topic:
+                is_own = past.ended_by == topic and not past.writes.isdisjoint(reads)
+                if past.until <= since or is_own:
                     return False
-                self._state.update(past.state)
-                if condition():
+                state.update(past.before)
+                if past.before and condition():
                     return True
             return False
         finally:
-            self._state.update(now)
+            state.update(now)
