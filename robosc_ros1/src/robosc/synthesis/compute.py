@@ -91,22 +91,19 @@ def _is_quick(part: Plant) -> bool:
     return small and few and not _crowded(part, _DENSE)
 
 
-def _allowed(plant: Plant) -> Collection[Identity] | None:
-    """Return the commands that the supervisor of a small plant allows; None if it is empty."""
-    allowed: set[Identity] = set()
-    for part in independent_parts(plant, _TOGETHER["dense"]):
-        compiler = Compiler(part)
-        rules = [compiler.event(event) for event in part.events]
-        engine = DenseEngine(compiler, rules, Layout.plain(part))
-        found = engine.solve()
-        if found.empty:
-            return None
-        allowed.update(
-            step.event.identity
-            for step in engine.steps
-            if step.event.controllable and engine.enabled(step, found.states)
-        )
-    return allowed
+def _allowed(part: Plant) -> Collection[Identity] | None:
+    """Return the commands that the supervisor of a small part allows; None if it is empty."""
+    compiler = Compiler(part)
+    rules = [compiler.event(event) for event in part.events]
+    engine = DenseEngine(compiler, rules, Layout.plain(part))
+    found = engine.solve()
+    if found.empty:
+        return None
+    return {
+        step.event.identity
+        for step in engine.steps
+        if step.event.controllable and engine.enabled(step, found.states)
+    }
 
 
 def _synthesize(

@@ -24,11 +24,13 @@ from robosc.plant.automaton import Event, Plant
 from robosc.plant.build import lower
 from robosc.source import Span
 from robosc.supervisor import Explanation, Supervisor
+from robosc.synthesis.decomposition import independent_parts
 from robosc.synthesis.explain.conflict import smallest_conflict
 from robosc.synthesis.formatting import event_text, quoted
 
 _Item = TypeVar("_Item")
 
+_STATED = ("requirement", "goal", "assumption")
 _AVOIDABLE = {
     EventKind.ERROR: "{} may fail",
     EventKind.TIMEOUT: "{} may fall silent",
@@ -38,7 +40,7 @@ _AVOIDABLE = {
 
 Identity = tuple[EventKind, str, int]
 Solve = Callable[[Plant], Collection[Identity] | None]
-"""Which commands the supervisor of a plant allows in some state; None: it is empty."""
+"""Which commands the supervisor of an independent part allows in some state; None: it is empty."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +51,10 @@ class _Member:
     key: int | str
     span: Span
     text: str
+
+    @property
+    def own(self) -> tuple[str, int | str]:
+        return self.kind, self.key
 
 
 def with_conflicts(supervisor: Supervisor, states: int, solve: Solve) -> Supervisor:
@@ -97,16 +103,20 @@ def _is_asked_for(supervisor: Supervisor, explanation: Explanation) -> bool:
 class _Finder:
     def __init__(self, plant: Plant, members: Sequence[_Member], solve: Solve) -> None:
         self.members = members
-        self.allowed = cache(lambda kept: solve(_only(plant, [members[n] for n in sorted(kept)])))
+        stated = [n for n, member in enumerate(members) if member.kind in _STATED]
+        self.stated = frozenset(stated)
+        self.parts = cache(lambda kept: independent_parts(_stating(plant, self._of(kept)), 1))
+        self.allowed = cache(
+            lambda kept, number, events: solve(
+                _having(self.parts(kept)[number], {member.own for member in self._of(events)})
+            )
+        )
+
+    def _of(self, numbers: frozenset[int]) -> list[_Member]:
+        return [self.members[number] for number in sorted(numbers)]
 
     def explained(self, explanation: Explanation) -> Explanation:
-        event = explanation.event
-
-        def fails(kept: frozenset[int]) -> bool:
-            allowed = self.allowed(kept)
-            return allowed is None or (event is not None and event.identity not in allowed)
-
-        members = [self.members[number] for number in self._conflict(fails)]
+        members = self._of(self._conflict(explanation.event))
         diagnostic = explanation.diagnostic
         notes = (*diagnostic.notes, *_notes(explanation, members))
         return replace(
@@ -115,19 +125,38 @@ class _Finder:
             diagnostic=replace(diagnostic, notes=notes),
         )
 
-    def _conflict(self, fails: Callable[[frozenset[int]], bool]) -> list[int]:
+    def _failing(self, event: Event | None, kept: frozenset[int]) -> Iterator[frozenset[int]]:
+        """Yield the events of each part that has no controller, or in which a command never
+        happens. Of a command only its own part is solved: the others have a controller, and what is
+        left out of them changes nothing in it.
+        """
+        stated, events = kept & self.stated, kept - self.stated
+        for number, part in enumerate(self.parts(stated)):
+            present = {(own.kind.value, own.key) for own in part.events}
+            if event is None or event.identity in (own.identity for own in part.events):
+                own = frozenset(n for n in events if self.members[n].own in present)
+                allowed = self.allowed(stated, number, own)
+                if allowed is None or (event is not None and event.identity not in allowed):
+                    yield own
+
+    def _conflict(self, event: Event | None) -> frozenset[int]:
         """Return the numbers of the members of a conflict.
 
         Fewer requirements and goals never forbid more, so a smallest set of them is found while all
         events and assumptions are there. Without one of these there may be less to rule out, or one
-        way less or more: each is a member if there would be no conflict without it.
+        way less or more: each is a member if there would be no conflict without it. An event of a
+        part without a conflict is none.
         """
-        chosen = ("requirement", "goal")
-        others = [n for n, member in enumerate(self.members) if member.kind in chosen]
-        given = frozenset(range(len(self.members))) - frozenset(others)
-        conflicting = frozenset(smallest_conflict(others, lambda kept: fails(kept | given)))
-        needed = (one for one in given if not fails(conflicting | (given - {one})))
-        return sorted(conflicting.union(needed))
+
+        def fails(kept: frozenset[int]) -> bool:
+            return any(True for _ in self._failing(event, kept))
+
+        chosen = [n for n in sorted(self.stated) if self.members[n].kind != "assumption"]
+        given = frozenset(range(len(self.members))).difference(chosen)
+        conflicting = frozenset(smallest_conflict(chosen, lambda kept: fails(kept | given)))
+        near = frozenset().union(*self._failing(event, conflicting | given))
+        asked = near | (given & self.stated)
+        return conflicting.union(n for n in asked if not fails(conflicting | (given - {n})))
 
 
 def _members(plant: Plant) -> Iterator[_Member]:
@@ -154,10 +183,9 @@ def _is_end(plant: Plant, event: Event) -> bool:
     return event.kind is EventKind.CANCELLED
 
 
-def _only(plant: Plant, members: Sequence[_Member]) -> Plant:
-    """Return the plant with no other requirements, goals, assumptions and events, and what only
-    they read."""
-    kept = {(member.kind, member.key) for member in members}
+def _stating(plant: Plant, members: Sequence[_Member]) -> Plant:
+    """Return the plant with no other requirements, goals and assumptions, and what they read."""
+    kept = {member.own for member in members}
     robot = plant.robot
     fewer = replace(
         robot,
@@ -165,15 +193,18 @@ def _only(plant: Plant, members: Sequence[_Member]) -> Plant:
         goals=_kept("goal", robot.goals, kept),
         assumptions=_kept("assumption", robot.assumptions, kept),
     )
-    lowered = lower(select_state_variables(fewer, Muted()))
+    return lower(select_state_variables(fewer, Muted()))
+
+
+def _having(plant: Plant, kept: Collection[tuple[str, int | str]]) -> Plant:
+    """Return the plant with no other events of those that may be left out."""
     events = []
-    for event in lowered.events:
+    for event in plant.events:
         if (event.kind.value, event.key) in kept:
             events.append(event)
         elif event.kind not in _AVOIDABLE:
-            is_end = _is_end(lowered, event)
-            events.append(handled(event, lowered.variables) if is_end else event)
-    return replace(lowered, events=tuple(events))
+            events.append(handled(event, plant.variables) if _is_end(plant, event) else event)
+    return replace(plant, events=tuple(events))
 
 
 def _kept(kind: str, items: Sequence[_Item], kept: set[tuple[str, int | str]]) -> tuple[_Item, ...]:
@@ -186,7 +217,7 @@ def _notes(explanation: Explanation, conflict: Sequence[_Member]) -> Iterator[No
         case [one]:
             told = {note.span for note in explanation.diagnostic.notes}
             # The trace has the events.
-            if one.kind in ("requirement", "goal", "assumption") and one.span not in told:
+            if one.kind in _STATED and one.span not in told:
                 event = explanation.event
                 what = "there is no controller"
                 if event is not None:
