@@ -30,6 +30,7 @@ PALETTE = "\ue031"
 _SETTINGS = {
     "chat.commandCenter.enabled": False,
     "editor.minimap.enabled": False,
+    "files.autoSave": "off",  # what a test left would be written over what the next one opens
     "files.simpleDialog.enable": True,
     "extensions.autoCheckUpdates": False,
     "remote.autoForwardPorts": False,
