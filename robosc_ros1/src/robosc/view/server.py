@@ -14,7 +14,6 @@ import ipaddress
 import json
 import socket
 import sys
-import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -74,6 +73,8 @@ class PageServer(ThreadingHTTPServer):
         self.hub = hub
         self.token = token
         self.answers = answers
+        self.coming: dict[socket.socket, float] = {}
+        """Until when each request must have come that is not there yet."""
         host, port = where.host, where.port
         self._host = host
         try:
@@ -136,6 +137,14 @@ class PageServer(ThreadingHTTPServer):
             or _address(name) is not None
         )
 
+    def service_actions(self) -> None:
+        """Give up the requests that have not come in time."""
+        now = time.monotonic()
+        for connection, until in list(self.coming.items()):
+            if now > until:
+                with contextlib.suppress(OSError):
+                    connection.shutdown(socket.SHUT_RDWR)
+
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A browser that goes away is no fault; there is nobody to report others to."""
 
@@ -149,16 +158,10 @@ class _Handler(BaseHTTPRequestHandler):
     def setup(self) -> None:
         super().setup()
         # The whole request, also one that comes byte by byte.
-        self._coming = threading.Timer(self.timeout, self._give_up)
-        self._coming.daemon = True
-        self._coming.start()
-
-    def _give_up(self) -> None:
-        with contextlib.suppress(OSError):
-            self.connection.shutdown(socket.SHUT_RDWR)
+        self.server.coming[self.connection] = time.monotonic() + self.timeout
 
     def finish(self) -> None:
-        self._coming.cancel()
+        self.server.coming.pop(self.connection, None)
         super().finish()
 
     def do_GET(self) -> None:
@@ -241,7 +244,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def _head(self, code: int, kind: str, length: int | None) -> None:
-        self._coming.cancel()
+        self.server.coming.pop(self.connection, None)
         self.send_response(code)
         self.send_header("Content-Type", kind)
         if length is not None:
