@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -23,7 +24,7 @@ from robosc.syntax.nodes import (
 )
 from robosc.syntax.parser import parse
 
-__all__ = ["declarations", "expression", "faults", "parsed", "read", "shown"]
+__all__ = ["declarations", "expression", "faults", "mistaken", "parsed", "read", "shown", "told"]
 
 
 def read(text: str) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
@@ -92,3 +93,14 @@ def shown(node: Any) -> str:
             parts = [shown(getattr(node, f.name)) for f in shown_fields]
             return f"{type(node).__name__.removesuffix('Node')}({', '.join(parts)})"
     return str(node)
+
+
+def mistaken(text: str, right: str, wrong: str) -> str:
+    """A text with one mistake in it."""
+    assert right in text
+    return text.replace(right, wrong, 1)
+
+
+def told(diagnostics: Iterable[Diagnostic]) -> list[tuple[str, str | None]]:
+    """The text that each diagnostic marks, and its hint."""
+    return [(one.span.text, None if one.hint is None else str(one.hint)) for one in diagnostics]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from ros_support import REPOSITORY
+from syntax_support import mistaken, told
 
 from robosc.model.resolve import load
 from robosc.source import Source
@@ -46,8 +47,8 @@ robot R {
     ],
 )  # fmt: skip
 def test_one_error_with_its_remedy(right: str, wrong: str, marked: str, hint: str) -> None:
-    assert told(MODEL) == []
-    assert told(MODEL.replace(right, wrong, 1)) == [(marked, hint)]
+    assert checked(MODEL) == []
+    assert checked(mistaken(MODEL, right, wrong)) == [(marked, hint)]
 
 
 GRAB = """
@@ -109,18 +110,17 @@ ABOUT_VALUE = "write 'value', in a transition on the message"
     ],
 )  # fmt: skip
 def test_one_error_about_names(right: str, wrong: str, marked: str, hint: str) -> None:
-    assert told(GRAB) == []
-    assert told(GRAB.replace(right, wrong, 1)) == [(marked, hint)]
+    assert checked(GRAB) == []
+    assert checked(mistaken(GRAB, right, wrong)) == [(marked, hint)]
 
 
 def test_each_misdirected_command_is_told_once() -> None:
     """At its first use; nothing is said of the topic that both would be received on."""
     text = MODEL.replace("incoming", "outgoing")
     sent = "what the controller publishes is incoming: incoming message"
-    assert told(text) == [("go", f"{sent} go"), ("halt", f"{sent} halt")]
+    assert checked(text) == [("go", f"{sent} go"), ("halt", f"{sent} halt")]
 
 
-def told(text: str) -> list[tuple[str, str]]:
-    """The text that each diagnostic marks, and its hint."""
+def checked(text: str) -> list[tuple[str, str | None]]:
     _, found = load(Source(str(Path(FOLDER, "m.rscd")), text))
-    return [(one.span.text, str(one.hint)) for one in found]
+    return told(found)

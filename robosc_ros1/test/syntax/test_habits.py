@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from syntax_support import read
+from syntax_support import mistaken, read, told
 
 from robosc.remedies import Change, Remedy
 
@@ -128,22 +128,15 @@ TOLD = [
 @pytest.mark.parametrize(("right", "wrong", "marked", "hint"), [*WITH_EDIT, *TOLD])
 def test_it_is_one_error_at_its_place(right: str, wrong: str, marked: str, hint: str) -> None:
     assert not read(GOOD)[1]
-    _, found = read(_with(right, wrong))
-    told = [(one.span.text, one.hint) for one in found]
-    assert told == [(marked, hint)]
+    assert told(read(mistaken(GOOD, right, wrong))[1]) == [(marked, hint)]
 
 
 @pytest.mark.parametrize(("right", "wrong"), [row[:2] for row in WITH_EDIT])
 def test_its_edit_mends_it(right: str, wrong: str) -> None:
-    text = _with(right, wrong)
+    text = mistaken(GOOD, right, wrong)
     _, (found,) = read(text)
     hint = found.advice
     assert isinstance(hint, Remedy)
     new = hint.parts[0] if hint.change is Change.REPLACE else ""
     mended = text[: found.span.start] + new + text[found.span.end :]
     assert not read(mended)[1]
-
-
-def _with(right: str, wrong: str) -> str:
-    assert right in GOOD
-    return GOOD.replace(right, wrong, 1)
