@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from robosc.emit.controller.assembly import controller_context
@@ -15,9 +16,9 @@ from robosc.supervisor import Supervisor
 def make_controller(supervisor: Supervisor) -> Controller:
     """A controller in its initial state."""
     context = controller_context(supervisor, file_of(supervisor.plant.robot.span))
-    text = render("common/node/controller.py.jinja", context)
     # In a package the runtime is a copy beside the controller; here it is robosc's own.
-    text = text.replace("from ._runtime.", "from robosc.runtime.")
+    context = replace(context, runtime="robosc.runtime")
+    text = render("common/node/controller.py.jinja", context)
     namespace: dict[str, Any] = {"__name__": "controller"}
     exec(compile(text, "controller.py", "exec"), namespace)
     controller: Controller = namespace[context.class_name]()

@@ -268,7 +268,9 @@ class ControllerContext(CopyView):
     parameter_rows: tuple[str, ...] = ()
     """The entries of the table of parameters, as arguments."""
     imports: tuple[tuple[str, tuple[str, ...]], ...] = ()
-    """What the module imports of the modules of ``_runtime``."""
+    """What the module imports of the modules of the runtime."""
+    runtime: str = "._runtime"
+    """The package of those modules."""
     copies: tuple[CopiesView, ...] = ()
     tables: Mapping[str, tuple[object, ...]] = field(default_factory=dict)
     """By the name of a field: its entries, or :class:`CopiedRows` for those of copies. The fields
