@@ -7,8 +7,9 @@ from typing import TypeAlias
 
 from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
-from robosc.model.names.answers import answer_named, communications_named
 from robosc.model.names.communications import (
+    answer_named,
+    communications_named,
     report_misdirected,
     report_repeated,
     resolve_communication,

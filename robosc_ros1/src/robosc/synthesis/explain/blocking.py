@@ -1,4 +1,5 @@
-"""Explanation of a blocking state: one from which no marked state can be reached."""
+"""Explanation of a state from which no marked state, or not what must remain possible, can be
+reached."""
 
 from __future__ import annotations
 
@@ -14,6 +15,7 @@ from robosc.source import Span
 from robosc.supervisor import Step
 from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.event_parameters import weight
+from robosc.synthesis.formatting import quoted
 from robosc.synthesis.system import location_name
 
 
@@ -35,7 +37,7 @@ def why_blocked(
     one of its last events.
     """
     plant = stepper.plant
-    states = _reachable(stepper, state)
+    states = _reachable(stepper, state, plant.is_marked)
     if states is None or any(plant.is_marked(state) for state in states):
         return None
     stuck = [
@@ -56,18 +58,40 @@ def why_blocked(
     return _of_variable(stepper.plant, steps(), states, variable)
 
 
-def _reachable(stepper: Stepper, start: PlantState) -> list[PlantState] | None:
-    """Return the reachable states, up to the first marked one; None if they are too many."""
-    plant = stepper.plant
-    if any(weight(event) > limits.COMBINATIONS for event in plant.events):
+def why_impossible(stepper: Stepper, state: PlantState) -> Cause | None:
+    """Return what must remain possible in a state and is not, whatever the controller does; None if
+    all is possible, or if it is unknown."""
+    for goal in stepper.plant.goals:
+        there, along, origin = map(stepper.test, goal.conditions)
+        if not origin(state) or there(state):
+            continue
+        states = _reachable(stepper, state, there, along)
+        if states is None:
+            return None
+        if not any(map(there, states)):
+            written = stepper.plant.robot.goals[goal.index]
+            reason = f"{quoted(written.text)} fails: it is not possible any more"
+            return Cause(reason, None, written.span)
+    return None
+
+
+def _reachable(
+    stepper: Stepper,
+    start: PlantState,
+    there: Callable[[PlantState], bool],
+    along: Callable[[PlantState], bool] = lambda state: True,
+) -> list[PlantState] | None:
+    """Return the states that are reached through those ``along``, until one of them is ``there``;
+    None if they are too many."""
+    if any(weight(event) > limits.COMBINATIONS for event in stepper.plant.events):
         return None
     events = stepper.required()
     seen = {start}
     states = [start]
     for state in states:  # appended to below
-        if plant.is_marked(state):
+        if there(state):
             return states
-        for event in events:
+        for event in events if along(state) else ():
             for _, target in event.targets(state):
                 if target not in seen:
                     seen.add(target)

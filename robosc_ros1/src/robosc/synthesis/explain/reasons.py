@@ -26,8 +26,7 @@ from robosc.plant.step import Outcome, Verdict
 from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper, Test
-from robosc.synthesis.explain.blocking import Cause, why_blocked
-from robosc.synthesis.explain.goals import why_impossible
+from robosc.synthesis.explain.blocking import Cause, why_blocked, why_impossible
 from robosc.synthesis.explain.range_violation import why_out_of_range
 from robosc.synthesis.explain.starts import (
     UNTRACED,
