@@ -237,7 +237,7 @@ def test_components_of_a_library_that_belong_together_share_a_prefix(model: Path
     low = behaviour.states[1]
     assert low.transitions[0].communication == "RF.touched"
     assert "component='RF'" in str(low.transitions[0].guard)
-    assert "component='RA'" in str(low.taus[0].transition.guard)
+    assert "component='RA'" in str(low.taus[0].guard)
 
 
 def test_a_part_of_a_library_without_its_other_part_is_incomplete(model: Path) -> None:

@@ -39,7 +39,7 @@ def gear(transition: str, variables: str = "", rest: str = "") -> str:
 
 def guard_of(transition: str, variables: str = "") -> object:
     robot = resolve(gear(transition, variables))
-    return behaviour_of(robot, "Gear").states[0].taus[0].transition.guard
+    return behaviour_of(robot, "Gear").states[0].taus[0].guard
 
 
 def test_an_assigned_enum_variable_takes_the_enum_value_not_the_state() -> None:
@@ -178,7 +178,7 @@ interface grab use Empty from std_srvs
 @pytest.mark.parametrize("name", ["grab", "Arm.grab"])
 def test_the_phase_of_a_service_is_a_condition(name: str) -> None:
     robot = resolve(ARM % f"transition if {name}.busy transition if {name}.idle")
-    busy, idle = (t.transition.guard for t in behaviour_of(robot, "Arm").states[0].taus)
+    busy, idle = (t.guard for t in behaviour_of(robot, "Arm").states[0].taus)
     assert busy == PhaseRef("Arm.grab", "busy")
     assert idle == Unary("!", PhaseRef("Arm.grab", "busy"), BooleanType())
 

@@ -61,7 +61,7 @@ def test_a_right_expression_passes(expression: str) -> None:
 
 def test_division_is_a_double_and_other_arithmetic_follows_its_sides() -> None:
     robot = resolve(with_transition("transition if n / 2 = n * 2 or n + 0.5 = 1"))
-    guard = behaviour_of(robot, "P").states[0].taus[0].transition.guard
+    guard = behaviour_of(robot, "P").states[0].taus[0].guard
     assert isinstance(guard, Binary)
     first, second = guard.left, guard.right
     assert isinstance(first, Binary) and isinstance(second, Binary)

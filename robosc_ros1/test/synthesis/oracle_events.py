@@ -20,7 +20,7 @@ from robosc.expr.tree import (
     ValueRef,
     VariableRef,
 )
-from robosc.model.automata import ResultTransition, Variable
+from robosc.model.automata import Transition, Variable
 from robosc.model.entities import Assumption, Communication, Component, EventKind, Kind, Robot
 
 OracleState = tuple[Any, ...]
@@ -73,19 +73,19 @@ class Occurrence:
     values: tuple[tuple[Path, Any], ...] = ()
 
 
-def _stays(transition: ResultTransition, place: str) -> bool:
+def _stays(transition: Transition, place: str) -> bool:
     """Whether a transition of a state may lead into that state."""
     goto = transition.goto
     return goto is None or goto == place or goto.startswith((f"{place}.", f"{place} "))
 
 
-def is_for(transition: ResultTransition, event: Event) -> bool:
+def is_for(transition: Transition, event: Event) -> bool:
     return transition.event is event.kind and transition.communication == event.key
 
 
 def _counting(
-    levels: Sequence[list[ResultTransition]], decided: set[str] | None
-) -> Iterator[tuple[ResultTransition, set[str]]]:
+    levels: Sequence[list[Transition]], decided: set[str] | None
+) -> Iterator[tuple[Transition, set[str]]]:
     """What of the levels, from the innermost, may be taken, with the variables decided before.
 
     ``decided`` is None where none of an inner level is taken for sure; else only what goes nowhere
@@ -137,7 +137,7 @@ class OracleEvents:
         self._found: dict[OracleState, list[tuple[Occurrence, OracleState]]] = {}
         self._leaving: set[OracleState] = set()
         self._concerned: dict[Event, list[Component]] = {}
-        self._written: dict[tuple[str, str, Event], tuple[list[ResultTransition], ...]] = {}
+        self._written: dict[tuple[str, str, Event], tuple[list[Transition], ...]] = {}
         self.slots += [("parameter", parameter.key) for parameter in robot.parameters]
         self.where = {slot: i for i, slot in enumerate(self.slots)}
 
@@ -148,18 +148,14 @@ class OracleEvents:
         return {v.key: v for c in self.automata for v in c.behaviour.variables}  # type: ignore[union-attr]
 
     @cached_property
-    def all_transitions(self) -> list[tuple[str, ResultTransition]]:
-        """Every result transition with its component, as written."""
+    def all_transitions(self) -> list[tuple[str, Transition]]:
+        """Every transition with its component, as written."""
         found = []
         for component in self.automata:
             behaviour = component.behaviour
             assert behaviour is not None
-            written = [*behaviour.transitions, *(tau.transition for tau in behaviour.taus)]
-            for place in (*behaviour.composites, *behaviour.states):
-                written.extend(place.transitions)
-                written.extend(tau.transition for tau in place.taus)
-                written.extend(waiting.transition for waiting in place.afters)
-            found.extend((component.name, transition) for transition in written)
+            for place in (behaviour, *behaviour.composites, *behaviour.states):
+                found.extend((component.name, transition) for transition in place.transitions)
         return found
 
     def _synthesis_variables(self) -> set[str]:
@@ -177,8 +173,8 @@ class OracleEvents:
                 f"{component.name}.{assignment.variable}"
                 for place in (None, *component.behaviour.composites, *component.behaviour.states)
                 for tau in (place or component.behaviour).taus
-                if place is None or _stays(tau.transition, place.name)
-                for assignment in tau.transition.assignments
+                if place is None or _stays(tau, place.name)
+                for assignment in tau.assignments
             }
         while True:
             more = set(found)
@@ -282,15 +278,13 @@ class OracleEvents:
                 return True
         return False
 
-    def _effective(
-        self, component: Component, event: Event
-    ) -> list[tuple[ResultTransition, set[str]]]:
+    def _effective(self, component: Component, event: Event) -> list[tuple[Transition, set[str]]]:
         """What of the transitions counts in at least one state, in the order of the states.
 
         With each, the variables on which one of the state decides.
         """
         assert component.behaviour is not None
-        found: list[tuple[ResultTransition, set[str]]] = []
+        found: list[tuple[Transition, set[str]]] = []
         for state in component.behaviour.states:
             levels = self._transitions_for(component, state.name, event)
             if event.kind in AGREED:
@@ -308,7 +302,7 @@ class OracleEvents:
 
     def _transitions_for(
         self, component: Component, here: str, event: Event
-    ) -> tuple[list[ResultTransition], ...]:
+    ) -> tuple[list[Transition], ...]:
         """The transitions for an event that apply in a state, level by level from the innermost."""
         key = component.name, here, event
         if key not in self._written:
@@ -320,16 +314,16 @@ class OracleEvents:
             }
             steps = here.replace(" ", ".").split(".")
             inside = [places[".".join(steps[:n])] for n in range(len(steps), 0, -1)]
-            levels = [*(place.transitions for place in inside), behaviour.transitions]
+            levels = [place.transitions for place in (*inside, behaviour)]
             self._written[key] = tuple([t for t in level if is_for(t, event)] for level in levels)
         return self._written[key]
 
     def _taken(
         self, component: Component, state: OracleState, occurrence: Occurrence
-    ) -> list[ResultTransition]:
+    ) -> list[Transition]:
         """The transitions that a component takes, the one that decides on a variable last."""
 
-        def holding(transitions: list[ResultTransition]) -> list[ResultTransition]:
+        def holding(transitions: list[Transition]) -> list[Transition]:
             return [
                 t for t in transitions if t.guard is None or self.holds(t.guard, state, occurrence)
             ]
@@ -338,7 +332,7 @@ class OracleEvents:
         levels = self._transitions_for(component, here, occurrence.event)
         if occurrence.event.kind in AGREED:
             return holding(next(filter(None, levels), []))
-        taken: list[ResultTransition] = []
+        taken: list[Transition] = []
         for level in levels:
             # What goes somewhere is hidden, and its guard may read what no occurrence has.
             taken = [*holding([t for t in level if not taken or t.goto is None]), *taken]

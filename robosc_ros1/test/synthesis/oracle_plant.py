@@ -19,7 +19,7 @@ from synthesis.oracle_values import Impossible, OutOfRange, UndefinedValue
 
 from robosc.expr.types import IntegerType
 from robosc.language.events import command_key
-from robosc.model.automata import ResultTransition
+from robosc.model import automata
 from robosc.model.entities import Component, EventKind
 
 
@@ -70,14 +70,11 @@ class OraclePlant(OracleEvents):
             if present.name.startswith((f"{o.name}.", f"{o.name} "))
         )
         for tau in (*behaviour.taus, *(tau for taus in around for tau in taus), *present.taus):
-            transition = tau.transition
-            if tau.index != event.index or not (
-                transition.guard is None or self.holds(transition.guard, state)
-            ):
+            if tau.index != event.index or not (tau.guard is None or self.holds(tau.guard, state)):
                 continue
-            self._assign(component, [transition], state, Occurrence(event), after)
+            self._assign(component, [tau], state, Occurrence(event), after)
             changes = any(state[self.where[slot]] != value for slot, value in after.items())
-            if transition.assignments and not changes:
+            if tau.assignments and not changes:
                 raise Impossible
             return
         raise Impossible
@@ -96,11 +93,10 @@ class OraclePlant(OracleEvents):
             if here.startswith((f"{o.name}.", f"{o.name} "))
         ]
         for waiting in (a for place in (present, *around) for a in place.afters):
-            transition = waiting.transition
             if waiting.index != occurrence.event.index:
                 continue
-            if transition.guard is None or self.holds(transition.guard, state):
-                self._assign(component, [transition], state, occurrence, after)
+            if waiting.guard is None or self.holds(waiting.guard, state):
+                self._assign(component, [waiting], state, occurrence, after)
                 return
         raise Impossible
 
@@ -168,7 +164,7 @@ class OraclePlant(OracleEvents):
     def _assign(
         self,
         component: Component,
-        taken: list[ResultTransition],
+        taken: list[automata.Transition],
         state: OracleState,
         occurrence: Occurrence,
         after: dict[Any, Any],

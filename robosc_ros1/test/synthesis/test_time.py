@@ -15,7 +15,7 @@ from synthesis.test_oracle_differential import engines
 from robosc import pipeline
 from robosc.expr.tree import Literal
 from robosc.expr.types import DoubleType
-from robosc.model.automata import After, Behaviour, ResultTransition, State
+from robosc.model.automata import Behaviour, State, Transition
 from robosc.model.entities import Component, EventKind, Kind, Preference, Robot
 
 subjects = pytest.mark.parametrize("subject", SUBJECTS, ids=lambda s: s.__name__)
@@ -135,13 +135,13 @@ def _behaviour(
     targets: list[str | None] = [None, *(s.name for s in behaviour.states)]
     index = 0
 
-    def reaction(event: EventKind, key: str) -> ResultTransition:
+    def reaction(event: EventKind, key: str) -> Transition:
         guard = None
         if event is EventKind.AFTER and rng.random() < 0.4:
             taus = (*behaviour.taus, *(tau for s in behaviour.states for tau in s.taus))
-            guards = [t.transition.guard for t in taus if t.transition.guard is not None]
+            guards = [t.guard for t in taus if t.guard is not None]
             guard = rng.choice(guards) if guards else None
-        return ResultTransition(event, key, guard, (), rng.choice(targets), span=behaviour.span)
+        return Transition(event, key, guard, (), rng.choice(targets), span=behaviour.span)
 
     def state(old: State) -> State:
         nonlocal index
@@ -149,9 +149,9 @@ def _behaviour(
         afters = []
         while rng.random() < 0.3:
             index += 1
-            transition = reaction(EventKind.AFTER, name)
-            afters.append(After(index, SECOND, transition))
-        return replace(old, transitions=(*old.transitions, *more), afters=tuple(afters))
+            delayed = reaction(EventKind.AFTER, name)
+            afters.append(replace(delayed, index=index, delay=SECOND))
+        return replace(old, transitions=(*old.transitions, *more, *afters))
 
     everywhere = tuple(reaction(EventKind.TIMEOUT, k) for k in watched if rng.random() < 0.2)
     return replace(

@@ -50,11 +50,13 @@ class Assignment:
 
 
 @dataclass(frozen=True, slots=True)
-class ResultTransition:
-    """A transition on an event of a communication (its key).
+class Transition:
+    """A transition on an event of a communication (its key), an internal one, or one that is taken
+    ``delay`` seconds after its component entered its state.
 
     ``goto`` is the state in which it ends; None: it enters none. ``named`` is the path of the state
-    with states in it that the model names instead.
+    with states in it that the model names instead. The internal ones and the delayed ones have the
+    name of their component as their communication; ``index`` counts either from 1 in source order.
     """
 
     event: EventKind
@@ -63,6 +65,8 @@ class ResultTransition:
     assignments: tuple[Assignment, ...]
     goto: str | None
     named: str | None = None
+    index: int = 0
+    delay: Expr | None = None
     span: Span = span_field()
 
     def enters(self, place: str, source: State) -> bool:
@@ -76,32 +80,29 @@ class ResultTransition:
         return not source.is_in(place) or is_in(place, entered)
 
 
-@dataclass(frozen=True, slots=True)
-class Tau:
-    """An internal transition (controllable); ``index`` counts those of the component from 1.
+class _Place:
+    """The kinds of transitions of a state, or of all states."""
 
-    The event of ``transition`` is ``tau``, and its communication the component's name.
-    """
+    __slots__ = ()
+    transitions: tuple[Transition, ...]
 
-    index: int
-    transition: ResultTransition
+    @property
+    def on_communications(self) -> tuple[Transition, ...]:
+        return tuple(t for t in self.transitions if not t.event.of_component)
 
+    @property
+    def taus(self) -> tuple[Transition, ...]:
+        """The internal transitions."""
+        return tuple(t for t in self.transitions if t.event is EventKind.TAU)
 
-@dataclass(frozen=True, slots=True)
-class After:
-    """A transition that is taken ``delay`` seconds after its component entered its state.
-
-    ``index`` counts those of the component from 1 in source order. The event of ``transition`` is
-    ``after``, and its communication the component's name.
-    """
-
-    index: int
-    delay: Expr
-    transition: ResultTransition
+    @property
+    def afters(self) -> tuple[Transition, ...]:
+        """The delayed transitions."""
+        return tuple(t for t in self.transitions if t.event is EventKind.AFTER)
 
 
 @dataclass(frozen=True, slots=True)
-class CompositeState:
+class CompositeState(_Place):
     """A state with states in it, with the transitions that leave any of those.
 
     ``name`` is its path, ``docking.near`` for the state ``near`` of ``docking``. ``performs`` is
@@ -109,15 +110,13 @@ class CompositeState:
     """
 
     name: str
-    transitions: tuple[ResultTransition, ...]
-    taus: tuple[Tau, ...]
-    afters: tuple[After, ...] = ()
+    transitions: tuple[Transition, ...]
     performs: str | None = None
     span: Span = span_field()
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class State(_Place):
     """A location of a component's automaton, with the transitions that leave it.
 
     ``name`` is its path. ``around`` are the states in which it stands, the innermost first.
@@ -126,9 +125,7 @@ class State:
     name: str
     initial: bool
     marked: bool
-    transitions: tuple[ResultTransition, ...]
-    taus: tuple[Tau, ...]
-    afters: tuple[After, ...] = ()
+    transitions: tuple[Transition, ...]
     around: tuple[CompositeState, ...] = ()
     span: Span = span_field()
 
@@ -143,20 +140,18 @@ def is_in(path: str, place: str) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Behaviour:
-    """The automaton of a component; its own ``transitions`` and ``taus`` exist in every state."""
+class Behaviour(_Place):
+    """The automaton of a component; its own ``transitions`` exist in every state."""
 
     variables: tuple[Variable, ...]
     states: tuple[State, ...]
-    transitions: tuple[ResultTransition, ...]
-    taus: tuple[Tau, ...]
+    transitions: tuple[Transition, ...]
     composites: tuple[CompositeState, ...] = ()
     span: Span = span_field()
 
-    def levels(self, state: State) -> tuple[tuple[ResultTransition, ...], ...]:
-        """The transitions that apply in a state, level by level: its own first."""
-        around = (outer.transitions for outer in state.around)
-        return state.transitions, *around, self.transitions
+    def levels(self, state: State) -> tuple[tuple[Transition, ...], ...]:
+        """The transitions on communications in a state, level by level: its own first."""
+        return tuple(place.on_communications for place in (state, *state.around, self))
 
     @property
     def places(self) -> tuple[CompositeState | State, ...]:
@@ -174,23 +169,24 @@ class Behaviour:
         return {name: found[name] for name in sorted(named, key=lambda name: -len(found[name]))}
 
     @property
-    def all_transitions(self) -> Iterator[ResultTransition]:
-        """Those of every state, of states with states in them, then state by state."""
-        yield from self.transitions
-        yield from (tau.transition for tau in self.taus)
+    def placed(self) -> Iterator[tuple[str | None, Transition]]:
+        """The transitions with the state that they leave: those of every state (None), of states
+        with states in them, then state by state."""
+        yield from ((None, transition) for transition in self.transitions)
         for place in self.places:
-            yield from place.transitions
-            yield from (tau.transition for tau in place.taus)
-            yield from (after.transition for after in place.afters)
+            yield from ((place.name, transition) for transition in place.transitions)
 
     @property
-    def staying(self) -> Iterator[ResultTransition]:
+    def all_transitions(self) -> Iterator[Transition]:
+        return (transition for _, transition in self.placed)
+
+    @property
+    def staying(self) -> Iterator[Transition]:
         """The internal transitions that may lead to the state that they leave."""
-        yield from (tau.transition for tau in self.taus)
-        for place in self.places:
-            for taken in (tau.transition for tau in place.taus):
-                if is_in(taken.goto or place.name, place.name):
-                    yield taken
+        for place, taken in self.placed:
+            stays = place is None or is_in(taken.goto or place, place)
+            if stays and taken.event is EventKind.TAU:
+                yield taken
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ from robosc.language.events import (
     Phases,
     command_key,
 )
-from robosc.model.automata import Behaviour, Lasting, ResultTransition, State, Variable, span_field
+from robosc.model.automata import Behaviour, Lasting, State, Transition, Variable, span_field
 from robosc.model.diagnostics import Report
 from robosc.names import Copy
 from robosc.source import Span
@@ -187,7 +187,7 @@ class Component:
         return () if self.behaviour is None else self.behaviour.states
 
     @property
-    def transitions(self) -> Iterator[ResultTransition]:
+    def transitions(self) -> Iterator[Transition]:
         """Those of every state, then state by state."""
         return iter(()) if self.behaviour is None else self.behaviour.all_transitions
 

@@ -20,7 +20,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import BooleanType, Value, domain
 from robosc.language.events import EventKind, EventSort, command_key
-from robosc.model.automata import HOLDING, RESTING, After, Behaviour, ResultTransition, Tau, is_in
+from robosc.model.automata import HOLDING, RESTING, Behaviour, Transition, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
 from robosc.plant.acceptance import acceptance, is_left_to_components
 from robosc.plant.answers import divided_phase
@@ -45,7 +45,7 @@ from robosc.plant.data.view import FiniteView, may_be_missing, reference_to
 from robosc.plant.event_values import values_read
 from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.plant.lasting import Reset, resets
-from robosc.plant.precedence import Taken, result_transitions, taken_in
+from robosc.plant.precedence import Taken, joined_transitions, taken_in
 
 
 def lower(robot: Robot) -> Plant:
@@ -131,7 +131,7 @@ class _Lowering:
         """Components that mention an event of a communication, by name, in model order."""
         for component in robot.components:
             if component.behaviour is not None:
-                for transition in result_transitions(component.behaviour):
+                for transition in joined_transitions(component.behaviour):
                     key = transition.event, transition.communication
                     self.listeners.setdefault(key, {})[component.name] = component
 
@@ -142,8 +142,8 @@ class _Lowering:
                     continue
                 yield from by_data(self._communication_event(communication, sort))
         if component.behaviour is not None:
-            yield from self._tau_events(component, component.behaviour)
-            yield from self._after_events(component, component.behaviour)
+            for kind in (EventKind.TAU, EventKind.AFTER):
+                yield from self._own_events(component, component.behaviour, kind)
 
     def _is_left_out(self, kind: EventKind, key: str) -> bool:
         """Whether nobody makes an event happen."""
@@ -273,9 +273,7 @@ class _Lowering:
             if (variable := self.robot.variables.get(self.variables[index].name)) is not None
         )
 
-    def _updates(
-        self, component: Component, transition: ResultTransition
-    ) -> Iterator[tuple[int, Expr]]:
+    def _updates(self, component: Component, transition: Transition) -> Iterator[tuple[int, Expr]]:
         for assignment in transition.assignments:
             key = f"{component.name}.{assignment.variable}"
             variable = self.variable_index.get((VariableKind.DATA, key))
@@ -315,25 +313,18 @@ class _Lowering:
             reference.path, reference.type, values, labels, test, optional, renews
         )
 
-    def _after_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
-        afters = [(a, place.name) for place in behaviour.places for a in place.afters]
-        for after, place in sorted(afters, key=lambda item: item[0].index):
-            yield self._event_of(component, after, _inside(behaviour, place))
-
-    def _tau_events(self, component: Component, behaviour: Behaviour) -> Iterator[Event]:
-        taus: list[tuple[Tau, str | None]] = [(tau, None) for tau in behaviour.taus]
-        taus += ((tau, place.name) for place in behaviour.places for tau in place.taus)
-        for tau, where in sorted(taus, key=lambda item: item[0].index):
-            yield self._event_of(component, tau, _inside(behaviour, where))
+    def _own_events(
+        self, component: Component, behaviour: Behaviour, kind: EventKind
+    ) -> Iterator[Event]:
+        """Yield the internal events of a component, or those after a delay."""
+        placed = (item for item in behaviour.placed if item[1].event is kind)
+        for place, transition in sorted(placed, key=lambda item: item[1].index):
+            yield self._event_of(component, transition, _inside(behaviour, place))
 
     def _event_of(
-        self,
-        component: Component,
-        source: After | Tau,
-        locations: Sequence[int],
+        self, component: Component, transition: Transition, locations: Sequence[int]
     ) -> Event:
         """Return the event of a transition that belongs to one component only."""
-        transition = source.transition
         kind = transition.event
         guards = () if transition.guard is None else (transition.guard,)
         taken = Taken(transition, guards, ())
@@ -341,7 +332,7 @@ class _Lowering:
         variable = self.variable_index[VariableKind.LOCATION, component.name]
         automata = (
             LocalAutomaton(component.name, variable, edges, kind.synchronised),
-            *self._resets(kind, component.name, source.index),
+            *self._resets(kind, component.name, transition.index),
         )
         parameters = tuple(self._parameters(automata, (kind, component.name)))
         if parameters and kind is EventKind.TAU:
@@ -354,7 +345,7 @@ class _Lowering:
             kind=kind,
             name=component.name,
             key=component.name,
-            index=source.index,
+            index=transition.index,
             controllable=kind.controllable,
             parameters=parameters,
             phase=None,
@@ -370,7 +361,7 @@ def _inside(behaviour: Behaviour, place: str | None) -> list[int]:
     return [n for n, state in enumerate(behaviour.states) if state.is_in(place)]
 
 
-def _outer(component: Component, location: int, taken: ResultTransition) -> Iterator[str]:
+def _outer(component: Component, location: int, taken: Transition) -> Iterator[str]:
     """The states with states in them, and with transitions after a delay, that one enters or
     leaves."""
     behaviour = component.behaviour

@@ -9,8 +9,8 @@ from robosc.expr.presence import known_condition
 from robosc.expr.traversal import rewritten
 from robosc.expr.tree import Expr, Leaf, Literal, StateRef
 from robosc.language.events import EventKind
-from robosc.model.automata import Lasting, ResultTransition
-from robosc.model.entities import Component, Robot
+from robosc.model.automata import Lasting
+from robosc.model.entities import Robot
 from robosc.plant.formulas import conjunction, simplified
 from robosc.plant.preconditions import EventCase, Owner, after_event, cases_of, cases_of_step
 
@@ -57,15 +57,8 @@ def _events(
             cases = cases_of(robot, communication, sort.kind)
             yield (sort.kind, communication.key, 0), cases
     for component in robot.components:
-        for index, place, transition in _steps(component):
-            identity = transition.event, component.name, index
-            yield identity, cases_of_step(robot, component, place, transition)
-
-
-def _steps(component: Component) -> Iterator[tuple[int, str | None, ResultTransition]]:
-    behaviour = component.behaviour
-    if behaviour is not None:
-        yield from ((tau.index, None, tau.transition) for tau in behaviour.taus)
-        for place in behaviour.places:
-            yield from ((tau.index, place.name, tau.transition) for tau in place.taus)
-            yield from ((after.index, place.name, after.transition) for after in place.afters)
+        behaviour = component.behaviour
+        for place, transition in () if behaviour is None else behaviour.placed:
+            if transition.event.of_component:
+                identity = transition.event, component.name, transition.index
+                yield identity, cases_of_step(robot, component, place, transition)

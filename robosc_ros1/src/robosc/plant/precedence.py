@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
-from robosc.model.automata import Behaviour, ResultTransition, State
+from robosc.model.automata import Behaviour, State, Transition
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Taken:
     those of the guards, 0 for the state's own: reactions with the same levels exclude each other.
     """
 
-    transition: ResultTransition
+    transition: Transition
     guards: tuple[Expr, ...]
     levels: tuple[int, ...]
     joins: bool = False
@@ -48,12 +48,12 @@ def taken_in(behaviour: Behaviour, state: State, event: EventKind, key: str) -> 
                 yield _taken(together)
 
 
-_Several: TypeAlias = tuple[tuple[int, ResultTransition], ...]
+_Several: TypeAlias = tuple[tuple[int, Transition], ...]
 """Transitions that are taken together, each with its level: that of the state is 0."""
 
 
 def _together(
-    levels: Sequence[Sequence[ResultTransition]], depth: int, inner: bool
+    levels: Sequence[Sequence[Transition]], depth: int, inner: bool
 ) -> Iterator[_Several]:
     """Yield what the levels from ``depth`` on take together; the first that is possible is taken.
 
@@ -84,7 +84,7 @@ def _taken(together: _Several) -> Taken:
     )
 
 
-def result_transitions(behaviour: Behaviour) -> Iterator[ResultTransition]:
+def joined_transitions(behaviour: Behaviour) -> Iterator[Transition]:
     """Yield all transitions; also, without a guard, each two that may be taken together, as one."""
     yield from behaviour.all_transitions
     for state in behaviour.states:

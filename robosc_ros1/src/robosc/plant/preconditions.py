@@ -27,7 +27,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind
-from robosc.model.automata import Assignment, ResultTransition
+from robosc.model.automata import Assignment, Transition
 from robosc.model.entities import Communication, Component, Robot
 from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.plant.places import each_place, in_states
@@ -66,7 +66,7 @@ def cases_of(
 
 
 def cases_of_step(
-    robot: Robot, component: Component, place: str | None, transition: ResultTransition
+    robot: Robot, component: Component, place: str | None, transition: Transition
 ) -> dict[Owner, Sequence[EventCase]]:
     """What a transition, which stands in a place and belongs to one component, does where it is
     taken."""

@@ -15,7 +15,7 @@ from robosc.synthesis.formatting import amount
 
 
 @dataclass(frozen=True, slots=True)
-class Transition:
+class GraphTransition:
     """One transition of a :class:`Graph`.
 
     ``event`` is an index into the plant's events; source and target into the graph's states.
@@ -36,7 +36,7 @@ class Graph:
 
     plant: Plant
     states: tuple[PlantState, ...]
-    transitions: tuple[Transition, ...]
+    transitions: tuple[GraphTransition, ...]
     starts: int = 1
 
 
@@ -59,7 +59,7 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
     states = list(plant.initial_states)
     starts = len(states)
     numbers = {state: number for number, state in enumerate(states)}
-    transitions: list[Transition] = []
+    transitions: list[GraphTransition] = []
     for source, state in enumerate(states):  # appended to below: breadth first
         for event in events:
             for values, target in event.targets(state):
@@ -72,7 +72,7 @@ def explore(system: Supervisor | Plant, limit: int | None = None) -> Graph:
                     raise StateSpaceError(
                         f"there are more than {most} transitions; raise --limit (of states)"
                     )
-                transitions.append(Transition(source, event.number, values, numbers[target]))
+                transitions.append(GraphTransition(source, event.number, values, numbers[target]))
     return Graph(plant, tuple(states), tuple(transitions), starts)
 
 

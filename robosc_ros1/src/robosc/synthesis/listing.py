@@ -16,7 +16,7 @@ from robosc.expr.traversal import path_text
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.step import Values, valuations
 from robosc.supervisor import Step
-from robosc.synthesis.explore import Graph, Transition
+from robosc.synthesis.explore import Graph, GraphTransition
 from robosc.synthesis.system import tau_values
 
 
@@ -48,7 +48,7 @@ def listed(graph: Graph) -> Iterator[Listed]:
 
 
 def _of_component(
-    plant: Plant, states: Sequence[PlantState], event: Event, t: Transition
+    plant: Plant, states: Sequence[PlantState], event: Event, t: GraphTransition
 ) -> Listed:
     values = tau_values(plant, event, states[t.source], states[t.target])
     return Listed(t.source, Step(event, values), t.target)
@@ -63,7 +63,7 @@ class _Reduction:
         self._sizes = cache(self._count)
         self._reduced = cache(self._leave)
 
-    def of(self, source: int, taken: Sequence[Transition]) -> Iterator[Listed]:
+    def of(self, source: int, taken: Sequence[GraphTransition]) -> Iterator[Listed]:
         """Yield what is listed of the steps by the event from one state."""
         kept = self._all
         for parameter in self._all if len(self._all) > 1 else ():
@@ -71,14 +71,14 @@ class _Reduction:
             if self._suffices(fewer, taken):
                 kept = fewer
         event, names = self._reduced(kept)
-        alike: dict[Values, list[Transition]] = {}
+        alike: dict[Values, list[GraphTransition]] = {}
         for t in taken:
             alike.setdefault(_key(t.values, kept), []).append(t)
         for several in alike.values():
             step = Step(event, tuple(several[0].values[n] for n in kept))
             yield Listed(source, step, several[0].target, names, len(several))
 
-    def _suffices(self, kept: tuple[int, ...], taken: Sequence[Transition]) -> bool:
+    def _suffices(self, kept: tuple[int, ...], taken: Sequence[GraphTransition]) -> bool:
         """Whether whether and where the event leads is decided by some parameters alone."""
         targets: dict[Values, int] = {}
         found: Counter[Values] = Counter()

@@ -332,6 +332,7 @@ class _Builder:
         condition = self.reactions.condition(automaton)
         reaction = self.reactions.reaction(event, tested=len(alike(automaton.edges)) == 1)
         location = self.attributes.locations[event.key]
+        assert after.delay is not None
         delay = duration(after.delay)
         body = [
             f"before = self.{location}",

@@ -11,9 +11,9 @@ import subprocess
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from robosc.emit.export.all_transitions import AnyTransition, as_written, pictured
+from robosc.emit.export.pictured_transitions import as_written, pictured
 from robosc.errors import UsageError, counted
-from robosc.model.automata import Behaviour
+from robosc.model.automata import Behaviour, Transition
 from robosc.model.entities import Component, Robot
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.runtime.places import place_of, stage_of
@@ -108,22 +108,22 @@ def _automaton(robot: Robot, component: Component, behaviour: Behaviour) -> Iter
 
     everywhere = f"{component.name} {_EVERY_STATE}"
     yield from _states_in(robot, component.name, behaviour, "")
-    if behaviour.transitions or behaviour.taus:
+    if behaviour.transitions:
         yield f"{_quoted(everywhere)} [label={_quoted(_EVERY_STATE)}, shape=plaintext];"
     arrows = []
-    for transition in sorted(pictured(behaviour), key=lambda t: t.source is None):
+    for state, transition in sorted(pictured(behaviour), key=lambda item: item[0] is None):
         label = "\n".join(_label(robot, transition))
         sources = [everywhere]
         box = ""
-        if transition.source is not None:
-            found = (s.name for s in behaviour.states if s.is_in(transition.source))
+        if state is not None:
+            found = (s.name for s in behaviour.states if s.is_in(state))
             inside = list(dict.fromkeys(map(place_of, found)))
-            if transition.target not in (None, *inside) and inside != [transition.source]:
-                box = f"cluster {place(transition.source)}"
+            if transition.goto not in (None, *inside) and inside != [state]:
+                box = f"cluster {place(state)}"
             sources = [place(name) for name in (inside[:1] if box else inside)]
         for source in sources:
-            target = source if transition.target is None else place(transition.target)
-            arrows.append(_Arrow(source, target, label, transition.kind.controllable, box))
+            target = source if transition.goto is None else place(transition.goto)
+            arrows.append(_Arrow(source, target, label, transition.event.controllable, box))
     yield from _arrows(arrows)
 
 
@@ -149,9 +149,9 @@ def _states_in(robot: Robot, component: str, behaviour: Behaviour, inside: str) 
             yield from _start(name)
 
 
-def _label(robot: Robot, transition: AnyTransition) -> Iterator[str]:
-    if transition.communication is not None:
-        yield f"{robot.display_names[transition.communication]}.{transition.kind.word}"
+def _label(robot: Robot, transition: Transition) -> Iterator[str]:
+    if not transition.event.of_component:
+        yield f"{robot.display_names[transition.communication]}.{transition.event.word}"
     if transition.delay is not None:
         yield f"after {as_written(transition.delay, robot)}"
     if transition.guard is not None:

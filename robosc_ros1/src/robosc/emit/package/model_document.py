@@ -13,7 +13,7 @@ from typing import Any
 from robosc import limits
 from robosc.emit.controller.naming import place
 from robosc.emit.controller.whole_guards import whole_guards
-from robosc.emit.export.all_transitions import as_written, pictured
+from robosc.emit.export.pictured_transitions import as_written, pictured
 from robosc.emit.package.thresholds import thresholds
 from robosc.expr.types import (
     ArrayType,
@@ -182,15 +182,15 @@ def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Jso
     return [
         {
             "from": source,
-            "to": t.target,
-            "event": _event(t.kind, names.get(t.communication or "", component), t.index),
+            "to": t.goto,
+            "event": _event(t.event, names.get(t.communication, component), t.index),
             "guard": None if t.guard is None else to_dsl(t.guard, robot),
             "assignments": [f"{a.variable} := {to_dsl(a.value, robot)}" for a in t.assignments],
             "place": place(t.span),
         }
         | ({} if t.delay is None else {"delay": as_written(t.delay, robot)})
-        | ({"box": t.source} if t.source in inside else {})
+        | ({"box": state} if state in inside else {})
         | ({"into": t.named} if t.named in inside else {})
-        for t in pictured(behaviour)
-        for source in inside.get(t.source or "", [t.source])
+        for state, t in pictured(behaviour)
+        for source in inside.get(state or "", [state])
     ]

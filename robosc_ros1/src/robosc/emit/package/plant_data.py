@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from robosc.emit.controller.naming import place
-from robosc.emit.export.all_transitions import AnyTransition, transitions
 from robosc.emit.package.model_document import Json
 from robosc.expr.traversal import fold
 from robosc.expr.tree import (
@@ -38,6 +37,7 @@ from robosc.expr.types import (
     Type,
 )
 from robosc.language.events import Direction, EventKind
+from robosc.model.automata import Transition
 from robosc.model.checks.usage import Usage, converted_part
 from robosc.model.entities import (
     Command,
@@ -212,7 +212,7 @@ def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
         }
         for v in behaviour.variables
     ]
-    found = [(t.kind, _transition(t, enums)) for t in transitions(behaviour)]
+    found = [(t.event, _transition(place, t, enums)) for place, t in behaviour.placed]
     return {
         "name": component.name,
         "states": [s.name for s in behaviour.states],
@@ -224,8 +224,8 @@ def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
     }
 
 
-def _transition(transition: AnyTransition, enums: dict[str, EnumType]) -> Json:
-    """A transition with what its kind of events has."""
+def _transition(place: str | None, transition: Transition, enums: dict[str, EnumType]) -> Json:
+    """A transition, which leaves a place, with what its kind of events has."""
 
     def tree(expr: Expr | None) -> Json:
         return None if expr is None else _tree(expr, enums)
@@ -233,15 +233,15 @@ def _transition(transition: AnyTransition, enums: dict[str, EnumType]) -> Json:
     own: dict[str, Json] = {"index": transition.index}
     if transition.delay is not None:
         own["delay"] = tree(transition.delay)
-    elif transition.communication is not None:
-        own = {"event": transition.kind.value, "communication": transition.communication}
+    elif not transition.event.of_component:
+        own = {"event": transition.event.value, "communication": transition.communication}
     named = {} if transition.named is None else {"named": transition.named}
     return {
-        "from": transition.source,
+        "from": place,
         **own,
         "guard": tree(transition.guard),
         "assign": [[a.variable, tree(a.value)] for a in transition.assignments],
-        "goto": transition.target,
+        "goto": transition.goto,
         **named,
     }
 

@@ -10,10 +10,10 @@ from typing import Any
 from robosc.emit.controller.naming import file_of, place
 from robosc.emit.controller.python import duration
 from robosc.emit.controller.whole_guards import whole_guards
-from robosc.emit.export.all_transitions import AnyTransition, pictured
+from robosc.emit.export.pictured_transitions import pictured
 from robosc.emit.package.config import Config, declared_communications, declared_parameters
 from robosc.language.events import Kind
-from robosc.model.automata import is_in
+from robosc.model.automata import Transition, is_in
 from robosc.model.entities import Communication, Robot
 from robosc.plant.formulas import to_dsl
 from robosc.runtime import settings
@@ -197,20 +197,20 @@ def _diagrams(robot: Robot) -> list[DiagramView]:
         lines = [f'state "{name}" as {word}' for name, word in ids.items() if name != word]
         lines += [f"[*] --> {ids[initial]}"]
         lines += [
-            f"{ids[name]} --> {ids[t.target or name]} : {_label(t, robot)}"
+            f"{ids[name]} --> {ids[t.goto or name]} : {_label(t, robot)}"
             for name in names
-            for t in pictured(behaviour)
-            if t.source is None or is_in(name, t.source)
+            for place, t in pictured(behaviour)
+            if place is None or is_in(name, place)
         ]
         views.append(DiagramView(component.name, tuple(dict.fromkeys(lines))))
     return views
 
 
-def _label(transition: AnyTransition, robot: Robot) -> str:
-    if transition.communication is not None:
+def _label(transition: Transition, robot: Robot) -> str:
+    if not transition.event.of_component:
         name = robot.display_names[transition.communication]
         guarded = " [guarded]" if transition.guard is not None else ""
-        return f"{transition.kind.word} {name}{guarded}"
+        return f"{transition.event.word} {name}{guarded}"
     if transition.delay is not None:
         delay = duration(transition.delay)
         return f"after {delay if isinstance(delay, str) else f'{delay:g} s'}"

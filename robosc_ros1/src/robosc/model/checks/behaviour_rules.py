@@ -11,7 +11,7 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, ReasonRef, ValueRef
 from robosc.expr.types import domain
 from robosc.language.events import EventKind, Kind
-from robosc.model.automata import Behaviour, CompositeState, ResultTransition, State, Tau
+from robosc.model.automata import Behaviour, CompositeState, State, Transition
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.names.communications import HEARD, report_misdirected
 from robosc.model.names.tables import CommunicationInfo, Instance
@@ -25,7 +25,7 @@ from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode, Tau
 class NamedTransition:
     """A transition, and the names of its event and communication, and its guard, as written."""
 
-    transition: ResultTransition
+    transition: Transition
     event: Name
     communication: Access
     guard: ExprNode | ElseNode | None
@@ -118,7 +118,7 @@ def _report_else(
     report.add("misplaced-else", new.event.span, message, hint, notes)
 
 
-def with_else(transitions: Iterable[NamedTransition]) -> tuple[ResultTransition, ...]:
+def with_else(transitions: Iterable[NamedTransition]) -> tuple[Transition, ...]:
     """The transitions of one place; the guard of each ``else`` is that none of those before holds.
 
     Their guards are taken as defined: what cannot be evaluated does not hold in either. What stands
@@ -128,7 +128,7 @@ def with_else(transitions: Iterable[NamedTransition]) -> tuple[ResultTransition,
     covered = {new.key for new in named if isinstance(new.guard, ElseNode)}
     complete: set[tuple[EventKind, str]] = set()
     before: dict[tuple[EventKind, str], list[Expr]] = {}
-    found: list[ResultTransition] = []
+    found: list[Transition] = []
     for new in named:
         result = new.transition
         if new.key in complete:
@@ -146,8 +146,8 @@ def with_else(transitions: Iterable[NamedTransition]) -> tuple[ResultTransition,
 
 
 def internal_with_else(
-    named: Sequence[tuple[Tau, TauNode]], state: StateNode | None, report: Report
-) -> tuple[Tau, ...]:
+    named: Sequence[tuple[Transition, TauNode]], state: StateNode | None, report: Report
+) -> tuple[Transition, ...]:
     """The internal transitions of one place, with the guard of an ``else`` as in :func:`with_else`.
 
     Reports an ``else`` out of place. ``state`` is None for those of every state.
@@ -158,7 +158,7 @@ def internal_with_else(
         return tuple(tau for tau, _ in named)
     rest, node = named[last]
     before = [tau for tau, _ in named[:last]]
-    guards = [known_condition(t.transition.guard) for t in before if t.transition.guard]
+    guards = [known_condition(tau.guard) for tau in before if tau.guard]
     if not before or len(guards) < len(before):
         report.add(
             "misplaced-else",
@@ -176,7 +176,7 @@ def internal_with_else(
             [Note("the 'else' is here", node.span)],
         )
     guarded = zip([*before, rest], [*guards, none_of(guards, node.span)], strict=True)
-    return tuple(replace(tau, transition=replace(tau.transition, guard=g)) for tau, g in guarded)
+    return tuple(replace(tau, guard=guard) for tau, guard in guarded)
 
 
 def check_staying(instance: Instance, behaviour: Behaviour, report: Report) -> None:
@@ -248,7 +248,7 @@ def check_hiding(
     for state in behaviour.states:
         places: tuple[State | CompositeState, ...] = (state, *state.around)
         for depth, place in enumerate(places):
-            for transition in place.transitions:
+            for transition in place.on_communications:
                 key = transition.event, transition.communication
                 if key in performed:
                     continue  # it is no other state's: that is reported
@@ -265,8 +265,8 @@ def check_hiding(
 
 
 def _report_hidden(
-    transition: ResultTransition,
-    hidden: ResultTransition,
+    transition: Transition,
+    hidden: Transition,
     place: str,
     event_spans: Mapping[tuple[int, EventKind], Span],
     report: Report,
@@ -282,7 +282,7 @@ def _report_hidden(
     )
 
 
-def _hides(own: ResultTransition, is_rest: bool, common: ResultTransition) -> bool:
+def _hides(own: Transition, is_rest: bool, common: Transition) -> bool:
     """Whether a transition of a state makes one of the behaviour ineffective there.
 
     It does not if its guard reads an optional value, or the reason of an error: the other one is

@@ -36,7 +36,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import ArrayType, BooleanType, ObjectType, Type, Value
 from robosc.language.events import command_key
-from robosc.model.automata import Assignment, CompositeState, ResultTransition
+from robosc.model.automata import Assignment, CompositeState, Transition
 from robosc.model.diagnostics import Report
 from robosc.model.entities import (
     Command,
@@ -95,8 +95,8 @@ def _component(component: Component, of: Callable[[str], _CommandData]) -> Compo
     if behaviour is None:
         return component
 
-    def given(transitions: Iterable[ResultTransition]) -> tuple[ResultTransition, ...]:
-        found: list[ResultTransition] = []
+    def given(transitions: Iterable[Transition]) -> tuple[Transition, ...]:
+        found: list[Transition] = []
         for transition in transitions:
             reads = transition.event.sent and any(map(reads_value, _expressions(transition)))
             key = command_key(transition.communication, transition.event)
@@ -118,7 +118,7 @@ def _component(component: Component, of: Callable[[str], _CommandData]) -> Compo
     return component if new == behaviour else replace(component, behaviour=new)
 
 
-def _expressions(transition: ResultTransition) -> Iterator[Expr]:
+def _expressions(transition: Transition) -> Iterator[Expr]:
     if transition.guard is not None:
         yield transition.guard
     yield from (assignment.value for assignment in transition.assignments)
@@ -155,7 +155,7 @@ class _CommandData:
 
         return _met_where(requirement, over_state)
 
-    def cases_of(self, transition: ResultTransition) -> Iterator[ResultTransition]:
+    def cases_of(self, transition: Transition) -> Iterator[Transition]:
         """A transition for each provide statement that may hold."""
         before: Expr = TRUE
         for where, data in self._cases:

@@ -19,7 +19,7 @@ from robosc.expr.evaluation import evaluate
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, Leaf, ParameterRef, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.expr.types import Value, domain
-from robosc.model.automata import Behaviour, ResultTransition
+from robosc.model.automata import Behaviour, Transition
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Component
 from robosc.model.typing.command_values import fold_text
@@ -46,10 +46,11 @@ def check_overlaps(components: Iterable[Component], report: Report, *, library: 
 
 def _pairs(
     behaviour: Behaviour,
-) -> Iterator[tuple[str | None, ResultTransition, ResultTransition]]:
+) -> Iterator[tuple[str | None, Transition, Transition]]:
     """Pairs of guarded transitions on one event, with their state; None stands for every state."""
-    places: list[tuple[str | None, tuple[ResultTransition, ...]]] = [(None, behaviour.transitions)]
-    places += [(s.name, s.transitions) for s in behaviour.places]
+    places: list[tuple[str | None, tuple[Transition, ...]]]
+    places = [(None, behaviour.on_communications)]
+    places += [(place.name, place.on_communications) for place in behaviour.places]
     for place, transitions in places:
         guarded = [t for t in transitions if t.guard is not None]
         for first, second in combinations(guarded, 2):
@@ -108,9 +109,7 @@ def _choices(
     return choices
 
 
-def _report(
-    component: Component, first: ResultTransition, second: ResultTransition, report: Report
-) -> None:
+def _report(component: Component, first: Transition, second: Transition, report: Report) -> None:
     guards = [fold_text(t.guard.span.text) for t in (first, second) if t.guard and t.guard.span]
     name = second.communication.rpartition(".")[2]
     report.add(

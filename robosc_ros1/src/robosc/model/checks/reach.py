@@ -65,10 +65,8 @@ def _successors(state: State, behaviour: Behaviour) -> set[str]:
         hiding |= {
             (t.event, t.communication) for t in level if t.guard is None or t.event.synchronised
         }
-    taus = [*state.taus, *(tau for outer in state.around for tau in outer.taus), *behaviour.taus]
-    targets += [tau.transition.goto for tau in taus]
-    afters = [*state.afters, *(after for outer in state.around for after in outer.afters)]
-    targets += [after.transition.goto for after in afters]
+    for place in (state, *state.around, behaviour):
+        targets += [t.goto for t in place.transitions if t.event.of_component]
     return {t for t in targets if t is not None}
 
 

@@ -28,7 +28,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import EnumType, Type
 from robosc.language.events import EventKind, Kind
-from robosc.model.automata import Assignment, ResultTransition
+from robosc.model.automata import Assignment, Transition
 from robosc.model.checks.indexes import Lengths, has_open_index
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Component, Robot, data_expressions
@@ -85,7 +85,7 @@ def _report(
     )
 
 
-def _from_messages(robot: Robot) -> Iterator[tuple[Component, ResultTransition]]:
+def _from_messages(robot: Robot) -> Iterator[tuple[Component, Transition]]:
     """The transitions on the responses of messages."""
     for component in robot.components:
         for transition in component.transitions:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TypeAlias
 
 from robosc.expr.evaluation import constant
 from robosc.expr.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value
 from robosc.model.automata import (
-    After,
     Behaviour,
     CompositeState,
-    ResultTransition,
     State,
-    Tau,
+    Transition,
     Variable,
 )
 from robosc.model.checks.behaviour_rules import (
@@ -58,7 +55,7 @@ class BehaviourResolver:
         self._transitions = TransitionResolver(instance, symbols, report)
         self._performing = PerformingResolver(instance, self._transitions, report)
         self._performed: dict[int, Performing] = {}
-        self._levels: dict[int, _Level] = {}
+        self._levels: dict[int, tuple[Transition, ...]] = {}
         self._composites: dict[str, CompositeState] = {}
         self._is_sound = True
 
@@ -66,12 +63,11 @@ class BehaviourResolver:
         """The behaviour without the parts that have errors."""
         declared = self._instance.variable_nodes.values()
         variables = [v for v in map(self._variable, declared) if v is not None]
-        transitions, taus, _ = self._level(node, "")
+        transitions = self._level(node, "")
         behaviour = Behaviour(
             tuple(variables),
             tuple(self._states(node, "", ())),
             transitions,
-            taus,
             tuple(self._composites.values()),
             span=node.span,
         )
@@ -146,12 +142,12 @@ class BehaviourResolver:
 
     # --- states and transitions ------------------------------------------------------------------
 
-    def _level(self, node: BehaviourNode | StateNode, path: str) -> _Level:
+    def _level(self, node: BehaviourNode | StateNode, path: str) -> tuple[Transition, ...]:
         """Resolve what stands in a state, or beside all states, and in the states in it."""
         named: list[NamedTransition] = []
-        taus: list[tuple[Tau, TauNode]] = []
-        afters: list[After | None] = []
-        inner: dict[int, _Level] = {}
+        taus: list[tuple[Transition, TauNode]] = []
+        afters: list[Transition | None] = []
+        inner: dict[int, tuple[Transition, ...]] = {}
         retries: list[RetryNode] = []
         for item in node.items:
             self._transitions.inside = path
@@ -182,7 +178,7 @@ class BehaviourResolver:
         else:
             self._is_sound = False
         own = internal_with_else(taus, state, self._report)
-        return found, own, tuple(after for after in afters if after is not None)
+        return *found, *own, *(after for after in afters if after is not None)
 
     def _states(
         self, node: BehaviourNode | StateNode, path: str, around: tuple[CompositeState, ...]
@@ -194,12 +190,12 @@ class BehaviourResolver:
             name = path_of(item, path)
             if self._instance.states.get(name) is not item:
                 continue
-            transitions, taus, afters = self._levels[id(item)]
+            transitions = self._levels[id(item)]
             span = item.name.span
             performing = self._performed.get(id(item))
             key = None if performing is None else performing.command.key
             if item.states or performing is not None:
-                outer = CompositeState(name, transitions, taus, afters, key, span=span)
+                outer = CompositeState(name, transitions, key, span=span)
                 self._composites[name] = outer
                 around_inner = (outer, *around)
             if item.states and performing is None:
@@ -212,10 +208,10 @@ class BehaviourResolver:
                 marked = marked or (begins and level.marked)
                 begins = begins and level.initial
             if performing is not None:
-                whole = State(name, begins, marked, (), (), span=span)
+                whole = State(name, begins, marked, (), span=span)
                 yield from performing.states(whole, around_inner)
             else:
-                yield State(name, begins, marked, transitions, taus, afters, around, span=span)
+                yield State(name, begins, marked, transitions, around, span=span)
 
     def _check_states(self, node: BehaviourNode, behaviour: Behaviour) -> None:
         if self._instance.types.scope.is_damaged(node.span):
@@ -233,7 +229,3 @@ class BehaviourResolver:
         if sound and self._is_sound and self._transitions.is_sound:
             start = [s.name for s in behaviour.states if s.initial]
             check_reach(self._instance, behaviour, start, self._report)
-
-
-_Level: TypeAlias = tuple[tuple[ResultTransition, ...], tuple[Tau, ...], tuple[After, ...]]
-"""The transitions of a state, or of all states."""

@@ -18,11 +18,10 @@ from robosc.language.events import EventKind, Kind
 from robosc.model.automata import (
     HOLDING,
     RESTING,
-    After,
     Behaviour,
     Lasting,
-    ResultTransition,
     State,
+    Transition,
 )
 from robosc.model.entities import Component, Robot
 
@@ -73,10 +72,12 @@ def _fresh(robot: Robot, lasting: Lasting) -> Iterator[Expr]:
 
 def _component(lasting: Lasting) -> Component:
     name, span = lasting.name, lasting.span
-    over = ResultTransition(EventKind.AFTER, name, lasting.condition, (), HOLDING, span=span)
-    states = (
-        State(RESTING, True, True, (), (), (After(1, lasting.delay, over),), span=span),
-        State(HOLDING, False, True, (), (), span=span),
+    over = Transition(
+        EventKind.AFTER, name, lasting.condition, (), HOLDING, None, 1, lasting.delay, span=span
     )
-    behaviour = Behaviour((), states, (), (), span=span)
+    states = (
+        State(RESTING, True, True, (over,), span=span),
+        State(HOLDING, False, True, (), span=span),
+    )
+    behaviour = Behaviour((), states, (), span=span)
     return Component(name, (), behaviour, None, span=span)

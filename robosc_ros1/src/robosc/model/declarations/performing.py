@@ -17,12 +17,11 @@ from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, StateRef, Unary, V
 from robosc.expr.types import BooleanType, IntegerType
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import (
-    After,
     Assignment,
     Behaviour,
     CompositeState,
-    ResultTransition,
     State,
+    Transition,
     Variable,
     is_in,
 )
@@ -55,7 +54,7 @@ class Retries:
         """Whether the count goes on in a state."""
         return goto is None or any(is_in(goto, kept) for kept in self.scope)
 
-    def begins_anew(self, place: str | None, taken: ResultTransition) -> bool:
+    def begins_anew(self, place: str | None, taken: Transition) -> bool:
         """Whether a transition, which stands in a place, begins the count anew."""
         if taken.goto is None or any(a.variable == self.variable.name for a in taken.assignments):
             return False
@@ -80,12 +79,12 @@ class Performing:
     path: str
     node: PerformsNode
     command: CommunicationInfo
-    done: ResultTransition
-    again: ResultTransition | None = None
-    given_up: ResultTransition | None = None
-    wait: After | None = None
+    done: Transition
+    again: Transition | None = None
+    given_up: Transition | None = None
+    wait: Transition | None = None
     retries: Retries | None = None
-    own: list[ResultTransition] = field(default_factory=list)
+    own: list[Transition] = field(default_factory=list)
     """The transitions in its braces for events of the command."""
 
     def states(self, outer: State, around: tuple[CompositeState, ...]) -> Iterator[State]:
@@ -108,29 +107,27 @@ class Performing:
             )  # fmt: skip
         if self.wait is not None:
             name = f"{self.path} {WAITING}"
-            yield replace(
-                outer, name=name, initial=False, transitions=(), afters=(self.wait,), around=around
-            )
+            yield replace(outer, name=name, initial=False, transitions=(self.wait,), around=around)
 
     def _has(self, kind: EventKind) -> bool:
         return kind in self.command.events
 
-    def _sent(self) -> ResultTransition:
+    def _sent(self) -> Transition:
         return self._goes(EventKind.REQUEST, PERFORMING) if self.command.is_awaited else self.done
 
-    def _goes(self, kind: EventKind, stage: str) -> ResultTransition:
+    def _goes(self, kind: EventKind, stage: str) -> Transition:
         goto = f"{self.path} {stage}"
-        return ResultTransition(kind, self.command.key, None, (), goto, span=self.node.span)
+        return Transition(kind, self.command.key, None, (), goto, span=self.node.span)
 
-    def _stays(self, kind: EventKind) -> ResultTransition:
-        return ResultTransition(kind, self.command.key, None, (), None, span=self.node.span)
+    def _stays(self, kind: EventKind) -> Transition:
+        return Transition(kind, self.command.key, None, (), None, span=self.node.span)
 
-    def _anew(self, taken: ResultTransition) -> ResultTransition:
+    def _anew(self, taken: Transition) -> Transition:
         if self.retries is None:
             return taken
         return replace(taken, assignments=(*taken.assignments, self.retries.zero(taken.span)))
 
-    def _errors(self) -> Iterator[ResultTransition]:
+    def _errors(self) -> Iterator[Transition]:
         """What follows an error: one of a cancelled goal is none of those that are counted."""
         back = self._goes(EventKind.ERROR, DUE)
         if self.again is None:
@@ -160,15 +157,13 @@ class Performing:
         none_left = Binary("=", read, last, _BOOLEAN, span)
         yield self._anew(replace(self.given_up, guard=_all([*plain, none_left], span)))
 
-    def _with(
-        self, kind: EventKind, performed: Sequence[ResultTransition]
-    ) -> list[ResultTransition]:
+    def _with(self, kind: EventKind, performed: Sequence[Transition]) -> list[Transition]:
         """What the state does on an event of its command, with what stands in its braces.
 
         A transition there without ``goto`` goes along, one with ``goto`` replaces what the state
         does by itself.
         """
-        found: list[ResultTransition] = []
+        found: list[Transition] = []
         before: list[Expr] = []
         for own in (t for t in self.own if t.event is kind):
             if own.goto is not None or not performed:
@@ -185,7 +180,7 @@ class Performing:
         return found
 
 
-def _together(own: ResultTransition, performed: ResultTransition) -> ResultTransition:
+def _together(own: Transition, performed: Transition) -> Transition:
     """Two transitions that are taken as one, with the assignments of both."""
     guards = [guard for guard in (own.guard, performed.guard) if guard is not None]
     assigned = {a.variable for a in own.assignments}
@@ -225,24 +220,17 @@ def with_counts(behaviour: Behaviour, counts: Sequence[Retries]) -> Behaviour:
     if not counts:
         return behaviour
 
-    def of(place: str | None, taken: ResultTransition) -> ResultTransition:
+    def of(place: str | None, taken: Transition) -> Transition:
         zeros = tuple(c.zero(taken.span) for c in counts if c.begins_anew(place, taken))
         return replace(taken, assignments=(*taken.assignments, *zeros)) if zeros else taken
 
     def outer(place: CompositeState) -> CompositeState:
-        return replace(
-            place,
-            transitions=tuple(of(place.name, t) for t in place.transitions),
-            taus=tuple(replace(t, transition=of(place.name, t.transition)) for t in place.taus),
-            afters=tuple(replace(a, transition=of(place.name, a.transition)) for a in place.afters),
-        )
+        return replace(place, transitions=tuple(of(place.name, t) for t in place.transitions))
 
     def state(place: State) -> State:
         return replace(
             place,
             transitions=tuple(of(place.name, t) for t in place.transitions),
-            taus=tuple(replace(t, transition=of(place.name, t.transition)) for t in place.taus),
-            afters=tuple(replace(a, transition=of(place.name, a.transition)) for a in place.afters),
             around=tuple(map(outer, place.around)),
         )
 
@@ -251,7 +239,6 @@ def with_counts(behaviour: Behaviour, counts: Sequence[Retries]) -> Behaviour:
         variables=(*behaviour.variables, *(count.variable for count in counts)),
         states=tuple(map(state, behaviour.states)),
         transitions=tuple(of(None, t) for t in behaviour.transitions),
-        taus=tuple(replace(t, transition=of(None, t.transition)) for t in behaviour.taus),
         composites=tuple(map(outer, behaviour.composites)),
     )
 

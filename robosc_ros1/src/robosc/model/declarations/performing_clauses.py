@@ -9,7 +9,7 @@ from robosc.errors import Note
 from robosc.expr.quantified import chain
 from robosc.expr.tree import StateRef
 from robosc.language.events import EventKind
-from robosc.model.automata import After, ResultTransition
+from robosc.model.automata import Transition
 from robosc.model.checks.behaviour_rules import NamedTransition
 from robosc.model.declarations.performing import Performing, Retries, count_of
 from robosc.model.declarations.statements import StatementResolver
@@ -71,7 +71,7 @@ class PerformingResolver:
         self,
         state: StateNode,
         path: str,
-        own: Sequence[ResultTransition],
+        own: Sequence[Transition],
         retries: Sequence[RetryNode],
     ) -> Performing | None:
         """What a state performs; None after an error in its command.
@@ -128,7 +128,7 @@ class PerformingResolver:
         command: CommunicationInfo,
         path: str,
         node: PerformsNode | RetryNode,
-    ) -> ResultTransition:
+    ) -> Transition:
         """What ``then`` or ``else`` of a node says; without ``goto`` the state begins anew."""
         clauses = node.finally_ if isinstance(node, RetryNode) else node
         assert clauses is not None
@@ -166,7 +166,7 @@ class PerformingResolver:
         if node.finally_ is not None:
             performing.given_up = self._outcome(EventKind.ERROR, command, performing.path, node)
 
-    def _wait(self, node: RetryNode, again: ResultTransition) -> After | None:
+    def _wait(self, node: RetryNode, again: Transition) -> Transition | None:
         assert node.every is not None
         taken = replace(again, event=EventKind.AFTER, communication=self._instance.name)
         return self._transitions.waits(node.every, "'every'", taken)
@@ -178,14 +178,14 @@ class PerformingResolver:
 
 
 def own_transitions(
-    named: Iterable[ResultTransition], command: CommunicationInfo
-) -> tuple[list[ResultTransition], tuple[ResultTransition, ...]]:
+    named: Iterable[Transition], command: CommunicationInfo
+) -> tuple[list[Transition], tuple[Transition, ...]]:
     """The transitions of a place for events of a command, and the others.
 
     Of an answer, only its being sent is one: the robot may cancel its call meanwhile.
     """
-    own: list[ResultTransition] = []
-    others: list[ResultTransition] = []
+    own: list[Transition] = []
+    others: list[Transition] = []
     for transition in named:
         is_own = transition.communication == command.whole_key and (
             not command.sort.served or transition.event is command.command

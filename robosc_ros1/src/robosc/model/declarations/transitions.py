@@ -11,10 +11,8 @@ from robosc.expr.tree import Expr, is_constant_data
 from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
 from robosc.language.events import EventKind
 from robosc.model.automata import (
-    After,
     Assignment,
-    ResultTransition,
-    Tau,
+    Transition,
 )
 from robosc.model.checks.behaviour_rules import (
     NamedTransition,
@@ -67,7 +65,7 @@ class TransitionResolver:
         self.rest: set[tuple[int, EventKind]] = set()
         self.is_sound = True
 
-    def tau(self, node: TauNode) -> Tau:
+    def tau(self, node: TauNode) -> Transition:
         """The internal transition of a node."""
         self._taus += 1
         incoming = no_value("an internal transition carries no value")
@@ -75,24 +73,23 @@ class TransitionResolver:
         assignments = self._assignments(node.assignments, incoming)
         goto, named = self._goto(node.goto)
         name = self._instance.name
-        taken = ResultTransition(
-            EventKind.TAU, name, guard, assignments, goto, named, span=node.span
+        return Transition(
+            EventKind.TAU, name, guard, assignments, goto, named, self._taus, span=node.span
         )
-        return Tau(self._taus, taken)
 
-    def after(self, node: AfterNode) -> After | None:
+    def after(self, node: AfterNode) -> Transition | None:
         """The transition after a delay; None after an error."""
         incoming = no_value("'after' carries no value")
         guard = self._guard(node.guard, incoming)
         assignments = self._assignments(node.assignments, incoming)
         goto, named = self._goto(node.goto)
         name = self._instance.name
-        happening = ResultTransition(
+        happening = Transition(
             EventKind.AFTER, name, guard, assignments, goto, named, span=node.span
         )
         return self.waits(node.duration, "'after'", happening)
 
-    def waits(self, duration: ExprNode, what: str, happening: ResultTransition) -> After | None:
+    def waits(self, duration: ExprNode, what: str, happening: Transition) -> Transition | None:
         """What happens after a duration, which stands behind the word ``what``; None after an
         error."""
         self._afters += 1
@@ -101,11 +98,11 @@ class TransitionResolver:
         if delay is None or not is_long_enough(delay, what, duration.span, self._report):
             self.is_sound = False
             return None
-        return After(self._afters, delay, happening)
+        return replace(happening, index=self._afters, delay=delay)
 
     def effect(
         self, event: EventKind, info: CommunicationInfo, node: PerformsNode | EffectNode
-    ) -> ResultTransition:
+    ) -> Transition:
         """What a clause says about an event of a communication."""
         taken = self.goes(event, info.whole_key, node)
         return replace(
@@ -114,10 +111,10 @@ class TransitionResolver:
 
     def goes(
         self, event: EventKind, key: str, node: PerformsNode | EffectNode | RetryNode
-    ) -> ResultTransition:
+    ) -> Transition:
         """Where the ``goto`` of a clause leads."""
         goto, named = self._goto(node.goto)
-        return ResultTransition(event, key, None, (), goto, named, span=node.span)
+        return Transition(event, key, None, (), goto, named, span=node.span)
 
     def results(self, node: ResultTransitionNode) -> list[NamedTransition]:
         """One transition for each event of each communication that has it."""
@@ -136,7 +133,7 @@ class TransitionResolver:
             for access, info, event in having:
                 self.event_spans[node.span.start, event] = name.span
                 guard, assignments = self._clauses(node, _incoming(event, info))
-                transition = ResultTransition(
+                transition = Transition(
                     event, info.key, guard, assignments, goto, named, span=node.span
                 )
                 found.append(NamedTransition(transition, name, access, node.guard))

@@ -32,7 +32,7 @@ from robosc.expr.types import (
 )
 from robosc.language.events import EventKind
 from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
-from robosc.model.automata import ResultTransition
+from robosc.model.automata import Transition
 from robosc.model.entities import Component, Robot
 from robosc.plant.assumptions import Restrictions
 from robosc.plant.data.classes import Classes, Comparison
@@ -69,7 +69,7 @@ from robosc.plant.data.view import (
 )
 from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
 from robosc.plant.lasting import resets
-from robosc.plant.precedence import result_transitions
+from robosc.plant.precedence import joined_transitions
 
 
 def finite_view(robot: Robot, restrictions: Restrictions) -> FiniteView:
@@ -137,10 +137,10 @@ class ViewBuilder:
 
     # --- what decides
 
-    def _transitions(self) -> Iterator[tuple[Component, ResultTransition]]:
+    def _transitions(self) -> Iterator[tuple[Component, Transition]]:
         for component in self.robot.components:
             if component.behaviour is not None:
-                for transition in result_transitions(component.behaviour):
+                for transition in joined_transitions(component.behaviour):
                     yield component, transition
 
     def _deciding(self) -> Iterator[tuple[Scope, Expr]]:
@@ -196,9 +196,7 @@ class ViewBuilder:
 
     # --- what assignments do
 
-    def _update(
-        self, term: StateTerm, component: Component, transition: ResultTransition
-    ) -> Expr | None:
+    def _update(self, term: StateTerm, component: Component, transition: Transition) -> Expr | None:
         given = {
             (component.name, assignment.variable): assignment.value
             for assignment in transition.assignments
@@ -261,7 +259,7 @@ class ViewBuilder:
         return double and isinstance(value.type, IntegerType) and not is_constant(value)
 
     def _together(
-        self, read: set[tuple[str, str]], component: Component, transition: ResultTransition
+        self, read: set[tuple[str, str]], component: Component, transition: Transition
     ) -> bool:
         """Whether another component may change what a test reads at the same time."""
         return any(

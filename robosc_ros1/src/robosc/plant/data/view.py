@@ -30,7 +30,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import ArrayType, ObjectType, Value
 from robosc.language.events import EventKind
-from robosc.model.automata import Assignment, ResultTransition, Variable
+from robosc.model.automata import Assignment, Transition, Variable
 from robosc.model.entities import Communication, Provide, Requirement, Robot, data_expressions
 from robosc.plant.data.classes import Classes
 from robosc.plant.data.terms import Term, Terms, kept_where_undefined, reads_parameters, value_of
@@ -76,9 +76,7 @@ class FiniteView:
         variable."""
         return self._terms.finite(kept_where_undefined(reference_to(variable), value))
 
-    def updates(
-        self, component: str, transition: ResultTransition
-    ) -> tuple[tuple[StateTerm, Expr], ...]:
+    def updates(self, component: str, transition: Transition) -> tuple[tuple[StateTerm, Expr], ...]:
         """Return the new values of the terms of the state that a transition changes."""
         return self._updates.get(update_key(component, transition), ())
 
@@ -145,7 +143,7 @@ def expected_of_error(communication: Communication) -> Expr:
     return known_condition(rewritten(communication.expect, leaf))
 
 
-def update_key(component: str, transition: ResultTransition) -> UpdateKey:
+def update_key(component: str, transition: Transition) -> UpdateKey:
     return component, transition.event, transition.communication, transition.assignments
 
 

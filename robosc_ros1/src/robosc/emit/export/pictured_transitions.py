@@ -1,0 +1,45 @@
+"""The transitions of a component as pictures of it show them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from robosc.expr.tree import Expr
+from robosc.language.events import EventKind
+from robosc.model.automata import Behaviour, Transition
+from robosc.model.entities import Robot
+from robosc.plant.formulas import to_dsl
+from robosc.runtime.places import DUE, place_of
+
+
+def pictured(behaviour: Behaviour) -> Iterator[tuple[str | None, Transition]]:
+    """Yield transitions with the state that they leave (None: every state), as the model names
+    states.
+
+    A state that performs a command is one: what leads from one of its stages to another is left
+    out, and so are the counts of its errors.
+    """
+    for stage, transition in behaviour.placed:
+        source = None if stage is None else place_of(stage)
+        target = None if transition.goto is None else place_of(transition.goto)
+        assigned = tuple(a for a in transition.assignments if " " not in a.variable)
+        between = source != stage and source == target and not assigned
+        if between and (
+            transition.event in _BETWEEN_STAGES or transition.goto != f"{source} {DUE}"
+        ):
+            continue
+        guard = transition.guard
+        if source != stage and guard is not None:
+            guard = replace(guard, span=None)  # what the performing asks for is not in the text
+        yield source, replace(transition, goto=target, guard=guard, assignments=assigned)
+
+
+_BETWEEN_STAGES = (EventKind.ERROR, EventKind.CANCELLED, EventKind.AFTER)
+
+
+def as_written(expr: Expr, robot: Robot) -> str:
+    """Return an expression as it was written, white space folded."""
+    if expr.span is not None:
+        return " ".join(expr.span.text.split())
+    return to_dsl(expr, robot)
