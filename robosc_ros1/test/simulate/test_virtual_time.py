@@ -132,3 +132,24 @@ def test_what_a_missed_deadline_makes_ready_comes_before_a_command() -> None:
     play(player, "wait 2", "expect C.waiting", "expect flip.busy")
     assert sent(play(player, "wait 1.01")) == []
     play(player, "expect C.done")
+
+
+BOAT = """robot Boat {
+    component Depth {
+        outgoing message depth with timeout: 1 s, max_age: 200 ms, type: sensor_msgs/Range
+        behaviour {
+            variable below: double
+            initial marked state sounding { on response from depth do below := value.range }
+        }
+    }
+    component Engine { incoming message ahead with type: none }
+    requirement ahead needs depth.fresh and Depth.below > 2.0
+}
+"""
+
+
+@pytest.mark.parametrize("supervises", [False, True])
+def test_what_is_typed_is_as_young_as_the_model_asks(supervises: bool) -> None:
+    player = session(supervisor_of(BOAT, supervises=supervises), execute=True)
+    play(player, "expect disabled ahead", "depth range: 3.5", "expect depth.fresh")
+    play(player, "expect enabled ahead", "wait 1.1", "expect depth.silent", "expect disabled ahead")

@@ -333,8 +333,9 @@ def read_given(controller: Controller, plant: Plant) -> None:
     """Let the controller read given values in place of messages of ROS.
 
     What a message says was found out before, by the same rules; that a value lies in its range is
-    for the controller to check.
+    for the controller to check. Given values have no stamp: they are as young as the model asks.
     """
+    controller.COMMUNICATIONS = tuple(c._replace(max_age=None) for c in controller.COMMUNICATIONS)
     events = {(e.key, e.kind.word): e for e in plant.events}
     controller.INPUTS = tuple(
         entry
