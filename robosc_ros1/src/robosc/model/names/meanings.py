@@ -21,7 +21,7 @@ from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names.occurrences import Declaration, Symbol, SymbolKind
-from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
+from robosc.model.names.tables import RETRIES, CommunicationInfo, Instance, SymbolTable
 from robosc.model.names.unknown import NameFaults, last_name
 from robosc.model.names.value_scope import ValueScope
 from robosc.source import Span
@@ -80,10 +80,10 @@ class Meanings:
                 meanings = self._phase_of_member(access, member, phase)
                 meanings = meanings or self._value_of_library_enum(access, member, phase)
                 if not meanings:
-                    self._no_parts(access)
+                    self._faults.no_parts(access)
                     return None
             case _:
-                self._no_parts(access)
+                self._faults.no_parts(access)
                 meanings = None
         if meanings:
             self.record(access, meanings[0])  # replaced if another meaning is selected
@@ -178,8 +178,8 @@ class Meanings:
             return
         assert self._symbols is not None
         names, owner, last = self._types.scope.names, self._symbols.own, access.root
-        if not isinstance(meaning, VariableRef):
-            return  # the phase of a communication
+        if not isinstance(meaning, VariableRef) or meaning.variable.endswith(f" {RETRIES}"):
+            return  # the phase of a communication; what a path of states means is recorded already
         if access.path and isinstance(access.path[0], Name):
             owner, last = self._symbols.component(access.root.text), access.path[0]
             names.use(access.root, owner.declaration if owner is not None else None)
@@ -197,25 +197,6 @@ class Meanings:
         """The component or datatype of a name, which may stand before a dot."""
         component = self._symbols.declaration(name) if self._symbols is not None else None
         return component or self._types.scope.datatypes.get(name)
-
-    def _no_parts(self, access: Access) -> None:
-        component = self._symbols.component(access.root.text) if self._symbols else None
-        if component is not None and isinstance(access.path[0], Name):
-            info = component.communications.get(access.path[0].text)
-            if info is not None:
-                self._faults.no_condition(access, info)
-                return
-        if self._faults.is_foreign(access):
-            return
-        first, *others = access.path
-        library = self._types.libraries.get(access.root.text)
-        enum = library.known(first.text) if library and isinstance(first, Name) else None
-        if isinstance(enum, EnumType) and len(others) == 1 and isinstance(others[0], Name):
-            self._faults.unknown_value(others[0], f"{access.root.text}.{enum.name}", enum)
-            return
-        part = access.path[1] if isinstance(access.path[0], Name) else access.path[0]
-        span = part.span if isinstance(part, Name) else access.span
-        self._report.add("unknown-member", span, "only 'value', objects and arrays have parts")
 
     def _bare(self, access: Access) -> list[Expr] | None:
         name = access.root.text
@@ -330,13 +311,15 @@ class Meanings:
                 continue
             use = self._types.scope.names.use
             performing = component.of_performing(path, access.span)
-            if path not in component.states and performing is None:
+            state = component.state(path.rpartition(".")[0] if performing else path)
+            if state is None:
                 continue
             use(access.root, component.declaration if component is owner else None)
-            for length, step in enumerate(steps[:-1] if performing else steps, 1):
-                inside = ".".join(s.text for s in steps[:length])
+            inside = state
+            for step in reversed(steps[:-1] if performing else steps):
                 use(step, component.states[inside], component.name)
-            return [performing or self._in_state(component, path, access.span)]
+                inside = inside.rpartition(".")[0]
+            return [performing or self._in_state(component, state, access.span)]
         return []
 
     def _phase_of_member(self, access: Access, member: Name, phase: Name) -> list[Expr]:

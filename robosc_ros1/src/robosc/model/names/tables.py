@@ -240,10 +240,10 @@ class Instance:
         return found
 
     def of_performing(self, path: str, span: Span) -> Expr | None:
-        """A stage of a state that performs a command, or its count of errors; None if the path is
-        none of these."""
-        outer, _, word = path.rpartition(".")
-        if outer not in self.performed:
+        """A stage of a state that performs a command, or its count of errors, if it is one."""
+        outside, _, word = path.rpartition(".")
+        outer = self.state(outside)
+        if outer is None or outer not in self.performed:
             return None
         if word in self.stages(outer):
             return StateRef(self.name, f"{outer} {word}", span)

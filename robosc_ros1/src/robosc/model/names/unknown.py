@@ -10,7 +10,14 @@ from robosc.expr.types import EnumType, Type
 from robosc.language.events import ACTIVE
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.names.tables import CommunicationInfo, SymbolTable
+from robosc.model.names.tables import (
+    PERFORMING,
+    RETRIES,
+    WAITING,
+    CommunicationInfo,
+    Instance,
+    SymbolTable,
+)
 from robosc.remedies import Change, Hint, Remedy, meant, write, write_one
 from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
@@ -55,7 +62,7 @@ class NameFaults:
             candidates = list(needed.values)
             known_text = f"{needed.name} has"
         else:
-            own = symbols.own if symbols else None
+            own = self._own
             message = f"nothing here is called '{name}'"
             members = own.members if own else ()
             candidates = [*members, *self._types.values.names, *self._types.enum_values()]
@@ -143,6 +150,70 @@ class NameFaults:
         elif info.phases is not None and not info.sort.phases_with_timeout:
             hint = write_one([f"{info.name}.{phase}" for phase in info.phases.names])
         self._report.add("unknown-name", access.span, message, hint)
+
+    def no_parts(self, access: Access) -> None:
+        """Report what stands behind a name that has no such parts."""
+        root, first = access.root.text, access.path[0]
+        component = self._symbols.component(root) if self._symbols else None
+        if component is not None and isinstance(first, Name):
+            info = component.communications.get(first.text)
+            if info is not None:
+                self.no_condition(access, info)
+                return
+        if self.is_foreign(access) or self._of_state(access, component):
+            return
+        if component is not None and isinstance(first, Name) and not component.member(first.text):
+            self.unknown_member(access, first)
+            return
+        library = self._types.libraries.get(root)
+        enum = library.known(first.text) if library and isinstance(first, Name) else None
+        if isinstance(enum, EnumType) and isinstance(last := access.path[-1], Name):
+            self.unknown_value(last, f"{root}.{enum.name}", enum)
+            return
+        part = access.path[1] if isinstance(first, Name) else first
+        span = part.span if isinstance(part, Name) else access.span
+        self._report.add("unknown-member", span, "only 'value', objects and arrays have parts")
+
+    def _of_state(self, access: Access, component: Instance | None) -> bool:
+        """Report what is no part of a state; whether the names before it are those of one."""
+        names = [access.root, *(step for step in access.path if isinstance(step, Name))]
+        component, steps = (component, names[1:]) if component is not None else (self._own, names)
+        if component is None or len(names) != 1 + len(access.path):
+            return False
+        for length in range(len(steps) - 1, 0, -1):
+            path = component.state(".".join(step.text for step in steps[:length]))
+            if path is not None and component.variables.get(path) is None:
+                said = self._no_part_of_state(component, path, steps[length].text)
+                self._report.add("unknown-member", steps[length].span, *said)
+                return True
+        return False
+
+    def _no_part_of_state(
+        self, component: Instance, path: str, word: str
+    ) -> tuple[str, Hint | None]:
+        """What to say of a word behind the path of a state, and a remedy."""
+        state = f"state '{component.name}.{path}'"
+        inner = [other.name.text for other in component.states[path].states]
+        if path not in component.performed:
+            if not inner:
+                return f"no state stands in {state}", None
+            ends = [p for p in component.states if p.startswith(f"{path}.")]
+            deeper = [p.removeprefix(f"{path}.") for p in ends if p.endswith(f".{word}")]
+            hint = meant(deeper[0]) if len(deeper) == 1 else self._report.suggest(word, inner)
+            return f"no state '{word}' stands in {state}", hint
+        awaited = component.performed[path].is_awaited
+        if word in (PERFORMING, WAITING, RETRIES) and not awaited:
+            return f"{state} is done when its command is sent", None
+        if word == RETRIES:
+            return f"the errors of {state} are not counted", "write: retry 2 times else goto failed"
+        if word == WAITING:
+            return f"{state} does not wait before it tries again", "write: retry every 5 s"
+        stages = component.stages(path)
+        return f"{state} has no stage '{word}'", self._report.suggest(word, stages, "it has")
+
+    @property
+    def _own(self) -> Instance | None:
+        return self._symbols.own if self._symbols else None
 
     def _not_a_value(self, symbols: SymbolTable, name: str) -> tuple[str, Hint | None] | None:
         component = symbols.component(name)
