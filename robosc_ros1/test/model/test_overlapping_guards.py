@@ -13,6 +13,8 @@ from robosc.source import Source
 COMPONENT = """
     component A {
         outgoing message level with type: integer(0..3)
+        outgoing message speed with type: double
+        outgoing message word with type: string
         outgoing message list with type: Seen links seen
         behaviour {
             variable x: integer(0..18446744073709551615)
@@ -38,12 +40,25 @@ OVERLAPPING = [
     ("level", "c = red", "b"),
     ("list", "value.list[0]", "value.list[1]"),
     ("level", "count(x for x in [b, s]) > 1", "b"),
+    ("level", "x = 1", "x > 0"),
+    ("level", "x > 18446744073709551613", "x < 18446744073709551615"),
+    ("speed", "value > 0.5", "value < 0.6"),
+    ("speed", "value = 0.5", "value <= 0.5"),
+    ("speed", "value != 0.5", "value != 0.7"),
+    ("speed", "!(value > 0.5)", "!(value <= 0.5)"),  # not a number is neither
+    ("word", "value != 'go'", "value != 'stop'"),
 ]
 EXCLUDING = [
     ("level", "value < 2", "value >= 2"),
     ("level", "small = value", "small != value"),
     ("level", "small = value", "value = 3"),
-    ("level", "x = 1", "x > 0"),  # too many values: left to the state space
+    ("level", "x = small", "x = 3 and small < 0"),  # too many values: left to the state space
+    ("speed", "value > 0.5", "value <= 0.5"),
+    ("speed", "value < 1", "isnan(value)"),  # it is not only compared: left to the state space
+    ("speed", "value > 0.5 and value < 0.7", "value < 0.5 or value > 0.7"),
+    ("speed", "value * 2.0 > 0.5", "value > 0.1"),  # neither
+    ("word", "value = 'go'", "value = 'stop'"),
+    ("level", "x > 18446744073709551613", "x < 18446744073709551614"),
     ("level", "s and b", "t"),
     ("level", "c = red", "c = blue"),
     ("list", "value.list[0]", "!value.list[0]"),

@@ -160,6 +160,28 @@ def test_faults_of_states_in_states(behaviour: str, fault: tuple[str, str]) -> N
     assert fault in faults(PARTS % behaviour)
 
 
+@pytest.mark.parametrize(
+    ("inner", "outer", "where"),
+    [
+        ("value", "!value", None),
+        ("value", "value", "all of 'a'"),
+        ("value and tries = 1", "value and tries != 1", None),
+        ("value and tries < 2", "value and tries > 0", "all of 'a'"),
+        ("value", "last", "all of 'a'"),
+    ],
+)
+def test_only_what_can_be_taken_at_all_is_hidden(inner: str, outer: str, where: str | None) -> None:
+    around = f"on response from near if {outer} goto c"
+    state = f"state b {{ on response from near if {inner} goto c }}"
+    in_a_state = f"initial marked state a {{ {around} initial {state} }}"
+    beside_all = f"{around} initial marked {state}"
+    for text, place in ((in_a_state, where), (beside_all, where and "every state")):
+        behaviour = PARTS % f"{text} marked state c {{}}"
+        diagnostics = load(Source("model.rscd", f"robot Test {{ {behaviour} }}"))[1]
+        told = [d.message for d in diagnostics if d.code == "hidden-transition"]
+        assert [m.rpartition("applies in ")[2] for m in told] == ([place] if place else [])
+
+
 def test_the_layout_of_states_in_states() -> None:
     text = (
         "robot R{component P{behaviour{initial state a{goto b marked state b{on error from c}}}}}"

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 from robosc.errors import Note
 from robosc.expr.presence import known_condition, none_of
-from robosc.expr.traversal import walk
-from robosc.expr.tree import Expr, ReasonRef, ValueRef
+from robosc.expr.traversal import may_be_undefined, walk
+from robosc.expr.tree import Expr, Holds, PhaseRef, ReasonRef, StateRef, ValueRef
 from robosc.expr.types import domain
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import Behaviour, CompositeState, State, Transition
+from robosc.model.checks.exclusive import hold_together
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.names.communications import HEARD, report_misdirected
 from robosc.model.names.tables import CommunicationInfo, Instance
@@ -253,10 +254,11 @@ def check_hiding(
                 if key in performed:
                     continue  # it is no other state's: that is reported
                 is_rest = (transition.span.start, transition.event) in rest
-                outer = (t for level in behaviour.levels(state)[depth + 1 :] for t in level)
+                outer = ((o.name, t) for o in places[depth + 1 :] for t in o.transitions)
+                every = (("", t) for t in behaviour.transitions)
                 hidden = [
-                    t
-                    for t in outer
+                    (where, t)
+                    for where, t in (*outer, *every)
                     if (t.event, t.communication) == key and _hides(transition, is_rest, t)
                 ]
                 if hidden and (place.name, *key) not in seen:
@@ -266,17 +268,19 @@ def check_hiding(
 
 def _report_hidden(
     transition: Transition,
-    hidden: Transition,
+    found: tuple[str, Transition],
     place: str,
     event_spans: Mapping[tuple[int, EventKind], Span],
     report: Report,
 ) -> None:
+    outer, hidden = found
+    where = f"all of '{outer}'" if outer else "every state"
     name = transition.communication.rpartition(".")[2]
     report.add(
         "hidden-transition",
         event_spans[transition.span.start, transition.event],
         f"in state '{place}' this hides the transition for '{transition.event.word}'"
-        f" of '{name}' that applies in every state",
+        f" of '{name}' that applies in {where}",
         None,
         [Note("the hidden one is here", event_spans[hidden.span.start, hidden.event])],
     )
@@ -294,9 +298,24 @@ def _hides(own: Transition, is_rest: bool, common: Transition) -> bool:
         for part in reads
     ):
         return False
+    if not own.event.synchronised and _exclude_each_other(own.guard, common.guard):
+        return False
     assigned = {a.variable for a in own.assignments}
     return (
         own.event.synchronised
         or common.goto is not None
         or any(a.variable in assigned for a in common.assignments)
     )
+
+
+def _exclude_each_other(one: Expr | None, other: Expr | None) -> bool:
+    """Whether two guards never hold together, which may be unknown."""
+    if one is None or other is None:
+        return False
+    parts = (*walk(one), *walk(other))
+    # The states of other components are not known yet, and what is missing is no value to try.
+    if any(isinstance(p, StateRef | PhaseRef | Holds) for p in parts):
+        return False
+    if may_be_undefined(one) or may_be_undefined(other):
+        return False
+    return hold_together([one, other], {}) is False

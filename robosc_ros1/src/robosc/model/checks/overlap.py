@@ -8,23 +8,17 @@ because its variables may never reach the other values.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import combinations, product
-from math import prod
-from typing import TypeAlias
+from collections.abc import Iterable, Iterator
+from itertools import combinations
 
-from robosc import limits
 from robosc.errors import Note
-from robosc.expr.evaluation import evaluate
 from robosc.expr.traversal import walk
-from robosc.expr.tree import Expr, Leaf, ParameterRef, PhaseRef, StateRef, ValueRef, VariableRef
-from robosc.expr.types import Value, domain
+from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
 from robosc.model.automata import Behaviour, Transition
+from robosc.model.checks.exclusive import hold_together
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Component
 from robosc.model.typing.command_values import fold_text
-
-_Case: TypeAlias = Mapping[Leaf, Value]
 
 
 def check_overlaps(components: Iterable[Component], report: Report, *, library: bool) -> None:
@@ -40,7 +34,7 @@ def check_overlaps(components: Iterable[Component], report: Report, *, library: 
             assert first.guard is not None and second.guard is not None
             here = states | {component.name: [s.name for s in component.states if s.is_in(place)]}
             guards = [first.guard, second.guard]
-            if not (library and _reads_the_state(guards)) and _can_hold_together(guards, here):
+            if not (library and _reads_the_state(guards)) and hold_together(guards, here):
                 _report(component, first, second, report)
 
 
@@ -60,53 +54,6 @@ def _pairs(
 
 def _reads_the_state(guards: Iterable[Expr]) -> bool:
     return any(isinstance(p, VariableRef | StateRef | PhaseRef) for g in guards for p in walk(g))
-
-
-def _can_hold_together(guards: Sequence[Expr], states: Mapping[str, Sequence[str]]) -> bool:
-    leaves = {
-        part: None
-        for guard in guards
-        for part in walk(guard)
-        if isinstance(part, VariableRef | ValueRef | StateRef | PhaseRef | ParameterRef)
-    }
-    choices = _choices(leaves, states)
-    if choices is None or prod(map(len, choices)) > limits.OVERLAP_CASES:
-        return False
-    for parts in product(*choices):
-        case = {leaf: value for part in parts for leaf, value in part.items()}
-        if all(evaluate(guard, case.__getitem__) is True for guard in guards):
-            return True
-    return False
-
-
-def _choices(
-    leaves: Iterable[Leaf], states: Mapping[str, Sequence[str]]
-) -> list[Sequence[_Case]] | None:
-    """Independent sets of values of the leaves; None if one is infinite.
-
-    The leaves that ask for states of one component vary together: it is in one of its states. So
-    do those that ask for phases of one communication: it is in one of them, or in another.
-    """
-    choices: list[Sequence[_Case]] = []
-    in_states: dict[str, list[StateRef]] = {}
-    in_phases: dict[str, list[PhaseRef]] = {}
-    for leaf in leaves:
-        if isinstance(leaf, StateRef):
-            in_states.setdefault(leaf.component, []).append(leaf)
-            continue
-        if isinstance(leaf, PhaseRef):
-            in_phases.setdefault(leaf.communication, []).append(leaf)
-            continue
-        values = domain(leaf.type)
-        if values is None or values[: limits.OVERLAP_CASES] != values:
-            return None
-        choices.append([{leaf: value} for value in values])
-    for component, asked in in_states.items():
-        choices.append([{ref: s in ref.places for ref in asked} for s in states.get(component, ())])
-    for refs in in_phases.values():
-        phases = dict.fromkeys(phase for ref in refs for phase in ref.places)
-        choices.append([{ref: p in ref.places for ref in refs} for p in (*phases, None)])
-    return choices
 
 
 def _report(component: Component, first: Transition, second: Transition, report: Report) -> None:
