@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import shutil
 import subprocess
 from xml.etree import ElementTree
@@ -72,6 +73,37 @@ def test_controlled_system_is_drawn_while_it_is_small() -> None:
         '"state 0" [label="Door.shut\\nDoor.locked = true\\nDoor.open = false", peripheries=2];'
         in statements(text)
     )
+
+
+SWITCH = """
+robot Switch {
+    component Lamp {
+        outgoing message level with type: sensor_msgs/Range
+        behaviour {
+            initial marked state off {
+                transition if level.heard goto lit
+            }
+            state lit {
+                on response from level if value.range > 2.0 goto off
+                initial state low { transition if level.heard goto high transition else goto off }
+                state high { after 2 s goto low }
+            }
+        }
+    }
+}
+"""
+
+
+def test_arrows_have_the_words_of_the_model() -> None:
+    text = exported(lower(robot_of(SWITCH)), "dot")
+    assert '"Lamp.lit.low start" -> "Lamp.lit.low";' in statements(text)
+    assert '"Lamp.lit.low" -> "Lamp.off" [label="[else]", style=solid];' in statements(text)
+    labels = {word for label in re.findall(r'-> "state .*label="(.*?)"', text)
+              for word in label.split("\\n")}  # fmt: skip
+    assert labels == {
+        "level.response(range > 2)", "level.response(!(range > 2))",
+        "Lamp: off->lit.low", "Lamp: lit.low->lit.high", "Lamp: lit.high->lit.low",
+    }  # fmt: skip
 
 
 COUNTER = """

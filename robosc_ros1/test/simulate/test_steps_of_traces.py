@@ -16,7 +16,7 @@ from robosc import pipeline
 from robosc.plant.automaton import Plant
 from robosc.plant.build import lower
 from robosc.plant.step import valuations
-from robosc.simulate.faults import InvalidLine
+from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.trace_steps import step_written
 from robosc.supervisor import Step
 from robosc.synthesis import explore
@@ -34,6 +34,14 @@ def misread(plant: Plant) -> list[str]:
                 if repr(step_written(plant, text)) != repr((event, values)):
                     found.append(text)
     return found
+
+
+def test_a_transition_that_cannot_be_taken_now_is_known() -> None:
+    player = session(pipeline.supervise(pipeline.load(EXAMPLES / "patrol" / "patrol.rscd").robot))
+    with pytest.raises(Refused, match="Mission: patrol->returning cannot happen now"):
+        play(player, "Mission: patrol->returning")
+    play(player, "goto Mission.patrol and Battery.charge < 0.3", "Mission: patrol->returning")
+    play(player, "expect Mission.returning")
 
 
 @pytest.mark.parametrize("name", ["kobuki", "two_robots", "line_follower", "door"])

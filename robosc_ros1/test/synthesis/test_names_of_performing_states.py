@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 
+from simulate.players import play, session
 from synthesis.subject import robot_of
 
 from robosc import pipeline
@@ -85,6 +86,30 @@ def test_texts_and_pictures_have_the_names_of_the_model() -> None:
     assert f"{closing} -> {closing}" not in dot
     assert f'{closing} -> "Job.fetching.leaving"' in dot
     assert f'{closing} -> "Job.stuck" [label="close.response' in dot
+
+
+def test_internal_transitions_are_told_by_where_they_lead() -> None:
+    twice = MODEL.replace(
+        "transition if Lamp.off goto ready",
+        "transition if Lamp.off goto ready\n transition if Lamp.on_ goto ready",
+    )
+    text = supervisor_text(pipeline.supervise(robot_of(MODEL)))
+    assert "\nJob: stuck->ready  as required" in text
+    text = supervisor_text(pipeline.supervise(robot_of(twice)))
+    assert re.findall(r"Job: stuck->ready \(line \d+\)", text) == [
+        "Job: stuck->ready (line 18)", "Job: stuck->ready (line 19)",
+    ]  # fmt: skip
+
+
+def test_what_blocks_a_command_is_told_with_its_stage() -> None:
+    player = session(pipeline.supervise(robot_of(MODEL)))
+    play(player, "far true", "close.request")
+    told = [c.reasons[-1].text for c in player.machine.commands() if c.event.name == "close"]
+    assert told == ["blocked by Job in fetching.closing (performing)"]
+    running = session(pipeline.supervise(robot_of(MODEL)), execute=True)
+    play(running, "far true", "close.error")
+    told = [c.reasons[-1].text for c in running.machine.commands() if c.event.name == "close"]
+    assert told == ["blocked by Job in fetching.closing (waiting)"]
 
 
 def test_the_document_of_the_model_has_its_states() -> None:

@@ -202,6 +202,9 @@ class Event:
     action has none). It is not part of the plant. ``requirements`` are the indexes of these
     requirements in ``Robot.requirements``.
 
+    ``path`` of the transition of a component is where it leads, ``idle->busy``, with its line if
+    others lead there as well.
+
     ``known`` are the indexes of the parameters that the supervisor knows before it decides: parts
     of the data that another controller sends, and tests of them. There is one event for each
     combination of their values, which its parameters then have as their only ones; ``index``
@@ -219,6 +222,7 @@ class Event:
     requirement: Expr | None
     requirements: tuple[int, ...]
     known: tuple[int, ...] = ()
+    path: str = ""
     whole: Event | None = field(default=None, compare=False, repr=False)
     span: Span = field(compare=False, repr=False, kw_only=True)
 

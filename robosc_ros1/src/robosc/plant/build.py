@@ -20,7 +20,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import BooleanType, Value, domain
 from robosc.language.events import EventKind, EventSort, command_key
-from robosc.model.automata import HOLDING, RESTING, Behaviour, Transition, is_in
+from robosc.model.automata import HOLDING, RESTING, Transition, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
 from robosc.plant.acceptance import acceptance, is_left_to_components
 from robosc.plant.answers import divided_phase
@@ -45,6 +45,7 @@ from robosc.plant.data.view import FiniteView, may_be_missing, reference_to
 from robosc.plant.event_values import values_read
 from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.plant.lasting import Reset, resets
+from robosc.plant.own_transitions import OwnTransition, own_transitions
 from robosc.plant.precedence import Taken, joined_transitions, taken_in
 
 
@@ -142,8 +143,8 @@ class _Lowering:
                     continue
                 yield from by_data(self._communication_event(communication, sort))
         if component.behaviour is not None:
-            for kind in (EventKind.TAU, EventKind.AFTER):
-                yield from self._own_events(component, component.behaviour, kind)
+            own = own_transitions(component.behaviour)
+            yield from (self._event_of(component, transition) for transition in own)
 
     def _is_left_out(self, kind: EventKind, key: str) -> bool:
         """Whether nobody makes an event happen."""
@@ -313,18 +314,9 @@ class _Lowering:
             reference.path, reference.type, values, labels, test, optional, renews
         )
 
-    def _own_events(
-        self, component: Component, behaviour: Behaviour, kind: EventKind
-    ) -> Iterator[Event]:
-        """Yield the internal events of a component, or those after a delay."""
-        placed = (item for item in behaviour.placed if item[1].event is kind)
-        for place, transition in sorted(placed, key=lambda item: item[1].index):
-            yield self._event_of(component, transition, _inside(behaviour, place))
-
-    def _event_of(
-        self, component: Component, transition: Transition, locations: Sequence[int]
-    ) -> Event:
+    def _event_of(self, component: Component, own: OwnTransition) -> Event:
         """Return the event of a transition that belongs to one component only."""
+        transition, locations, path = own
         kind = transition.event
         guards = () if transition.guard is None else (transition.guard,)
         taken = Taken(transition, guards, ())
@@ -352,13 +344,9 @@ class _Lowering:
             automata=automata,
             requirement=None,
             requirements=(),
+            path=path,
             span=transition.span,
         )
-
-
-def _inside(behaviour: Behaviour, place: str | None) -> list[int]:
-    """The locations in a state; None stands for every state."""
-    return [n for n, state in enumerate(behaviour.states) if state.is_in(place)]
 
 
 def _outer(component: Component, location: int, taken: Transition) -> Iterator[str]:

@@ -38,6 +38,12 @@ def stage_of(state: str) -> str:
     return "" if stage == DUE else stage
 
 
+def told_with_stage(state: str) -> str:
+    """Return the path of a state in the model, with the stage that is told beside it."""
+    stage = stage_of(state)
+    return "%s (%s)" % (place_of(state), stage) if stage else place_of(state)
+
+
 def stages(states: Mapping[str, str], names: Iterable[str]) -> Dict[str, Any]:
     """Return whether components are in stages, by ``Component.state stage``."""
     here = {"%s.%s" % item for item in states.items()}

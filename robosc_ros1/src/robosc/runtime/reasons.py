@@ -7,7 +7,7 @@ import contextlib
 from typing import Any, Dict, Iterator, List, Mapping
 
 from .model import Command, Controller, Requirement
-from .places import place_of
+from .places import told_with_stage
 from .shortening import shortened_text
 from .values import Undefined
 
@@ -39,7 +39,7 @@ def blocked_by(controller: Controller, command: Command, *data: Any) -> List[Dic
         states = controller.components()
         blocking = [n for n, is_ready in command.partners if not is_ready(controller, *data)]
         for name in dict.fromkeys(blocking):
-            text = "blocked by %s in %s" % (name, place_of(states[name]))
+            text = "blocked by %s in %s" % (name, told_with_stage(states[name]))
             reasons.append({"kind": "synchronisation", "text": text})
         if not reasons:
             reasons.append({"kind": "range", "text": "a variable would leave its range"})

@@ -12,12 +12,12 @@ from robosc.language.events import EventKind
 from robosc.plant.automaton import Event, PlantState
 from robosc.plant.conjuncts import Conjunct, conjuncts
 from robosc.plant.step import Verdict, holds, is_true, lookup, outcome, taken_edge, valuations
+from robosc.runtime.places import told_with_stage
 from robosc.runtime.reasons import UNEXPLAINED, failure_text
 from robosc.runtime.values import Undefined
 from robosc.simulate.machine import Reason
 from robosc.simulate.state import SystemState
 from robosc.supervisor import Guard, Supervisor
-from robosc.synthesis.system import location_name
 
 
 def reasons(
@@ -67,8 +67,9 @@ def _from_plant(supervisor: Supervisor, event: Event, state: PlantState) -> Iter
         look = lookup(plant, event, values, state)
         for automaton in event.automata:
             if automaton.blocking and taken_edge(automaton, state, look) is None:
-                where = location_name(plant, automaton.variable, state[automaton.variable])
-                yield Reason("synchronisation", f"blocked by {automaton.component} in {where}")
+                where = str(plant.variables[automaton.variable].values[state[automaton.variable]])
+                text = f"blocked by {automaton.component} in {told_with_stage(where)}"
+                yield Reason("synchronisation", text)
 
 
 def _violated(

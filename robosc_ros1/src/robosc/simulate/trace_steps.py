@@ -8,6 +8,7 @@ from robosc.plant.automaton import Event, EventParameter, Plant
 from robosc.plant.step import Values, is_consistent, missing_together
 from robosc.simulate.drawn_values import completed
 from robosc.simulate.event_data import Given, by_path
+from robosc.simulate.faults import Refused
 from robosc.simulate.machine import Machine, label
 from robosc.synthesis.formatting import event_text, part_text
 
@@ -22,10 +23,13 @@ def fired_by(machine: Machine, text: str) -> tuple[Event, Given] | None:
     name, _, path = text.partition(": ")
     for choice in machine.choices():
         event, typed = choice.event, f"{label(choice.event)} ({path})"
-        component = event.kind.of_component and event.name == name
-        if component and choice.text == typed and choice.given is not None:
+        if not event.kind.of_component or event.name != name or choice.given is None:
+            continue
+        if text == event_text(event) or choice.text == typed:
             return event, choice.given
     found = step_written(machine.plant, text)
+    if found is None and any(event_text(e) == text for e in machine.plant.events):
+        raise Refused(f"{text} cannot happen now")
     if found is None:
         return None
     event, values = found

@@ -10,7 +10,6 @@ from robosc.errors import listing
 from robosc.expr.traversal import path_text
 from robosc.expr.tree import REASON
 from robosc.expr.types import Value
-from robosc.language.events import EventKind
 from robosc.plant.automaton import Event, EventParameter
 from robosc.supervisor import Step
 
@@ -19,11 +18,10 @@ _LONG = 120
 
 
 def event_text(event: Event) -> str:
-    """Return ``grab.request``; for a tau ``transition 2 of Motor``; for a request with known data
-    ``move.request(value > 0.5)``."""
+    """Return ``grab.request``; for a transition of a component ``Motor: idle->busy``; for a request
+    with known data ``move.request(value > 0.5)``."""
     if event.kind.of_component:
-        word = "transition" if event.kind is EventKind.TAU else "after"
-        return f"{word} {event.index} of {event.name}"
+        return f"{event.name}: {event.path}"
     data = [part_text(event.parameters[i], event.parameters[i].values[0]) for i in event.known]
     return _name(event) + (f"({', '.join(data)})" if data else "")
 

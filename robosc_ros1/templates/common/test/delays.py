@@ -17,6 +17,12 @@ def told_place(state):
     return state.partition(" ")[0]
 
 
+def told_with_stage(state):
+    """Return how a state is told, with its stage if it is not the first one."""
+    place, _, stage = state.partition(" ")
+    return "%s (%s)" % (place, stage) if stage not in ("", "due") else place
+
+
 def told_path(before, after):
     """Return how a step between two states is told."""
     return "%s->%s" % (told_place(before), told_place(after))

@@ -17,8 +17,8 @@ from robosc.model.automata import Behaviour, Transition
 from robosc.model.entities import Component, Robot
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.runtime.places import place_of, stage_of
-from robosc.synthesis.documents import step_document
 from robosc.synthesis.explore import Graph
+from robosc.synthesis.formatting import step_text
 from robosc.synthesis.listing import listed
 
 _EVERY_STATE = "in every state"
@@ -107,7 +107,10 @@ def _automaton(robot: Robot, component: Component, behaviour: Behaviour) -> Iter
         return f"{component.name}.{state}"
 
     everywhere = f"{component.name} {_EVERY_STATE}"
-    yield from _states_in(robot, component.name, behaviour, "")
+    boxes = {outer.name for outer in behaviour.composites if outer.performs is None}
+    begins = {t.goto for _, t in pictured(behaviour) if t.named in boxes}
+    begins |= {place_of(s.name) for s in behaviour.states if s.initial}
+    yield from _states_in(robot, component.name, behaviour, begins, "")
     if behaviour.transitions:
         yield f"{_quoted(everywhere)} [label={_quoted(_EVERY_STATE)}, shape=plaintext];"
     arrows = []
@@ -127,8 +130,13 @@ def _automaton(robot: Robot, component: Component, behaviour: Behaviour) -> Iter
     yield from _arrows(arrows)
 
 
-def _states_in(robot: Robot, component: str, behaviour: Behaviour, inside: str) -> Iterator[str]:
-    """The states that stand in one with a path, and no deeper; "" stands for all."""
+def _states_in(
+    robot: Robot, component: str, behaviour: Behaviour, begins: set[str | None], inside: str
+) -> Iterator[str]:
+    """The states that stand in one with a path, and no deeper; "" stands for all.
+
+    ``begins`` are those in which a box of states, or the whole, begins.
+    """
     boxes = {outer.name: outer.performs for outer in behaviour.composites}
     prefix = f"{inside}." if inside else ""
     paths = (s.name for s in behaviour.states if s.is_in(inside or None))
@@ -138,14 +146,14 @@ def _states_in(robot: Robot, component: str, behaviour: Behaviour, inside: str) 
         title = path.removeprefix(prefix)
         performed = boxes.get(path)
         if path in boxes and performed is None:
-            body = _states_in(robot, component, behaviour, path)
+            body = _states_in(robot, component, behaviour, begins, path)
             yield from _cluster(name, body, title)
             continue
         state = next(s for s in behaviour.states if place_of(s.name) == path)
         if performed is not None:
             title += f"\nperforms {robot.display_names[performed]}"
         yield _node(name, title, state.marked)
-        if state.initial:
+        if path in begins:
             yield from _start(name)
 
 
@@ -170,15 +178,8 @@ def _states(graph: Graph) -> Iterator[str]:
     yield from _start("state 0")
     arrows = []
     for one in listed(graph):
-        event = one.step.event
-        value = step_document(one.step)["value"]
-        label = f"{event.name}.{event.kind.word}"
-        if event.kind.of_component:
-            label = f"{event.name}.{event.kind.word} {event.index}"
-        elif value is not None:
-            label += f"({_value(value)})"
         ends = f"state {one.source}", f"state {one.target}"
-        arrows.append(_Arrow(*ends, label, event.controllable))
+        arrows.append(_Arrow(*ends, step_text(one.step), one.step.event.controllable))
     yield from _arrows(arrows)
 
 

@@ -21,6 +21,7 @@ from robosc.runtime.launch_arguments import described, launch_arguments
 from robosc.runtime.model import Parameter
 from robosc.runtime.places import place_of
 from robosc.supervisor import Supervisor
+from robosc.synthesis.formatting import event_text
 
 
 @dataclass(frozen=True)
@@ -173,7 +174,7 @@ def _guards(supervisor: Supervisor) -> list[GuardView]:
     views = []
     for guard in whole_guards(supervisor):
         event = guard.event
-        name = f"{event.name} {event.kind.word}" + (f" {event.index}" if event.index else "")
+        name = event_text(event) if event.kind.of_component else f"{event.name} {event.kind.word}"
         texts = tuple(
             f"{robot.requirements[i].text} ({place(robot.requirements[i].span)})"
             for i in event.requirements
@@ -214,4 +215,4 @@ def _label(transition: Transition, robot: Robot) -> str:
     if transition.delay is not None:
         delay = duration(transition.delay)
         return f"after {delay if isinstance(delay, str) else f'{delay:g} s'}"
-    return f"internal transition {transition.index}"
+    return "transition" + (" [guarded]" if transition.guard is not None else "")

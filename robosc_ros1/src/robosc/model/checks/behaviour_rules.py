@@ -176,7 +176,8 @@ def internal_with_else(
             "put the transition with 'else' behind all others",
             [Note("the 'else' is here", node.span)],
         )
-    guarded = zip([*before, rest], [*guards, none_of(guards, node.span)], strict=True)
+    assert node.guard is not None
+    guarded = zip([*before, rest], [*guards, none_of(guards, node.guard.span)], strict=True)
     return tuple(replace(tau, guard=guard) for tau, guard in guarded)
 
 

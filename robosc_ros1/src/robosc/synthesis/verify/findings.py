@@ -105,5 +105,5 @@ def verify_document(report: VerifyReport, event: Callable[[Step], object]) -> di
 
 
 def event_phrase(event: Event) -> str:
-    """Return ``request of grab``; for a tau ``transition 2 of Motor``."""
+    """Return ``request of grab``; for a tau ``Motor: idle->busy``."""
     return event_text(event) if event.kind.of_component else f"{event.kind.word} of {event.name}"

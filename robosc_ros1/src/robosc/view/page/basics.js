@@ -70,6 +70,10 @@ function wordsOf(document) {
 const eventName = (event) =>
   isStep(event) ? `${event.name}.${event.kind}${event.index ?? ""}`
   : event.name ? `${event.name}.${event.kind}` : event.kind;
+/** An event as people read it: a transition of a component is told by where it leads. */
+const eventTitle = (event) => (isStep(event) ? event.name : eventName(event));
+/** The event at an arrow, which shows where it leads. */
+const eventAtArrow = (event) => (event.kind === "tau" ? "transition" : eventName(event));
 /** Whether an event belongs to one transition of a component. */
 const isStep = (event) => ["tau", "after"].includes(event.kind);
 /** The names of what the controller serves: it gives feedback and answers. */

@@ -11,7 +11,7 @@ function widthOf(text, font) {
 
 /** The lines that stand at a transition: its event, then what it depends on and what it does. */
 function linesOf(transition) {
-  const text = transition.delay ? `after ${transition.delay}` : eventName(transition.event);
+  const text = transition.delay ? `after ${transition.delay}` : eventAtArrow(transition.event);
   const lines = [{ text, transition }];
   if (transition.guard) lines.push({ text: `if ${shorten(transition.guard, 30)}`, more: true });
   for (const assignment of transition.assignments.slice(0, 3)) {
@@ -230,7 +230,7 @@ class Diagram {
 }
 
 function wholeText(t) {
-  const parts = [eventName(t.event)];
+  const parts = [t.delay ? `after ${t.delay}` : eventAtArrow(t.event)];
   if (t.guard) parts.push(`if ${t.guard}`);
   if (t.assignments.length) parts.push(`do ${t.assignments.join(", ")}`);
   return `${parts.join("\n")}\n${t.place}`;

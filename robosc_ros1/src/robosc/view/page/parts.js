@@ -32,7 +32,7 @@ class Card {
     const list = make("ul", { className: "anywhere" });
     for (const t of inAny) {
       const more = [t.guard && `if ${t.guard}`, ...t.assignments].filter(Boolean).join(", ");
-      const name = make("b", {}, eventName(t.event));
+      const name = make("b", {}, t.delay ? `after ${t.delay}` : eventAtArrow(t.event));
       const item = make("li", { title: wholeText(t) }, "in any state ", name, more && ` ${more}`);
       this.diagram.remember(t, name, item);
       list.append(item);
@@ -116,7 +116,7 @@ function light(element) {
 
 function eventRow(document) {
   const { event, outcome, detail, time, place } = document;
-  const text = make("span", {}, eventName(event));
+  const text = make("span", {}, eventTitle(event));
   const value = wordsOf(document);
   if (value) text.append(" ", make("span", { className: "value" }, value));
   const more = [outcome === "applied" ? null : outcome, detail].filter(Boolean).join(": ");
