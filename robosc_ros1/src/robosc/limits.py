@@ -118,6 +118,9 @@ SAMPLED_STEPS = 200_000
 BLOCKED_STATES = 20_000
 """States from which a marked one is looked for to explain blocking; beyond, the explanation does
 not say what the robot can still do."""
+REGION_STATES = 5_000
+"""States among which the nearest bad one is looked for, where a region must be avoided because of
+some; beyond, only variables that leave their range are."""
 TRANSITION_CHOICES = 64
 """Combinations of transitions of one event; where there are more, ``self-cancelling`` is not looked
 for."""

@@ -107,6 +107,36 @@ def test_goals_that_nobody_can_keep_leave_no_supervisor() -> None:
     assert "requirement" in found.diagnostics[0].message
 
 
+FUEL = """
+    component Car {
+        incoming message there with type: none
+        outgoing message back with type: none
+        behaviour {
+            variable fuel: integer(0..2) = 2
+            initial marked state home {
+                on request to there if fuel > 0 do fuel := fuel - 1 goto away
+            }
+            marked state away { on response from back%s goto home }
+        }
+    }
+    requirement possible Car.away
+"""
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_where_nothing_is_left_the_nearest_fault_is_told(engine: str) -> None:
+    """Each state is lost only because of others: the trace leads to the first that is not."""
+    message = of(FUEL % "", engine).diagnostics[0].message
+    home = "there.request, back.response"
+    assert f"must be avoided: after {home}, {home}, 'requirement possible Car.away'" in message
+    (found, *_) = of(FUEL % " do fuel := fuel - 1", engine).diagnostics
+    assert "after there.request, back.response, 'requirement possible" in found.message
+    left = FUEL % " do fuel := fuel - 1" + "requirement there needs Car.fuel != 2"
+    (found, *_) = of(left.replace("= 2\n", "= 1\n"), engine).diagnostics
+    assert "after there.request, back.response, Car.fuel leaves its range 0..2" in found.message
+    assert found.hint is not None and "widen the range of Car.fuel" in found.hint
+
+
 @pytest.mark.parametrize("engine", ["dense", "bdd"])
 def test_under_preferences_it_is_checked(engine: str) -> None:
     text = SWITCHES + "requirement possible A.at_left from A.middle"

@@ -27,6 +27,7 @@ from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper, Test
 from robosc.synthesis.explain.blocking import Cause, why_blocked, why_impossible
+from robosc.synthesis.explain.near_fault import near_fault
 from robosc.synthesis.explain.range_violation import why_out_of_range
 from robosc.synthesis.explain.starts import (
     UNTRACED,
@@ -219,7 +220,11 @@ class _Explainer:
         if self.plant.goals:
             where += ", or to what must remain possible,"
         reason = f"each way back to {where} passes through states that must be avoided"
-        return _BadState((start,), None, Cause(reason))
+        near = near_fault(self.stepper, start, self.leaving)
+        if near is None:
+            return _BadState((start,), None, Cause(reason))
+        cause = Cause(f"{reason}: {near.reason}", near.remedy, near.span)
+        return _BadState((start,), None, cause)
 
     def _steps(self, before: tuple[Step, ...], path: tuple[PlantState, ...]) -> tuple[Step, ...]:
         return (*before, *steps_of(self.stepper, path))
