@@ -101,7 +101,7 @@ def test_arrows_have_the_words_of_the_model() -> None:
     labels = {word for label in re.findall(r'-> "state .*label="(.*?)"', text)
               for word in label.split("\\n")}  # fmt: skip
     assert labels == {
-        "level.response(range > 2)", "level.response(!(range > 2))",
+        "level.response(range > 2.0)", "level.response(!(range > 2.0))",
         "Lamp: off->lit.low", "Lamp: lit.low->lit.high", "Lamp: lit.high->lit.low",
     }  # fmt: skip
 
