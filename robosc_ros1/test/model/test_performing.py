@@ -132,6 +132,28 @@ def cancels(plant: Plant, state: PlantState) -> None:
         assert holds(plant, cancel.requirement, state) is not keeps
 
 
+@pytest.mark.parametrize(
+    ("retry", "at"),
+    [
+        ("", "go"),
+        ("{ retry 2 times every 1 s else goto idle }", "retry 2 times every 1 s else goto idle"),
+        ("{ on error from go if last goto idle }", "error"),
+    ],
+)
+def test_what_follows_an_error_hides_the_transitions_around(retry: str, at: str) -> None:
+    text = f"""initial marked state idle {{ on response from near goto work }}
+        state work {{
+            on error from go if last goto idle
+            initial state going performs go then goto idle {retry}
+        }}"""
+    _, diagnostics = load(Source("model.rscd", f"robot Test {{ {PARTS % text} }}"))
+    hidden = [d for d in diagnostics if d.code == "hidden-transition"]
+    assert [d.span.text for d in hidden] == [at], render_all(diagnostics)
+    assert hidden[0].message.startswith(
+        "in state 'work.going' this hides the transition for 'error'"
+    )
+
+
 def test_an_action_whose_type_is_not_known_is_the_only_error() -> None:
     text = """robot Test {
         component Base {

@@ -18,6 +18,7 @@ from robosc.model.names.communications import HEARD, report_misdirected
 from robosc.model.names.tables import CommunicationInfo, Instance
 from robosc.model.typing.compatibility import describe
 from robosc.remedies import Change, Remedy
+from robosc.runtime.places import place_of
 from robosc.source import Span
 from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode, TauNode
 
@@ -262,9 +263,10 @@ def check_hiding(
                     for where, t in (*outer, *every)
                     if (t.event, t.communication) == key and _hides(transition, is_rest, t)
                 ]
-                if hidden and (place.name, *key) not in seen:
-                    seen.add((place.name, *key))
-                    _report_hidden(transition, hidden[0], place.name, event_spans, report)
+                name = place_of(place.name)
+                if hidden and (name, *key) not in seen:
+                    seen.add((name, *key))
+                    _report_hidden(transition, hidden[0], name, event_spans, report)
 
 
 def _report_hidden(

@@ -153,6 +153,7 @@ class PerformingResolver:
             text = f"'{'times' if node.times else 'else'}' of 'retry' needs {missing}"
             self._misplaced(node, text, "write: retry 2 times else goto failed")
             return
+        self._transitions.event_spans[node.span.start, EventKind.ERROR] = node.span
         again = self._transitions.goes(EventKind.ERROR, command.key, node)
         via = again.named or again.goto
         if again.goto is None:

@@ -54,6 +54,8 @@ def why_free(term: TestRef | ChoiceRef) -> str:
         return "it is computed"
     if any(isinstance(part, Part) for part in parts):
         return "it is a part of a variable, and is assigned to another variable"
+    if any(isinstance(part, ValueRef) and part.optional for part in parts):
+        return "an error may come without a value"
     return "what is assigned is of another type"
 
 
