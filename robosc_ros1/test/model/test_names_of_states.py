@@ -68,3 +68,14 @@ def test_what_is_no_part_of_a_state_is_told(
     (fault,) = (d for d in diagnostics if d.code == "unknown-member")
     assert fault.span.text == place, render_all(diagnostics)
     assert message in fault.message and hint in str(fault.hint or "")
+
+
+def test_of_a_component_that_is_not_found_nothing_more_is_told() -> None:
+    text = """robot Test {
+        component Left from Nowhere import Dock
+        component Lamp { incoming message lamp with type: none }
+        requirement lamp needs Left.away.leaving.waiting or Left.leaving.retries = 2
+        requirement possible Left.away.out from Left.stuck
+    }"""
+    _, diagnostics = load(Source("model.rscd", text))
+    assert [d.code for d in diagnostics] == ["library-not-found"], render_all(diagnostics)

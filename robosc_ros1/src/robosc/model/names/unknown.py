@@ -154,6 +154,8 @@ class NameFaults:
     def no_parts(self, access: Access) -> None:
         """Report what stands behind a name that has no such parts."""
         root, first = access.root.text, access.path[0]
+        if self._symbols is not None and self._symbols.is_broken(root):
+            return
         component = self._symbols.component(root) if self._symbols else None
         if component is not None and isinstance(first, Name):
             info = component.communications.get(first.text)
