@@ -371,6 +371,7 @@ def test_goals_that_only_together_cannot_be_met(engine: str) -> None:
     """
     (why,) = synthesize(plant_of(text), engine).explanations
     assert [note.message for note in why.diagnostic.notes] == [
+        "this is where it goes wrong",
         "2 goals cannot remain possible together; without any one of them the others can:"
         " 'requirement possible Switch.at_left'",
         "and 'requirement possible Switch.at_right'",

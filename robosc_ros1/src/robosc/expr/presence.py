@@ -6,7 +6,7 @@ around its comparisons, so that later stages have conditions that are either tru
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import replace
 from functools import reduce
 
@@ -86,14 +86,8 @@ def known_condition(expr: Expr) -> Expr:
 
 def none_of(conditions: Iterable[Expr], span: Span) -> Expr:
     """The condition that none of the conditions holds, each of which is always defined."""
-    parts = (_opposite(condition, span) for condition in conditions)
+    parts: Iterator[Expr] = (Unary("!", condition, _BOOLEAN, span) for condition in conditions)
     return reduce(lambda left, right: Binary("and", left, right, _BOOLEAN, span), parts)
-
-
-def _opposite(condition: Expr, span: Span) -> Expr:
-    if isinstance(condition, Unary) and condition.operator == "!":
-        return replace(condition.operand, span=span)
-    return Unary("!", condition, _BOOLEAN, span)
 
 
 def otherwise(condition: Expr, alternative: Expr, span: Span) -> Expr:

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from robosc.errors import listing
-from robosc.expr.presence import known_condition, none_of
+from robosc.expr.presence import known_condition
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.expr.types import BooleanType, IntegerType
@@ -173,7 +173,7 @@ class Performing:
             if own.guard is None:
                 return found
             before.append(known_condition(own.guard))
-        rest = [none_of(before, self.node.span)] if before else []
+        rest = [_opposite(condition) for condition in before]
         for other in performed:
             guards = [*rest, *(() if other.guard is None else (other.guard,))]
             found.append(replace(other, guard=_all(guards, other.span)))
@@ -191,6 +191,13 @@ def _together(own: Transition, performed: Transition) -> Transition:
         assignments=(*own.assignments, *others),
         span=own.span,
     )
+
+
+def _opposite(condition: Expr) -> Expr:
+    if isinstance(condition, Unary) and condition.operator == "!":
+        return condition.operand
+    assert condition.span is not None
+    return Unary("!", condition, _BOOLEAN, condition.span)
 
 
 def _all(guards: Sequence[Expr], span: Span) -> Expr | None:

@@ -47,8 +47,8 @@ def near_fault(
         cause = why_out_of_range(plant, last, path[-1])
         return _told((*steps, last), cause)
     here = path[-1]
-    cause = why_blocked(stepper, here, lambda: steps) or why_impossible(stepper, here)
-    return None if cause is None else _told(steps, cause)
+    why = why_blocked(stepper, here, lambda: steps) or why_impossible(stepper, here)
+    return None if why is None else _told(steps, why)
 
 
 _Candidate = tuple[int, Step | None]
@@ -129,10 +129,11 @@ def _cut_off(stepper: Stepper, region: _Region, goal: PlantGoal | None) -> _Cand
     """The first state from which a goal (None: a marked state) can no longer be reached."""
     if not region.complete:
         return None
-    if goal is None:
-        there, along, origin = stepper.plant.is_marked, _always, _always
-    else:
-        there, along, origin = map(stepper.test, goal.conditions)
+    there, along, origin = (
+        (stepper.plant.is_marked, _always, _always)
+        if goal is None
+        else map(stepper.test, goal.conditions)
+    )
     leading = region.leading_to(there, along)
     return next(
         ((n, None) for n, s in enumerate(region.states) if n not in leading and origin(s)), None
