@@ -67,7 +67,7 @@ def everything(desk: Desk, text: str, offset: int) -> None:
 
 def test_typing_at_the_end() -> None:
     desk = Desk()
-    for end in range(0, len(TEXT) + 1, 5):
+    for end in range(0, len(TEXT) + 1, 8):
         everything(desk, TEXT[:end], end)
 
 

@@ -281,7 +281,7 @@ def test_random_robots_with_goals_and_preferences(engine: str, pytestconfig: pyt
 @pytest.mark.slow
 def test_both_searches_of_the_controller_agree() -> None:
     compared = 0
-    for seed in range(300):
+    for seed in range(150):
         rng = random.Random(seed)
         robot = robot_of(random_model(rng, 1 + seed % 2))
         found = synthesize(lower(robot), "bdd")

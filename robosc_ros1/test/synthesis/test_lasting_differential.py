@@ -39,5 +39,5 @@ def test_the_models_have_some() -> None:
 def test_random_robots_with_lasting_conditions(engine: str, pytestconfig: pytest.Config) -> None:
     count = pytestconfig.getoption("--models", default=None)
     first = pytestconfig.getoption("--first-model", default=0)
-    for seed in range(first, first + (60 if count is None else count)):
+    for seed in range(first, first + (40 if count is None else count)):
         check(lasting_model(seed), engine, seed)

@@ -26,7 +26,7 @@ def test_random_robots_that_call_the_controller(engine: str, pytestconfig: pytes
     count = pytestconfig.getoption("--models", default=None)
     first = pytestconfig.getoption("--first-model", default=0)
     tried = 0
-    for seed in range(first, first + (150 if count is None else count)):
+    for seed in range(first, first + (100 if count is None else count)):
         text = _model(seed)
         if "outgoing service" in text or "outgoing action" in text:
             check(text, engine, seed)
