@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -26,11 +27,14 @@ class SilentPort(PlayedPort, MonitorPort):
     def __init__(self) -> None:
         super().__init__()
         self.documents: list[dict[str, Any]] = []
+        self.meanwhile: Callable[[], None] = lambda: None
+        """What comes while something is handled that is a finding."""
 
     def found(self, text: str) -> None:
         document = json.loads(text)
         validate(document, "finding")
         self.documents.append(document)
+        self.meanwhile()
 
 
 class Bench:
@@ -107,6 +111,14 @@ def test_what_waited_is_judged_as_when_it_came(bench: Bench) -> None:
     bench.monitor.poster([SENSOR])(CLEAR)
     bench.wait(TOLERANCE)
     assert bench.found() == [("violation", "go.request", ["go needs clear"])]
+
+
+def test_what_comes_while_another_message_is_handled_has_a_time_of_its_own(bench: Bench) -> None:
+    bench.port.meanwhile = lambda: bench.monitor.poster([SENSOR])(CLEAR)
+    bench.hear(1000.0)
+    bench.monitor.cycle()
+    first, second = (e.time for e in bench.monitor.recorder.take())
+    assert first < second
 
 
 def test_the_clock_of_arrivals_does_not_go_back_with_them_but_with_its_own() -> None:

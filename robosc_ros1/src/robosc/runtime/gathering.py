@@ -53,11 +53,14 @@ class Gathering:
         self._parts = parts
         self._clock = clock
         self._queue: Deque[Any] = parts.turns.queue
+        self._stamp = (
+            parts.recorder.now
+        )  # that of the recorder is another while something is handled
 
     def put(self, item: Item) -> None:
         """Queue what arrives now."""
         parts = self._parts
-        self._queue.append(_Arrived(item, parts.port.now(), parts.recorder.now()))
+        self._queue.append(_Arrived(item, parts.port.now(), self._stamp()))
         if len(self._queue) == 1:
             parts.turns.wake()
 
@@ -67,11 +70,10 @@ class Gathering:
             handle(item, False)
             return
         recorder = self._parts.recorder
-        now = recorder.now
         self._clock.go_back(item.time)
         recorder.now = lambda: item.stamp
         try:
             handle(item.item, True)
         finally:
             self._clock.go_on()
-            recorder.now = now
+            recorder.now = self._stamp
