@@ -27,6 +27,10 @@ from .ros_calls import Action, Service
 from .ros_messages import has_oddities, plain, sendable
 from .ros_parameters import advertise, keep_clock, qos_profile
 
+RESULT_KEPT = 60
+"""Seconds for which the result of a goal is kept for a controller that asks late. A server's status
+lists all goals that it keeps."""
+
 
 def packed(message):
     """Return a message, as it was read, as bytes."""
@@ -162,6 +166,7 @@ class ActionRelay(Action):
             goal_callback=self._asked,
             cancel_callback=self._cancel_asked,
             callback_group=ReentrantCallbackGroup(),
+            result_timeout=RESULT_KEPT,
         )
 
     # The controller's side

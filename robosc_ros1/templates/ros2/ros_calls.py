@@ -40,6 +40,9 @@ while it does not know the client, and one that knows the goal answers when that
 UNKNOWN = 10
 """After so many answers, a second apart, that a server does not know a cancelled goal which it has
 not answered, the goal counts as rejected: that answer was lost."""
+LONGEST = 60.0
+"""The most seconds between two times that the result of a goal is asked for. The answer may be
+lost: a server keeps ten for a client that does not take them at once."""
 GONE = 5.0
 """Seconds without the server after which a cancelled goal counts as ended."""
 GONE_SERVER = Failure("server lost: it is not there any more", None, LOST)
@@ -220,6 +223,7 @@ class Action(Caller):
             self._send_cancel(goal)
         goal.servers = self._servers()
         goal.seen = self._heard = time.monotonic()
+        goal.again = goal.seen + goal.pause
         self._executor_thread.poll((self, goal.token), lambda: self._watch(goal), WATCH)
 
     def _ask(self, goal):
@@ -269,6 +273,10 @@ class Action(Caller):
         if servers - goal.servers:
             goal.inquiries = INQUIRIES
         self._inquire(goal)  # a restarted server reports that it does not know the goal
+        if now >= goal.again:
+            goal.pause = min(2 * goal.pause, LONGEST)
+            goal.again = now + goal.pause
+            self._ask(goal)
         goal.servers = servers
         return False
 
@@ -334,6 +342,8 @@ class Action(Caller):
         goal.cancelled = not goal.answered
         # A server also refuses to cancel a goal that has just ended, or that it does not know yet.
         ended = answer.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
+        if ended or answer.return_code == CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID:
+            goal.again = 0.0  # how it ended may have been lost
         refused = not answer.goals_canceling and not ended and goal.answered
         refused = refused and goal.token in self._goals
         if refused and not goal.refused:
@@ -371,5 +381,7 @@ class Goal:
         """When the engine cancelled it (steady seconds); until its end no other goal is sent."""
         self.asked = 0.0  # when the server was asked last to cancel it
         self.seen = 0.0  # when its server was there last
+        self.again = 0.0  # when to ask again for its result
+        self.pause = REPEAT  # seconds before that
         self.servers = set()
         self.inquiries = self.unknown = 0

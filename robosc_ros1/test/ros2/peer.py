@@ -36,6 +36,19 @@ from peer_messages import fill, load, plain, profile
 PATIENCE = 60.0
 
 
+class Server(ActionServer):
+    """An action server, of which some results get lost: they are not among the ten that the
+    middleware keeps until they have arrived."""
+
+    losing = 0
+
+    def _send_result_response(self, header: Any, future: Any) -> None:
+        if self.losing:
+            self.losing -= 1
+        else:
+            super()._send_result_response(header, future)
+
+
 class Peer:
     def __init__(self, name: str) -> None:
         self.node = Node(name)
@@ -210,10 +223,10 @@ class Peer:
 
     def act(
         self, name: str, type: str, accept: bool | None = True, cancel: bool | None = True,
-        end: str = "",
+        end: str = "", lose: int = 0,
     ) -> None:  # fmt: skip
         """``accept`` goals, grant a ``cancel``, None: when told, and never; ``end`` says how each
-        goal ends at once."""
+        goal ends at once; so many results are sent, but get ``lose``d on the way."""
         class_ = load(type)
         parts = f"{name}/_action"
         ids: dict[bytes, str] = {}
@@ -258,10 +271,11 @@ class Peer:
                 await Future()
             return CancelResponse.ACCEPT if cancel else CancelResponse.REJECT
 
-        self.servers[name] = ActionServer(
+        server = self.servers[name] = Server(
             self.node, class_, name, execute, goal_callback=asked, cancel_callback=cancelled,
             callback_group=self.group,
         )  # fmt: skip
+        server.losing = lose
 
     def withdraw(self, name: str) -> None:
         """Take a service or an action off the graph."""

@@ -295,3 +295,26 @@ def test_feedback_that_came_before_the_result_is_taken_before_it(
     told(robot, goal, feedback=reports, end="succeed", result={"code": 0})
     state = arm(robot, "resting", lambda s: s["variables"]["Arm.last"] == "good")
     assert (state["variables"]["Arm.progress"], state["counters"]["late"]) == (0.5, 0)
+
+
+def test_a_result_that_got_lost_is_asked_for_again(graph: Graph, controller: Start) -> None:
+    controller(rate=0.1)
+    robot = ready(graph, lose=1)
+    told(robot, robot.expect("goal", name="reach"), end="succeed", result={"code": 0})
+    state = arm(robot, "resting", lambda s: s["variables"]["Arm.last"] == "good")
+    assert state["counters"]["errors"] == state["counters"]["late"] == 0
+
+
+def test_a_result_that_got_lost_while_the_goal_was_cancelled_is_asked_for_again(
+    graph: Graph, controller: Start
+) -> None:
+    controller()
+    robot = ready(graph, lose=1)
+    goal = robot.expect("goal", name="reach")
+    robot.publish("person", READING, {"valid": True, "distance": 0.5})
+    robot.expect("cancel", name="reach")
+    told(robot, goal, end="canceled", result={"code": 0})
+    arm(robot, "resting", lambda s: s["communications"]["reach"] == "idle")
+    robot.publish("person", READING, {"valid": True, "distance": 5.0})
+    told(robot, robot.expect("goal", name="reach"), end="succeed", result={"code": 0})
+    robot.expect_state("guarded_arm", lambda s: s["variables"]["Arm.last"] == "good")
