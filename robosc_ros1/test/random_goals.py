@@ -93,9 +93,9 @@ class Followed:
     wrong: tuple[str, ...]
 
 
-def followed(events: Path, goals: Path, crossing: float = 0.0) -> Followed:
+def followed(events: Path, goals: Path, crossing: float | None = 0.0) -> Followed:
     """Compare an event log with what the server says; whoever only listens may see the end of a goal
-    after the begin of the next one, by so many seconds."""
+    after the begin of the next one, by so many seconds; None: until it has seen that, too."""
     lines = [line.split() for line in goals.read_text().splitlines()]
     begun = {int(number): float(at) for what, number, at in lines if what == "begin"}
     ended = {int(number): float(at) for what, number, at in lines if what == "end"}
@@ -105,11 +105,13 @@ def followed(events: Path, goals: Path, crossing: float = 0.0) -> Followed:
     starts = [begun[number] for number in order]
     longest = max((ended.get(n, 0.0) - begun[n] for n in order), default=0.0)
     phase, counts, replaced = "idle", dict.fromkeys((*ENDS, "request", "cancel"), 0), 0
+    seen = 0
     for line in events.read_text().splitlines():
         document = json.loads(line)
         kind, name = document["event"]["kind"], document["event"]["name"]
         if name != "go" or kind not in counts:
             continue
+        seen += kind == "request"
         if document["outcome"] != "applied":
             wrong.append(f"{kind}: {document['outcome']}")
             continue
@@ -119,7 +121,7 @@ def followed(events: Path, goals: Path, crossing: float = 0.0) -> Followed:
                 wrong.append(f"{kind} while idle")
             at = document["time"] - 0.0005  # it is rounded
             first = bisect_left(starts, at - longest)
-            last = bisect_left(starts, at - crossing)
+            last = seen if crossing is None else bisect_left(starts, at - crossing)
             running = [n for n in order[first:last] if ended.get(n, at + 1) > at + 0.001]
             early += [f"{kind} at {at!r} while goal {number} runs" for number in running]
             phase = "idle"
@@ -146,7 +148,7 @@ def check(events: Path, goals: Path, count: int) -> None:
     assert all(found.counts.values()), found.counts
 
 
-def check_monitor(events: Path, goals: Path, crossing: float) -> None:
+def check_monitor(events: Path, goals: Path, crossing: float | None) -> None:
     """The log of a monitor, which may take what comes late for forbidden, and may not know what is
     cancelled or over then, but never takes an action for over while a goal runs."""
     found = followed(events, goals, crossing)

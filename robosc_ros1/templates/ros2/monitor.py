@@ -16,6 +16,8 @@ from .ros_arriving import corrected, maker
 from .ros_messages import has_oddities, plain
 from .ros_parameters import advertise, qos_profile
 
+STATUS, FEEDBACK = "/_action/status", "/_action/feedback"
+
 
 class MonitorPort(RosPort):
     """The topics of a monitor, as in the tables of ``node.py``."""
@@ -53,14 +55,9 @@ class MonitorPort(RosPort):
 
     def _hear_action(self, engine, name, type_, key):
         # Servers send the status of goals again to those that come later.
-        topics = {
-            "/_action/status": (GoalStatusArray, qos_profile("reliable", 100, "transient_local")),
-            "/_action/feedback": (type_.Impl.FeedbackMessage, qos_profile("reliable", 100)),
-        }
-        for part, handle in SeenActionOfRos2(engine, key).handlers.items():
-            message_type, profile = topics[part]
-            self.listen(message_type, name + part, _plainly(handle), profile, engine.lose)
-
-
-def _plainly(handle):
-    return lambda message: handle(plain(message))
+        seen = SeenActionOfRos2(engine, key)
+        latched = qos_profile("reliable", 100, "transient_local")
+        self.listen(GoalStatusArray, name + STATUS, seen.handlers[STATUS], latched, engine.lose)
+        hear = seen.handlers[FEEDBACK]
+        type_, profile = type_.Impl.FeedbackMessage, qos_profile("reliable", 100)
+        self.listen(type_, name + FEEDBACK, lambda m: hear(plain(m)), profile, engine.lose)
