@@ -59,6 +59,28 @@ def test_a_server_that_vanished_is_lost(stage: Stage, puppet: Puppet, ear: Puppe
 
 
 @pytest.mark.parametrize(
+    ("reason", "end"),
+    [("failed", "abort"), ("refused", "succeed"), ("lost", None)],
+)
+def test_the_reason_of_an_error_while_cancelling(
+    stage: Stage, puppet: Puppet, ear: Puppet, reason: str, end: str | None
+) -> None:
+    with stage.puppet() as victim:
+        victim.do("action", **GO, mode="go on")
+        with courier(stage, ear, puppet) as node:
+            victim.wait(lambda line: line.get("asked") == "/go", "the goal")
+            puppet.publish("/wanted", "std_msgs/Bool", False)
+            victim.wait(lambda line: line.get("cancelled") == "/go", "the cancel")
+            if end is None:
+                os.kill(victim.process.pid, signal.SIGKILL)
+            else:
+                victim.do("finish", name="/go", mode=end, fields={"distance": 9.0})
+            told = node.tells(event("error", "go"))
+            assert (told["reason"], told["outcome"]) == (reason, "applied")
+            assert len(node.events(event("cancel", "go"))) == 1
+
+
+@pytest.mark.parametrize(
     ("reason", "served"),
     [
         ("absent", None),

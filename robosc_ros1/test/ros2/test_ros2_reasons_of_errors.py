@@ -106,6 +106,29 @@ def test_what_others_cancel_has_failed(courier: Callable[..., tuple[Peer, Path]]
 
 
 @pytest.mark.parametrize(
+    ("reason", "end"),
+    [("failed", "abort"), ("refused", "succeed"), ("lost", None)],
+)
+def test_the_reason_of_an_error_while_cancelling(
+    graph: Graph, courier: Callable[..., tuple[Peer, Path]], reason: str, end: str | None
+) -> None:
+    # How soon a killed process is noticed, is said by itself when it joins.
+    profile = str(HERE / "short_lease.xml")
+    server = graph.peer("server", FASTRTPS_DEFAULT_PROFILES_FILE=profile)
+    server.act(*GO)
+    robot, log = courier(None)
+    goal = server.expect("goal", name="go")
+    robot.publish("wanted", "std_msgs/msg/Bool", {"data": False})
+    server.expect("cancel", name="go")
+    if end is None:
+        server.process.signal(signal.SIGKILL)
+    else:
+        server.order("tell_server", id=goal["id"], end=end, result={"distance": 9.0})
+    await_condition(lambda: errors_in(log), "an error")
+    assert errors_in(log) == [reason]
+
+
+@pytest.mark.parametrize(
     ("reason", "served", "reply"),
     [("absent", False, None), ("refused", True, {"success": False}), ("timeout", True, None)],
 )
