@@ -55,7 +55,8 @@ class Watch(TrafficWatch):
 
     def __init__(self, tables, allowed):
         simulated = not rospy.rostime.is_wallclock()
-        traffic = tables.traffic(rospy.get_name(), rospy.resolve_name, allowed, simulated)
+        own = rospy.get_name()
+        traffic = tables.traffic(own, rospy.resolve_name, allowed, simulated, "/status")
         super().__init__(traffic, lambda text: rospy.logwarn("%s", text))
         self._master = rosgraph.get_master_uri()
         self._gone = False

@@ -24,7 +24,8 @@ class Watch(TrafficWatch):
 
     def __init__(self, node, tables, allowed):
         own = node.get_fully_qualified_name()
-        traffic = tables.traffic(own, node.resolve_topic_name, allowed, is_simulated(node))
+        simulated, status = is_simulated(node), "/_action/status"
+        traffic = tables.traffic(own, node.resolve_topic_name, allowed, simulated, status)
         super().__init__(traffic, lambda text: node.get_logger().warning(text))
         self._node = node
         self._due = 0.0

@@ -200,6 +200,16 @@ def test_a_cancelled_goal_that_goes_on_is_a_fault_and_holds_the_next(
         assert [e["outcome"] for e in node.events() if e["outcome"] != "applied"] == []
 
 
+def test_two_servers_of_one_action_are_a_fault(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    """A goal goes to both, and the node takes it for ended when one of them says so."""
+    puppet.do("action", **RUN, mode="hold")
+    with stage.puppet() as other, stage.controller(ear) as node:
+        other.do("action", **RUN, mode="hold")
+        node.shows(lambda s: any("all publish /run/status: a goal goes" in f for f in s["faults"]))
+        other.process.kill()
+        node.shows(lambda s: s["faults"] == [], since=ear.mark)
+
+
 def test_nothing_is_asked_of_a_server_while_another_of_its_actions_goes_on(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:

@@ -243,6 +243,16 @@ def test_nothing_is_asked_of_a_server_while_another_of_its_actions_goes_on(
     assert robot.expect("asked", name=name)["data"]["x"] == 3.0
 
 
+def test_two_servers_of_one_action_are_a_fault(graph: Graph, controller: Start) -> None:
+    controller()
+    robot, other = ready(graph), graph.peer("other")
+    other.act("reach", ACTION)
+    several = "all publish /reach/_action/status: a goal goes to each"
+    robot.expect_state("guarded_arm", lambda s: any(several in fault for fault in s["faults"]))
+    other.order("withdraw", name="reach")
+    robot.expect_state("guarded_arm", lambda s: s["faults"] == [])
+
+
 def test_goals_of_others_are_none_of_its_own(graph: Graph, controller: Start) -> None:
     controller(rate=0.1)
     robot, other = ready(graph), graph.peer("other")

@@ -22,6 +22,14 @@ def test_a_supervisor_guards_one_controller() -> None:
     assert fault.startswith("/one and /two all publish /supervised/vel")
 
 
+def test_several_servers_of_one_action_are_named() -> None:
+    sender = CONTROLLER._replace(statuses=("/go/status",))
+    assert "/go/status" in sender.topics
+    assert list(sender.second_publishers({"/go/status": ["/base"]})) == []
+    (fault,) = sender.second_publishers({"/go/status": ["/base", "/arm"]})
+    assert fault.startswith("/arm and /base all publish /go/status: a goal goes to each")
+
+
 def test_topics_with_nobody_at_the_other_end() -> None:
     publishers = {"/vel": ["/c"], "/horn": ["/c"]}
     assert list(CONTROLLER.unconnected(publishers, {"/horn": ["/robot"]})) == [

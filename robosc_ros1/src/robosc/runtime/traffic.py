@@ -19,7 +19,8 @@ class Traffic(NamedTuple):
 
     ``heard`` are the topics of inputs, ``commanded`` those on which this node commands the robot,
     ``guarded`` those on which a supervisor receives the commands of one controller. ``allowed`` are
-    other nodes that may publish on the latter two. ``clocks`` are the topics of simulated time.
+    other nodes that may publish on the latter two. ``clocks`` are the topics of simulated time,
+    ``statuses`` those of the servers to which this node sends goals.
     """
 
     node: str
@@ -28,14 +29,15 @@ class Traffic(NamedTuple):
     guarded: Tuple[str, ...] = ()
     allowed: Tuple[str, ...] = ()
     clocks: Tuple[str, ...] = ()
+    statuses: Tuple[str, ...] = ()
 
     @property
     def topics(self) -> Tuple[str, ...]:
         """All topics whose other nodes are watched."""
-        return self.heard + self.commanded + self.guarded + self.clocks
+        return self.heard + self.commanded + self.guarded + self.clocks + self.statuses
 
     def second_publishers(self, publishers: _Nodes) -> Iterator[str]:
-        """Yield faults: other nodes that also command the robot, and several clocks."""
+        """Yield faults: other nodes that also command the robot, several clocks, or servers."""
         for topic in self.commanded:
             for name in self._others(topic, publishers):
                 yield (
@@ -52,11 +54,15 @@ class Traffic(NamedTuple):
                 )
 
         for topic in self.clocks:
-            names = sorted(set(publishers.get(topic, ())))
-            if len(names) > 1:
-                yield "%s all publish %s, so ROS time is not one: stop all but one" % (
-                    " and ".join(names),
-                    topic,
+            names = _several(publishers, topic)
+            if names:
+                yield "%s all publish %s, so ROS time is not one: stop all but one" % (names, topic)
+        for topic in self.statuses:
+            names = _several(publishers, topic)
+            if names:
+                yield (
+                    "%s all publish %s: a goal goes to each of these servers, and ends for this"
+                    " node when one of them says so; stop all but one" % (names, topic)
                 )
 
     def unconnected(self, publishers: _Nodes, subscribers: _Nodes) -> Iterator[str]:
@@ -74,6 +80,12 @@ class Traffic(NamedTuple):
 
     def _but_this(self, names: Iterable[str]) -> List[str]:
         return [name for name in names if name != self.node]
+
+
+def _several(publishers: _Nodes, topic: str) -> str:
+    """Return the nodes on a topic that one should have; "": there are not several."""
+    names = sorted(set(publishers.get(topic, ())))
+    return " and ".join(names) if len(names) > 1 else ""
 
 
 class TrafficWatch:

@@ -36,18 +36,20 @@ class Tables:
         topics = self.subscriptions
         return {names[key]: resolved(topic) for topic, _, keys in topics for key in keys}
 
-    def traffic(self, node, resolved, allowed, simulated):
+    def traffic(self, node, resolved, allowed, simulated, status):
         """Return the topics of a node (given by its full name) whose other nodes are watched.
 
         ``resolved`` returns the full name of a topic; ``allowed`` is the parameter
-        ``allowed_publishers``; ``simulated`` tells whether the node follows ``/clock``.
+        ``allowed_publishers``; ``simulated`` tells whether the node follows ``/clock``; ``status``
+        is what the name of an action's status topic ends with.
         """
         heard, commanded = (
             [name for name, _, _ in topics] for topics in (self.subscriptions, self.publications)
         )
         clocks = ("/clock",) if simulated else ()
         names = (tuple(map(resolved, topics)) for topics in (heard, commanded, self.guarded))
-        return Traffic(node, *names, allowed=tuple(allowed.split()), clocks=clocks)
+        statuses = tuple({resolved(name) + status for name, _, _ in self.actions})
+        return Traffic(node, *names, tuple(allowed.split()), clocks, statuses)
 
 
 class SupervisorTables(Tables):
@@ -104,8 +106,9 @@ class MonitorTables(Tables):
         keys = [(topic, [row[0] for row in rows]) for topic, _, rows in self.commands]
         return [*super().topics(), *keys]
 
-    def traffic(self, node, resolved, allowed, simulated):
-        found = super().traffic(node, resolved, allowed, simulated)
+    def traffic(self, *words):
+        found = super().traffic(*words)
+        _, resolved, *_ = words
         commands = (resolved(topic) for topic, _, _ in self.commands)
         return found._replace(heard=(*found.heard, *commands))
 
