@@ -38,9 +38,12 @@ class RelayedGoal:
         self._status = None  # the latest; None: its server has not listed it yet
         self._ended = None  # when its status showed its end
 
-    def follow(self, status, now):
+    def follow(self, status, now, may_come):
         """Take notice of its entry in the server's status, if any; return the status with which it
-        is over without a result. None: it goes on, or its result is awaited."""
+        is over without a result. None: it goes on, or its result is awaited. ``may_come``: it may
+        be on its way to a server that has forgotten its cancel."""
+        if status is None and self.is_recalled() and may_come:
+            self._status = None
         if status is None:
             return None if self._status is None else GoalStatus.LOST
         if self.accepted and status.status in WAITING:
@@ -154,6 +157,7 @@ class ActionRelay(GoalCaller):
         _, message = goal
         self._latest.token = token
         self._goals[self._latest.id] = self._latest
+        self._sent.add(self._latest.id)
         self._send_goal.publish(message)
 
     def transmit_cancel(self):
@@ -198,9 +202,10 @@ class ActionRelay(GoalCaller):
     def _on_status(self, array):
         statuses = {status.goal_id.id: status for status in array.status_list}
         now = time.monotonic()
+        self._sent.look({known: status.status for known, status in statuses.items()})
         with self._lock:
             for goal in list(self._goals.values()):
-                over = goal.follow(statuses.get(goal.id), now)
+                over = goal.follow(statuses.get(goal.id), now, goal.id in self._sent)
                 if goal.is_working() and not goal.accepted:
                     goal.accepted = True
                     self._report(goal, "accepted")

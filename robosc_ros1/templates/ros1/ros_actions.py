@@ -14,7 +14,7 @@ import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
 
 from .ros_backlog import BACKLOG
-from .ros_goal_tracker import GoalTracker
+from .ros_goal_tracker import GoalTracker, Sent
 from .ros_messages import clean, compose
 from .ros_port import Caller
 from .ros_watch import ask
@@ -60,9 +60,12 @@ class Ends:
     def is_deserted(self):
         """Whether nobody sends to this node: the server ended, or its machine cut the connection.
         A server that is only silent is still connected."""
+        return all(link.done or link.socket is None for link in self.heard())
+
+    def heard(self):
+        """Return the connections on which the server sends."""
         heard = [end.impl for end in self._ends if isinstance(end, rospy.Subscriber)]
-        links = [link for topic in heard for link in topic.connections]
-        return all(link.done or link.socket is None for link in links)
+        return [link for topic in heard for link in topic.connections]
 
     def look(self):
         """Check whether they are connected, which may take as long as an answer of the server.
@@ -115,6 +118,7 @@ class GoalCaller(Caller):
         self.label = rospy.resolve_name(name)
         self._canceller = canceller
         self._ends = ends
+        self._sent = Sent(ends)
         self._lock = threading.Lock()
         self._token = None
         self._cancelled = False
@@ -274,6 +278,7 @@ class Action(GoalCaller):
         client = self._client
         client.manager._generate_id = new_goal_id
         client.manager.update_results = self._take_result
+        client.manager.update_statuses = self._take_status
         super().__init__(
             name,
             client.pub_cancel,
@@ -294,6 +299,19 @@ class Action(GoalCaller):
             BACKLOG.await_rest([link.socket for link in links if link.socket], FOLLOWING)
         type(manager).update_results(manager, result)
 
+    def _take_status(self, array):
+        # A goal of which the server has only the cancel is not lost when it forgets that.
+        statuses = {status.goal_id.id: status.status for status in array.status_list}
+        self._sent.look(statuses)
+        for goal in list(self._unended):
+            known, followed = _id_of(goal), goal.comm_state_machine
+            with followed.mutex:
+                is_recalled = followed.state == actionlib.CommState.RECALLING
+                if is_recalled and known not in statuses and known in self._sent:
+                    followed.state = actionlib.CommState.WAITING_FOR_GOAL_ACK
+        manager = self._client.manager
+        type(manager).update_statuses(manager, array)
+
     def start(self, data, token, timeout):
         self.begin(compose(type(self._type().action_goal.goal)(), data), token, timeout)
 
@@ -305,6 +323,7 @@ class Action(GoalCaller):
         _forget_goals(self._client.manager)
         with clean(self._client.pub_goal):
             self._handle = self._client.send_goal(goal, tracker.on_transition, tracker.on_feedback)
+        self._sent.add(_id_of(self._handle))
 
     def _on_status(self, array):
         # In the thread in which the client has just taken this status.

@@ -10,6 +10,9 @@ from ._runtime.calls import FAILED, LOST, REJECTED, Failure
 
 RESULT_TIMEOUT = 2.0
 """Seconds after the status shows the end of a goal, after which its result counts as lost."""
+ON_ITS_WAY = 60.0
+"""Seconds for which a goal may be on its way to a server that has forgotten its cancel, which
+actionlib does after five."""
 BEGUN = (actionlib.CommState.ACTIVE, actionlib.CommState.PREEMPTING)
 WAITING = (GoalStatus.PENDING, GoalStatus.RECALLING)
 """The statuses of a goal that its server has not begun."""
@@ -92,3 +95,28 @@ class GoalTracker:
 
     def _end_of(self, status, result, text=""):
         return end_of(status, result, text, self.cancelled, self._accepted)
+
+
+class Sent:
+    """Goals, by id, that are on their way: the server has not told that it has them."""
+
+    def __init__(self, ends):
+        self._ends = ends
+        self._goals = {}  # when each was sent, and over which connections that server sends
+
+    def add(self, goal_id):
+        self._goals[goal_id] = time.monotonic(), self._ends.heard()
+
+    def look(self, statuses):
+        """Take notice of a server's status: by id, that of each goal. It recalls what it has only
+        the cancel of."""
+        now = time.monotonic()
+        for known, (sent, _) in list(self._goals.items()):
+            arrived = statuses.get(known, GoalStatus.RECALLING) != GoalStatus.RECALLING
+            if arrived or now - sent > ON_ITS_WAY:
+                del self._goals[known]
+
+    def __contains__(self, goal_id):
+        """Whether a goal may still come to the same server."""
+        _, links = self._goals.get(goal_id, (0.0, []))
+        return bool(links) and set(links) <= set(self._ends.heard())

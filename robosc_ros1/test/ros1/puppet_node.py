@@ -4,6 +4,7 @@ Each line is a JSON object with ``do``; when it is done, ``{"done": n}`` is prin
 What is heard on topics, and what servers are asked, is printed as it comes.
 """
 
+import collections
 import json
 import os
 import queue
@@ -174,6 +175,7 @@ class Puppet:
     def __init__(self):
         self.publishers = {}
         self.steady = {}
+        self.turns = collections.defaultdict(threading.Lock)
         self.servers = {}
         self.subscribers = []
         self.clients = {}
@@ -204,16 +206,18 @@ class Puppet:
 
     def steadily(self, topic, type, fields):
         """Publish as a sensor does, 20 times per second, until the next order for this topic."""
-        self.publish(topic, type, fields)
         first = topic not in self.steady
-        self.steady[topic] = type, fields
+        with self.turns[topic]:  # what was sent until now does not come once more after it
+            self.publish(topic, type, fields)
+            self.steady[topic] = type, fields
         if first:
             threading.Thread(target=self.go_on, args=(topic,), daemon=True).start()
 
     def go_on(self, topic):
         while not rospy.is_shutdown():
             time.sleep(0.05)
-            self.publish(topic, *self.steady[topic], connected=False)
+            with self.turns[topic]:
+                self.publish(topic, *self.steady[topic], connected=False)
 
     def listen(self, topic, type, connected=True):
         """Listen to a topic, and to all that those send to it who are there, if they are."""

@@ -189,3 +189,43 @@ def test_a_controller_takes_such_a_server_for_another_one(stage: Stage, server: 
         cancelled(server, name, 2)
         lists(server, **{name: RECALLING})
         node.tells(event("error", "go", reason="lost"))
+
+
+def test_a_goal_may_still_come_to_a_server_that_has_forgotten_its_cancel(
+    guard: Node, server: Puppet, other: Puppet
+) -> None:
+    """actionlib forgets it after five seconds; what is large, or goes another way, may take longer."""
+    sends(other, "late")
+    asked(server, "late")
+    server.publish("/wanted", "std_msgs/Bool", False)
+    guard.shows(lambda s: not s["variables"]["Desk.open"], since=other.mark)
+    cancels(other, "late")
+    cancelled(server, "late", 2)
+    lists(server, late=RECALLING)
+    lists(server)
+    cancelled(server, "late", 5)
+    lists(server, late=RECALLING)
+    lists(server)
+    shows(guard, "cancelling", since=other.mark)
+    lists(server, late=ACTIVE)
+    mark = other.mark
+    ends(server, "late", PREEMPTED)
+    guard.tells(event("cancelled", "go"), since=mark)
+    assert guard.events(event("error", "go")) == []
+
+
+def test_so_it_may_for_a_controller(stage: Stage, server: Puppet) -> None:
+    with stage.puppet() as ear, stage.controller(ear, "courier_controller") as node:
+        begins(server)
+        name = server.hears(GO + "/goal")["goal_id"]["id"]
+        server.publish("/wanted", "std_msgs/Bool", False)
+        cancelled(server, name, 1)
+        lists(server, **{name: RECALLING})
+        lists(server)
+        cancelled(server, name, 3)
+        node.shows(lambda s: s["communications"]["go"] == "cancelling", since=ear.mark)
+        lists(server, **{name: ACTIVE})
+        cancelled(server, name, 5)
+        mark = ear.mark
+        ends(server, name, PREEMPTED)
+        node.tells(event("cancelled", "go"), since=mark)
