@@ -53,9 +53,8 @@ class Gathering:
         self._parts = parts
         self._clock = clock
         self._queue: Deque[Any] = parts.turns.queue
-        self._stamp = (
-            parts.recorder.now
-        )  # that of the recorder is another while something is handled
+        # The recorder's clock is another one while something is handled that waited.
+        self._stamp = parts.recorder.now
 
     def put(self, item: Item) -> None:
         """Queue what arrives now."""
