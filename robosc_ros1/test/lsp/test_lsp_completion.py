@@ -468,3 +468,44 @@ def test_members_of_data(tmp_path: Path, old: str, new: str, wanted: str) -> Non
     text, offset = cursor(DATA_MODEL.replace(old, new))
     open_text(desk, path, text)
     assert wanted in [candidate.label for candidate in complete(desk, str(path), offset)]
+
+
+MISSION = """\
+robot M {
+    component Job {
+        service go with type: std_srvs/Trigger
+        incoming message ring with type: none
+        behaviour {
+            initial marked state idle { transition goto work }
+            state work {
+                initial state legs {
+                    initial state going performs go then goto ringing {
+                        retry 2 times every 1 s else goto idle
+                    }
+                    state ringing performs ring then goto idle
+                }
+            }
+        }
+    }
+    requirement ring needs Job.idle
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("typed", "labels"),
+    [
+        ("Job.work.|", ["legs"]),
+        ("Job.work.legs.|", ["going", "ringing"]),
+        ("Job.legs.|", ["going", "ringing"]),
+        ("Job.going.|", ["due", "performing", "retries", "waiting"]),
+        ("Job.work.legs.ringing.|", ["due"]),
+        ("Job.idle.|", []),
+    ],
+)
+def test_what_stands_in_a_state(tmp_path: Path, typed: str, labels: list[str]) -> None:
+    desk, path = Desk(), tmp_path / "mission.rscd"
+    open_text(desk, path, MISSION)
+    text, offset = cursor(MISSION.replace("Job.idle", typed, 1))
+    open_text(desk, path, text)
+    assert [found.label for found in complete(desk, str(path), offset)] == labels

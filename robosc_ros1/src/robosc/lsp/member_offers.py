@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from robosc.expr.types import ArrayType, ObjectType, Type
 from robosc.lsp.chains import names_before
 from robosc.lsp.offers import Candidate, Offers, keywords
+from robosc.model.names.tables import Instance
 from robosc.model.ros.interfaces import Missing
 
 _NAMES_COMMANDS = {"provide", "requirement", "disables", "performs", "prefer", "over"}
@@ -56,14 +57,27 @@ class MemberOffers:
             enum = contents.types.enum(chain[0])
             yield from self._offers.values(enum)
 
+    def _in_state(self, owner: Instance, path: list[str]) -> Iterator[Candidate]:
+        """The states in a state; the stages of one that performs a command, and its count."""
+        place = owner.state(".".join(path))
+        if place is None:
+            return
+        whole = f"{owner.name}.{place}"
+        for inner in owner.states[place].states:
+            yield Candidate(inner.name.text, "state", f"state in {whole}", rank=0)
+        for word in owner.parts_of_performing(place):
+            yield Candidate(word, "condition", f"of {whole}", rank=0)
+
     def _further(self, chain: list[str]) -> Iterator[Candidate]:
         """What only some names have behind them: parts, phases, constants of an interface, and the
         values of a library's enum."""
         first, *rest = chain
         for owner in self._offers.owners(self._offers.own):
             yield from self._parts_of(owner.variables.get(first), rest)
+            yield from self._in_state(owner, chain)
         for owner in self._offers.owners(first) if rest else ():
             yield from self._parts_of(owner.variables.get(rest[0]), rest[1:])
+            yield from self._in_state(owner, rest)
         for info in self._offers.infos():
             if chain not in ([info.name], [info.instance.name, info.name]):
                 continue

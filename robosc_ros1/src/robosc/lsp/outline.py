@@ -131,8 +131,10 @@ def _item(node: _Node) -> OutlineItem:
         case ServiceNode() | ActionNode():
             return _named(node, "communication", kind_of(node).value)
         case StateNode():
-            detail = " ".join(["initial"] * node.initial + ["marked"] * node.marked)
-            return _named(node, "state", detail, node.states)
+            words = ["initial"] * node.initial + ["marked"] * node.marked
+            if node.performs is not None:
+                words.append(f"performs {node.performs.communication.span.text}")
+            return _named(node, "state", " ".join(words), node.states)
         case RequirementNode() | PossibleNode() | AssumeNode():
             label = " ".join(node.span.text.split()).removeprefix("requirement ")
             return OutlineItem(label, "requirement", "requirement", node.span, node.span)

@@ -170,7 +170,7 @@ class TransitionResolver:
             return None, None
         own, scope = self._instance, self._instance.types.scope
         steps = [goto] if isinstance(goto, Name) else [goto.root, *_names(goto)]
-        path = own.nearest_state(".".join(step.text for step in steps), self.inside)
+        path = _nearest_state(own, ".".join(step.text for step in steps), self.inside)
         if path is not None:
             parts = path.split(".")
             for length, step in enumerate(steps, 1 + len(parts) - len(steps)):
@@ -264,3 +264,15 @@ def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:
         return Incoming(None, why, reasons=reasons)
     type_ = info.brought(event)
     return Incoming(type_, known=type_ is not None, optional=found.optional, reasons=reasons)
+
+
+def _nearest_state(instance: Instance, path: str, inside: str) -> str | None:
+    """The whole path of the state that a ``goto`` in a state names; None if it names none.
+
+    A name is looked for in the state ``inside`` and in those around it, from the innermost.
+    """
+    while inside and "." not in path:
+        if f"{inside}.{path}" in instance.states:
+            return f"{inside}.{path}"
+        inside = inside.rpartition(".")[0]
+    return path if path in instance.states else None

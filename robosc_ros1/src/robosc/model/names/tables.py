@@ -196,17 +196,6 @@ class Instance:
         ending = [state for state in self.states if state.endswith(f".{path}")]
         return path if path in self.states else ending[0] if len(ending) == 1 else None
 
-    def nearest_state(self, path: str, inside: str) -> str | None:
-        """The whole path of the state that a ``goto`` in a state names; None if it names none.
-
-        A name is looked for in the state ``inside`` and in those around it, from the innermost.
-        """
-        while inside and "." not in path:
-            if f"{inside}.{path}" in self.states:
-                return f"{inside}.{path}"
-            inside = inside.rpartition(".")[0]
-        return path if path in self.states else None
-
     def leaves(self, path: str) -> list[str]:
         """The paths of the states without states in them that a state is, or contains."""
         node = self.states[path]
@@ -243,15 +232,22 @@ class Instance:
         """A stage of a state that performs a command, or its count of errors, if it is one."""
         outside, _, word = path.rpartition(".")
         outer = self.state(outside)
-        if outer is None or outer not in self.performed:
+        if outer is None or word not in self.parts_of_performing(outer):
             return None
-        if word in self.stages(outer):
+        if word != RETRIES:
             return StateRef(self.name, f"{outer} {word}", span)
-        for item in self.states[outer].items if word == RETRIES else ():
-            if isinstance(item, RetryNode) and item.times is not None:
-                counted = IntegerType((0, int(item.times.value)))
-                return VariableRef(self.name, f"{outer} {word}", counted, span)
-        return None
+        counted = IntegerType((0, self._retries(outer)[0]))
+        return VariableRef(self.name, f"{outer} {word}", counted, span)
+
+    def parts_of_performing(self, path: str) -> list[str]:
+        """The stages of a state if it performs a command, and the word for its count of errors."""
+        if path not in self.performed:
+            return []
+        return [*self.stages(path), *(RETRIES for _ in self._retries(path))]
+
+    def _retries(self, path: str) -> list[int]:
+        nodes = (item for item in self.states[path].items if isinstance(item, RetryNode))
+        return [int(node.times.value) for node in nodes if node.times is not None][:1]
 
     @property
     def members(self) -> list[str]:
