@@ -70,7 +70,7 @@ def test_a_command_after_which_a_goal_is_out_of_reach_is_forbidden(engine: str) 
     assert trace_text_of(why.trace) == ["lock.request"]
     assert why.reason == (
         "lock.request can never be allowed: after lock.request,"
-        " 'requirement possible Door.ajar' fails: it is not possible any more"
+        " 'requirement possible Door.ajar' fails: it is out of reach"
     )
     assert why.diagnostic.notes[0].span.text == "requirement possible Door.ajar"
 
@@ -121,6 +121,25 @@ FUEL = """
     }
     requirement possible Car.away
 """
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize(
+    ("goal", "told"),
+    [
+        ("Door.shut", None),
+        ("Door.shut from Door.ajar", None),
+        ("Door.shut from Door.ajar and Door.locked", "the condition behind 'from' never holds"),
+        ("Door.shut or Door.ajar from !Door.locked", "it holds there already"),
+        ("true", "it holds there already"),
+    ],
+)
+def test_a_goal_without_effect_is_told(engine: str, goal: str, told: str | None) -> None:
+    text = DOOR.replace("marked state locked {}", "marked state locked { after 1 s goto shut }")
+    found = of(text + f"requirement possible {goal}", engine)
+    messages = [d.message for d in found.diagnostics if d.code == "requirement-always-true"]
+    expected = f"'requirement possible {goal}' asks for nothing: {told}"
+    assert messages == ([] if told is None else [expected])
 
 
 @pytest.mark.parametrize("engine", ["dense", "bdd"])

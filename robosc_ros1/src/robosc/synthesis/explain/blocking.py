@@ -70,7 +70,7 @@ def why_impossible(stepper: Stepper, state: PlantState) -> Cause | None:
             return None
         if not any(map(there, states)):
             written = stepper.plant.robot.goals[goal.index]
-            reason = f"{quoted(written.text)} fails: it is not possible any more"
+            reason = f"{quoted(written.text)} fails: it is out of reach"
             return Cause(reason, None, written.span)
     return None
 

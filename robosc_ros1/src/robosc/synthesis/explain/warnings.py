@@ -43,6 +43,7 @@ def warnings(system: System, guards: Sequence[Guard]) -> tuple[Diagnostic, ...]:
         *examiner.requirements(),
         *examiner.overlaps(),
         *_free_goals(system.plant),
+        *_goals_without_effect(system),
         *self_cancelling(system, guards),
         *assumed(system, guards, examiner.when),
     )
@@ -63,6 +64,23 @@ def _free_goals(plant: Plant) -> Iterator[Diagnostic]:
                 written.span,
                 f"compare with a constant, or let a state tell it ({plant.view.free[free]})",
             )
+
+
+def _goals_without_effect(system: System) -> Iterator[Diagnostic]:
+    """Yield a warning for each goal that holds wherever it is asked for, or never is."""
+    for goal in system.plant.goals:
+        if system.plant_reaches(conjunction([goal.origin, negation(goal.condition)])) is not False:
+            continue
+        written = system.plant.robot.goals[goal.index]
+        asked = system.plant_reaches(goal.origin)
+        yield Diagnostic(
+            Severity.WARNING,
+            "requirement-always-true",
+            f"{quoted(written.text)} asks for nothing: "
+            + ("it holds there already" if asked else "the condition behind 'from' never holds"),
+            written.span,
+            "remove it, or correct the condition",
+        )
 
 
 class _Examiner:
