@@ -3,13 +3,16 @@
 
 import contextlib
 import copy
+import fcntl
 import os
 import random
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import traceback
+from pathlib import Path
 
 import rclpy
 from action_msgs.msg import GoalStatus
@@ -30,6 +33,18 @@ REFUSED = 0.3
 """The fraction of cancels that the robot refuses; the controller repeats them."""
 SILENCE = 0.3
 """Seconds: the timeout of messages."""
+
+
+def enter_graph():
+    """Begin with ROS when no other package's test does, of this user and in this domain.
+
+    colcon runs the tests of several packages at once; robots with the same topics would be one.
+    The file is locked until this process ends.
+    """
+    name = "robosc-test-%d-%s.lock" % (os.getuid(), os.environ.get("ROS_DOMAIN_ID", "0"))
+    lock = os.open(Path(tempfile.gettempdir(), name), os.O_CREAT | os.O_WRONLY)
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    rclpy.init()
 
 
 def resolved(name):

@@ -25,7 +25,7 @@ from package_under_test import PACKAGE, TABLES, ros_parameters
 from plant_data import PLANT
 from random_commands import content
 from random_controller import RandomController, RecordingRobot, last_of
-from ros_robot import chosen, follow, listen, resolved, running
+from ros_robot import chosen, enter_graph, follow, listen, resolved, running
 from rounds import play_round_of_both, play_rounds
 from run_report import print_coverage
 
@@ -181,7 +181,7 @@ def knows_clients(node):
 def test_only_what_is_allowed_passes():
     seed = chosen("ROBOSC_SEED", 1)
     print("seed: %d" % seed)
-    rclpy.init()
+    enter_graph()
     node = rclpy.create_node("play_both")
     robot = RecordingRobot(node, seed, TABLES)
     robot.serve()

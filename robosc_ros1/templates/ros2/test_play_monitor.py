@@ -19,7 +19,7 @@ from lawless_controller import LawlessController
 from monitor_judge import MonitorJudge
 from package_under_test import PACKAGE, TABLES, ros_parameters
 from plant_data import PLANT
-from ros_robot import Robot, chosen, follow, resolved, running
+from ros_robot import Robot, chosen, enter_graph, follow, resolved, running
 from rounds import play_round_of_both, play_rounds
 from run_report import print_coverage
 
@@ -73,7 +73,7 @@ def hears(node):
 def test_what_is_forbidden_is_found_and_nothing_else():
     seed = chosen("ROBOSC_SEED", 1)
     print("seed: %d" % seed)
-    rclpy.init()
+    enter_graph()
     node = rclpy.create_node("play_monitor")
     robot = Robot(node, seed, TABLES)
     robot.serve()

@@ -21,7 +21,7 @@ from guide import Guide
 from judge import Judge
 from package_under_test import PACKAGE, TABLES, ros_parameters
 from plant_data import PLANT
-from ros_robot import Robot, chosen, follow, running
+from ros_robot import Robot, chosen, enter_graph, follow, running
 from rounds import play_round, play_rounds
 from run_report import print_coverage
 
@@ -29,7 +29,7 @@ from run_report import print_coverage
 def test_every_command_is_allowed():
     seed = chosen("ROBOSC_SEED", 1)
     print("seed: %d" % seed)
-    rclpy.init()
+    enter_graph()
     node = rclpy.create_node("play_robot")
     robot = Robot(node, seed, TABLES)
     guide = Guide(PLANT, robot.samples, [keys for _, keys in robot.publishers])

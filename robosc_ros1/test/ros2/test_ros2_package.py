@@ -69,6 +69,21 @@ def test_the_package_s_own_test_plays_the_robot(built: Any, graph: Graph, packag
     assert "1 passed" in test.output
 
 
+def test_own_tests_of_one_robot_that_run_at_once_wait_for_each_other(
+    built: Any, graph: Graph
+) -> None:
+    tests = [
+        graph.start(
+            graph.bed.python, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider",
+            built.folder / "src" / package / "test",
+            **built.environment(package), ROBOSC_SECONDS="4",
+        )
+        for package in ("crane_supervisor", "crane_monitor")
+    ]  # fmt: skip
+    for test in tests:
+        assert test.wait(240.0) == 0, test.output
+
+
 def test_colcon_runs_the_package_s_own_test(bed: Bed, built: Any) -> None:
     command = (
         "colcon",
