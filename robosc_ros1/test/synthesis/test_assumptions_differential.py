@@ -56,3 +56,29 @@ def test_a_message_that_many_components_take_is_restricted() -> None:
     (tick,) = lower(robot_of(f"robot Many {{ {' '.join(parts)} assume never {every} }}")).events
     (gate,) = gates_of(tick)
     assert gate.edges[0].guard is not None
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+def test_only_assumptions_that_leave_nothing_together_are_told(engine: str) -> None:
+    text = """robot Level {
+        component A {
+            outgoing message level with type: double
+            behaviour {
+                variable low: boolean
+                initial marked state on_ { on response from level do low := value < 1.0 }
+            }
+        }
+        assume level needs value < 5.0
+        assume never A.low
+        assume level needs value > 2.0
+        assume level needs value < 1.5
+    }"""
+    (told,) = (
+        d
+        for d in synthesize(lower(robot_of(text)), engine).diagnostics
+        if d.code == "assumption-excludes-all"
+    )
+    assert told.message == (
+        "'assume level needs value > 2.0' and 'assume level needs value < 1.5' leave no response of"
+        " level: the robot is assumed never to send one"
+    )

@@ -123,6 +123,21 @@ def test_state_that_nothing_leaves() -> None:
     assert "A is stuck in A.away" in why.reason
 
 
+def test_a_component_that_blocks_the_way_out_is_named() -> None:
+    found = supervisor_of(
+        "component A { incoming message go with type: none incoming message on_ with type: none"
+        " behaviour { initial marked state home { on request to go goto away }"
+        " state away { on request to on_ goto home } } }"
+        " component B { outgoing message k with type: boolean"
+        " behaviour { initial marked state shut { on response from k if value goto shut }"
+        " state open { on request to on_ goto shut } } }"
+    )
+    why = explanation_of(found, "go.request")
+    assert "A is stuck in A.away" in why.reason
+    assert why.remedy is not None
+    assert why.remedy.startswith("on_.request would lead on, but B does not take it in B.shut")
+
+
 def test_overflow() -> None:
     found = supervisor_of(families.transfer_line(2, 1))
     why = explanation_of(found, "work0.request")

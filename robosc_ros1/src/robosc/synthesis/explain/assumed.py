@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 
-from robosc.errors import Diagnostic, Severity, StateSpaceError
+from robosc.errors import Diagnostic, Severity, StateSpaceError, listing
 from robosc.expr.tree import FALSE, Expr
 from robosc.model.entities import Assumption
-from robosc.plant.acceptance import gates_of, phase_of
-from robosc.plant.assumptions import EXCLUDED
-from robosc.plant.automaton import ASSUMPTIONS, Event, Plant
+from robosc.plant.acceptance import phase_of
+from robosc.plant.assumptions import EXCLUDED, Restriction, joined
+from robosc.plant.automaton import Event, Plant
 from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.supervisor import Guard
 from robosc.synthesis.event_parameters import for_some
@@ -35,24 +35,30 @@ def assumed(system: System, guards: Sequence[Guard], when: When) -> Iterator[Dia
 
 def _excluding_all(system: System, event: Event) -> Iterator[Diagnostic]:
     """Yield a warning if none of an event is left, although its phase lets it happen."""
-    gate = next((g for g in gates_of(event) if g.component == ASSUMPTIONS), None)
-    guard = None if gate is None else gate.edges[0].guard
+    plant = system.plant
+    assumed = plant.restrictions.get((event.kind, event.key), ())
     phase = phase_of(event)
-    there = [] if phase is None else [in_phase(system.plant, phase)]
-    if guard is None or not system.reaches(conjunction(there)):
+    there = [] if phase is None else [in_phase(plant, phase)]
+
+    def leave_some(those: Sequence[Restriction]) -> bool:
+        passing = for_some(event, [plant.view.expression(joined(those))])
+        return system.reaches(conjunction([*there, passing]))
+
+    if not assumed or not system.reaches(conjunction(there)):
         return
     try:
-        passing = for_some(event, [guard])
+        if leave_some(assumed):
+            return
+        for one in assumed if len(assumed) > 1 else ():
+            others = [restriction for restriction in assumed if restriction is not one]
+            assumed = assumed if not others or leave_some(others) else others
     except StateSpaceError:
         return
-    if system.reaches(conjunction([*there, passing])):
-        return
-    assumed = system.plant.restrictions[event.kind, event.key]
     texts = [quoted(restriction.assumption.text) for restriction in assumed]
     yield Diagnostic(
         Severity.WARNING,
         "assumption-excludes-all",
-        f"{' and '.join(texts)} leave{'s' if len(texts) == 1 else ''} no {event.kind.word} of"
+        f"{listing(texts)} leave{'s' if len(texts) == 1 else ''} no {event.kind.word} of"
         f" {event.name}: the robot is assumed never to send one",
         assumed[0].assumption.span,
         "relax the assumption: what needs this event is proved for no robot",

@@ -117,7 +117,8 @@ def _of_variable(
     reason = f"{name} is stuck in {name}.{names[0]}, from where no marked state can be reached"
     behaviour = plant.robot.component(name).behaviour
     assert behaviour is not None
-    return Cause(reason, _remedy(plant, steps, variable, place), behaviour.states[place].span)
+    advice = _remedy(plant, steps, variable, place) or _of_others(plant, states, variable, place)
+    return Cause(reason, advice, behaviour.states[place].span)
 
 
 def _of_phase(plant: Plant, key: str) -> Cause:
@@ -164,6 +165,28 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
     if not leaving:
         target = location_name(plant, variable, back)
         return f"nothing leaves state {here} of {name}: add a transition, as in 'goto {target}'"
+    return None
+
+
+def _of_others(plant: Plant, states: Sequence[PlantState], variable: int, place: int) -> str | None:
+    """Return which component blocks, in all states, a command that would lead away from here."""
+    for event in plant.events:
+        if not event.kind.sent or not any(
+            e.target != place for e in _edges(event, variable, place)
+        ):
+            continue
+        for automaton in event.automata:
+            sources = {edge.source for edge in automaton.edges}
+            found = sorted({state[automaton.variable] for state in states})
+            if automaton.variable == variable or not automaton.blocking or sources & {*found}:
+                continue
+            names = {location_name(plant, automaton.variable, there): None for there in found}
+            where = listing([f"{automaton.component}.{name}" for name in names], "or")
+            return (
+                f"{event.name}.{event.kind.word} would lead on, but {automaton.component} does not"
+                f" take it in {where}: write a transition for it there, or leave out those that"
+                f" {automaton.component} has"
+            )
     return None
 
 
