@@ -76,7 +76,7 @@ def test_the_remedy_is_for_when_no_result_comes() -> None:
     assert guard.status == "never"
     (reason,) = {e.remedy for e in supervisor.explanations if e.remedy is not None}
     assert reason == (
-        "add 'on error from navigate goto idle' beside the states of Base,"
+        "add 'on error from navigate goto idle' outside the states of Base,"
         " for when none of the guards holds"
     )
     assert "hidden-transition" not in {d.code for d in load(Source("model.rscd", MODEL))[1]}

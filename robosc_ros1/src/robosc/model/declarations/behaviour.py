@@ -143,7 +143,7 @@ class BehaviourResolver:
     # --- states and transitions ------------------------------------------------------------------
 
     def _level(self, node: BehaviourNode | StateNode, path: str) -> tuple[Transition, ...]:
-        """Resolve what stands in a state, or beside all states, and in the states in it."""
+        """Resolve what stands in a state, or outside the states, and in the states in it."""
         named: list[NamedTransition] = []
         taus: list[tuple[Transition, TauNode]] = []
         afters: list[Transition | None] = []

@@ -154,7 +154,7 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
             transition = f"on {event.kind.word} {direction} {event.name} goto {target}"
             added = f"add '{transition}'"
             if edges:
-                return f"{added} beside the states of {name}, for when none of the guards holds"
+                return f"{added} outside the states of {name}, for when none of the guards holds"
             text = f"{added} in state {here} of {name}"
             return Remedy(text, Change.ADD_TRANSITION, (transition, here, name))
     leaving = [
