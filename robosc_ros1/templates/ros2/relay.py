@@ -22,8 +22,9 @@ from std_msgs.msg import String
 from ._runtime.matching import command_patterns
 from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import RosPort
+from .ros_actions import Action
 from .ros_arriving import corrected, maker, read
-from .ros_calls import Action, Service
+from .ros_calls import Service
 from .ros_messages import has_oddities, plain, sendable
 from .ros_parameters import advertise, keep_clock, qos_profile
 

@@ -15,7 +15,8 @@ from std_msgs.msg import String
 
 from ._runtime.pauses import others_rest
 from ._runtime.port import BEFORE_TIME, steady_time
-from .ros_calls import Action, Service
+from .ros_actions import Action
+from .ros_calls import Service
 from .ros_inputs import Input
 from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import advertise, is_simulated, qos_profile
