@@ -66,6 +66,7 @@ class Clockwork(Port):
         self.open: dict[str, int] = {}
         self.withdrawn: set[int] = set()
         self.accept: Callable[[str, int], None] = lambda key, token: None
+        self.ended: Callable[[str, int], None] = lambda key, token: None
 
     def now(self) -> float:
         return self.time
@@ -77,8 +78,12 @@ class Clockwork(Port):
         self.open[key] = token
 
     def start(self, key: str, data: Data, token: int, timeout: float) -> None:
+        """Only the latest goal of an action can be typed to end: one that is replaced ends now."""
+        replaced = self.open.get(key)
         self.open[key] = token
         self.accept(key, token)
+        if replaced is not None:
+            self.ended(key, replaced)
 
     def cancel(self, key: str, token: int) -> None:
         self.withdrawn.add(token)
@@ -171,6 +176,10 @@ class Execution:
         self._engine = self._make()
         self._called: dict[str, WaitingCall] = {}  # the latest that was accepted, by key
         self._clock.accept = lambda key, token: self._engine.report(key, token, "accepted")
+        replaced = Failure("replaced")
+        self._clock.ended = lambda key, token: self._engine.report(
+            key, token, EventKind.CANCELLED.word, replaced
+        )
         self._engine.begin()
         self._engine.cycle()
         self.beginning: Sequence[Happening] = self._happened()
