@@ -10,7 +10,7 @@ from collections import defaultdict
 import pytest
 from performing_models import PARTS, Performer, Unfolded, flat, performing_text, random_machine
 from synthesis.subject import robot_of
-from synthesis.test_oracle_differential import check, engines
+from synthesis.test_oracle_differential import check, each_of, engines
 
 from robosc import pipeline
 from robosc.errors import Severity, render_all
@@ -183,7 +183,7 @@ def assert_alike(one: Graph, other: Graph, told: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(0)
-@engines
+@each_of("dense", "bdd")
 def test_random_missions_against_their_unfolded_forms(
     engine: str, pytestconfig: pytest.Config
 ) -> None:
@@ -192,8 +192,7 @@ def test_random_missions_against_their_unfolded_forms(
     sorts = set()
     for seed, text, unfolded in valid(range(first, first + (80 if count is None else count))):
         told = f"seed {seed}, engine {engine}\n{text}\n{unfolded}"
-        chosen = "dense" if engine == "folded" else engine
-        found = [pipeline.synthesize(robot_of(t), chosen) for t in (text, unfolded)]
+        found = [pipeline.synthesize(robot_of(t), engine) for t in (text, unfolded)]
         assert found[0].empty == found[1].empty, told
         sorts.add("empty" if found[0].empty else "not empty")
         statuses = [

@@ -20,18 +20,20 @@ from robosc.synthesis.bdd.manager import available, install_hint
 
 pytestmark = pytest.mark.slow
 
-engines = pytest.mark.parametrize(
-    "engine",
-    [
-        pytest.param(
-            engine,
-            marks=pytest.mark.skipif(
-                engine == "bdd" and not available(), reason=f"no symbolic engine: {install_hint()}"
-            ),
-        )
-        for engine in ENGINES
-    ],
-)
+
+def each_of(*engines: str) -> pytest.MarkDecorator:
+    """One case for each of the engines, skipped where it is not there."""
+    reason = f"no symbolic engine: {install_hint()}"
+    return pytest.mark.parametrize(
+        "engine",
+        [
+            pytest.param(e, marks=pytest.mark.skipif(e == "bdd" and not available(), reason=reason))
+            for e in engines
+        ],
+    )
+
+
+engines = each_of(*ENGINES)
 
 
 def check(text: str, engine: str, seed: int | None = None) -> None:
