@@ -53,13 +53,14 @@ class Gathering:
         self._parts = parts
         self._clock = clock
         self._queue: Deque[Any] = parts.turns.queue
-        # The recorder's clock is another one while something is handled that waited.
-        self._stamp = parts.recorder.now
+        self._stamp: Optional[Callable[[], float]] = None
 
     def put(self, item: Item) -> None:
         """Queue what arrives now."""
         parts = self._parts
-        self._queue.append(_Arrived(item, parts.port.now(), self._stamp()))
+        # The recorder's clock is another one while something is handled that waited: later on.
+        stamp = self._stamp = self._stamp or parts.recorder.now
+        self._queue.append(_Arrived(item, parts.port.now(), stamp()))
         if len(self._queue) == 1:
             parts.turns.wake()
 
@@ -68,11 +69,12 @@ class Gathering:
         if not isinstance(item, _Arrived):
             handle(item, False)
             return
-        recorder = self._parts.recorder
+        recorder, stamp = self._parts.recorder, self._stamp
+        assert stamp is not None
         self._clock.go_back(item.time)
         recorder.now = lambda: item.stamp
         try:
             handle(item.item, True)
         finally:
             self._clock.go_on()
-            recorder.now = self._stamp
+            recorder.now = stamp
