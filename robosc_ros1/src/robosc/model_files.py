@@ -67,7 +67,7 @@ def formatted(path: str | Path) -> tuple[bytes, bytes]:
         UsageError: the file cannot be read.
         ModelError: it has errors of syntax.
     """
-    from robosc.syntax.format import format_text
+    from robosc.syntax.formatting.format import format_text
     from robosc.syntax.parser import read_bytes, source_of
 
     data = read_bytes(str(path))

@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 from robosc.errors import Diagnostic, counted, sort_diagnostics
 from robosc.plant.automaton import Plant, PlantState, VariableKind
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.runtime.places import place_of, stage_of
 from robosc.supervisor import Explanation, Supervisor
 from robosc.synthesis.formatting import event_text, step_text, trace_text

@@ -238,12 +238,12 @@ def _format(args: Arguments) -> int:
 
 def _simulate(args: Arguments) -> int:
     from robosc.simulate.faults import InvalidLine
-    from robosc.simulate.junit import junit_text
-    from robosc.simulate.render import Style
-    from robosc.simulate.run import follow_documents, follow_script, follow_typing
-    from robosc.simulate.session import Session, read_lines
+    from robosc.simulate.script.junit import junit_text
+    from robosc.simulate.script.render import Style
+    from robosc.simulate.script.run import follow_documents, follow_script, follow_typing
+    from robosc.simulate.script.session import Session, read_lines
+    from robosc.simulate.script.terminal import line_reader
     from robosc.simulate.start import machine_maker, parameters
-    from robosc.simulate.terminal import line_reader
 
     if args.junit is not None and args.script is None:
         raise UsageError("--junit reports the outcome of a script: give it with --script FILE")
@@ -267,7 +267,7 @@ def _simulate(args: Arguments) -> int:
 
 
 def _replay(args: Arguments) -> int:
-    from robosc.simulate.bag_files import is_bag
+    from robosc.simulate.bags.bag_files import is_bag
     from robosc.simulate.replay import replay, replay_document, replay_text
 
     if Path(args.log).suffix in MODEL_SUFFIXES and Path(args.model).suffix not in MODEL_SUFFIXES:
@@ -282,16 +282,16 @@ def _replay(args: Arguments) -> int:
 
 
 def _judge(args: Arguments) -> int:
-    from robosc.simulate.bag_files import target_of
-    from robosc.simulate.judgement import judge
-    from robosc.simulate.judgement_report import judgement_document, judgement_junit, judgement_text
+    from robosc.simulate.bags import judgement_report as told
+    from robosc.simulate.bags.bag_files import target_of
+    from robosc.simulate.bags.judgement import judge
 
     supervisor = _supervise(args, target_of(args.log))
     judgement = judge(supervisor, Path(args.log), args.parameter, args.progress, args.remap)
     args.progress.clear()
     if args.junit is not None:
-        write_text(args.junit, judgement_junit(judgement))
-    _show(args, judgement_document, judgement_text, judgement)
+        write_text(args.junit, told.judgement_junit(judgement))
+    _show(args, told.judgement_document, told.judgement_text, judgement)
     return judgement.exit_code
 
 
@@ -324,7 +324,7 @@ def _view(args: Arguments) -> int:
         return 0
     if args.operate is not None or args.model is None:
         raise UsageError("what is to be viewed? Give a MODEL, or --ros NODE (needed by --operate)")
-    from robosc.simulate.bag_files import target_of
+    from robosc.simulate.bags.bag_files import target_of
     from robosc.view.start import export_log, view_log, view_model
 
     supervisor = _supervise(args, target_of(args.log))

@@ -3,7 +3,7 @@
 """The package's test, which checks every command of the running controller.
 
 The simulated robot publishes its messages and serves requests, partly at random (seeded), partly
-guided towards cases that are not covered yet; sometimes it falls silent. ``judge.py`` checks
+guided towards cases that are not covered yet; sometimes it falls silent. ``checker.py`` checks
 whether each command was allowed when it was sent, and whether it carried the right data. The
 messages that arrive at the robot must match the controller's events.
 """
@@ -13,12 +13,12 @@ import unittest
 
 import rospy
 import rostest
+from checker import Checker
 from guide import Guide
-from judge import Judge
 from package_under_test import PACKAGE, TABLES
 from plant_data import PLANT
+from play_loop import play_round, play_rounds
 from ros_robot import ROUNDS, Robot, conclude, follow
-from rounds import play_round, play_rounds
 
 
 class PlayRobot(unittest.TestCase):
@@ -30,7 +30,7 @@ class PlayRobot(unittest.TestCase):
         robot = Robot(seed, TABLES)
         guide = Guide(PLANT, robot.samples, [keys for _, keys in robot.publishers])
         log = rospy.get_param("~log", "")
-        judge = Judge(robot, TABLES.publications, guide, rospy.is_shutdown, log)
+        judge = Checker(robot, TABLES.publications, guide, rospy.is_shutdown, log)
         if follow(robot, judge):
             robot.serve(judge)
             seconds = rospy.get_param("~seconds", 10.0)

@@ -16,8 +16,8 @@ import rosgraph
 import roslib.message
 import rospy
 from actionlib_msgs.msg import GoalStatus
+from play_loop import by_name
 from random_messages import Values
-from rounds import by_name
 from run_report import print_coverage
 from simulated_robot import SimulatedRobot
 from std_msgs.msg import String

@@ -16,7 +16,7 @@ import rosgraph
 import rospy
 from rospy.impl.registration import Registration, get_registration_listeners
 
-from ._runtime.traffic import TrafficWatch
+from ._runtime.connections import ConnectionWatch
 
 PERIOD = 1.0
 """Seconds between two checks of the master."""
@@ -46,7 +46,7 @@ def ask(uri, question, *arguments):
     return answer
 
 
-class Watch(TrafficWatch):
+class Watch(ConnectionWatch):
     """Checks the master and the other nodes periodically, in a thread of its own.
 
     After a restart of the master it registers the node again. Existing connections do not need the

@@ -18,12 +18,12 @@ import rclpy
 from action_msgs.msg import GoalStatus
 from package_under_test import PACKAGE, PARAMETERS, ros_messages, ros_parameters
 from plant_data import PLANT
+from play_loop import by_name
 from random_messages import PLANT_COMMUNICATIONS, Values
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.serialization import deserialize_message, serialize_message
-from rounds import by_name
 from simulated_robot import SimulatedRobot
 from std_msgs.msg import String
 

@@ -9,7 +9,7 @@ import time
 
 from rclpy.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
 
-from ._runtime.traffic import TrafficWatch
+from ._runtime.connections import ConnectionWatch
 from .ros_parameters import is_simulated
 
 PERIOD = 3.0
@@ -19,7 +19,7 @@ _ENDLESS = 2**63 - 1
 _EVERYBODYS = ("/rosout", "/parameter_events")
 
 
-class Watch(TrafficWatch):
+class Watch(ConnectionWatch):
     """Checks the graph on request, but at most once per period."""
 
     def __init__(self, node, tables, allowed):

@@ -2,7 +2,7 @@
 """The package's test, which checks every command of the running controller.
 
 The simulated robot publishes its messages and serves requests, partly at random (seeded), partly
-guided towards cases that are not covered yet; sometimes it falls silent. ``judge.py`` checks
+guided towards cases that are not covered yet; sometimes it falls silent. ``checker.py`` checks
 whether each command was allowed when it was sent, and whether it carried the right data. The
 messages that arrive at the robot must match the controller's events. The environment variables
 ROBOSC_SEED and ROBOSC_SECONDS choose another run.
@@ -17,12 +17,12 @@ from std_msgs.msg import String
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+from checker import Checker
 from guide import Guide
-from judge import Judge
 from package_under_test import PACKAGE, TABLES, ros_parameters
 from plant_data import PLANT
+from play_loop import play_round, play_rounds
 from ros_robot import Robot, chosen, enter_graph, follow, running
-from rounds import play_round, play_rounds
 from run_report import print_coverage
 
 
@@ -42,7 +42,7 @@ def test_every_command_is_allowed():
 
     with tempfile.TemporaryDirectory() as folder:
         log = str(Path(folder, "events.log"))
-        judge = Judge(robot, TABLES.publications, guide, log=log)
+        judge = Checker(robot, TABLES.publications, guide, log=log)
         profile = ros_parameters.qos_profile("reliable", 10000)
         node.create_subscription(String, events, judge.on_event, profile)
         with running(node, "rate:=20.0", "event_log:=" + log) as controller:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from robosc.expr.traversal import walk
 from robosc.expr.tree import TRUE, Binary, Expr, StateRef, Unary, VariableRef
 from robosc.plant.automaton import Event, Plant, PlantState, VariableKind
-from robosc.plant.formulas import negation
+from robosc.plant.logic import negation
 from robosc.plant.step import Verdict, holds, outcome, valuations
 
 __all__ = ["Automaton", "Automata", "automata_of"]

@@ -18,8 +18,8 @@ from pathlib import Path
 
 from large_model import large_model
 
-from robosc.lsp.analysis import Analysis, Desk
-from robosc.lsp.completion import complete
+from robosc.lsp.analysis import Analysis, Workspace
+from robosc.lsp.completion.complete import complete
 from robosc.lsp.semantic_tokens import encoded
 
 TESTS = Path(__file__).resolve().parents[1]
@@ -83,20 +83,20 @@ def _most(times: list[float]) -> float:
 
 
 def _measure(text: str, path: str) -> float:
-    desk = Desk()
+    workspace = Workspace()
     rows: dict[str, list[float]] = {"diagnostics": [], "completion": [], "semantic tokens": []}
     lines = [i for i, c in enumerate(text) if c == "\n"]
     for end in lines[10 :: len(lines) // 40]:
-        desk.put(path, text[:end] + TYPED + text[end:])
+        workspace.put(path, text[:end] + TYPED + text[end:])
 
         def analysis() -> Analysis:
-            found = desk.analysis(path)
+            found = workspace.analysis(path)
             assert found is not None
             return found
 
         offset = end + len(TYPED)
         rows["diagnostics"].append(milliseconds(analysis))
-        rows["completion"].append(milliseconds(lambda at=offset: complete(desk, path, at)))
+        rows["completion"].append(milliseconds(lambda at=offset: complete(workspace, path, at)))
         rows["semantic tokens"].append(milliseconds(lambda: encoded(analysis())))
     print(f"a key in a model of {len(lines)} lines, milliseconds (median, most)")
     for name, times in rows.items():

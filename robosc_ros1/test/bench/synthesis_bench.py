@@ -307,7 +307,7 @@ def _run(engine: str, family: str, size: tuple[int, ...]) -> dict[str, float]:
 
 
 def _robosc(plant: Any, engine: str) -> dict[str, float]:
-    from robosc.plant.formulas import to_dsl
+    from robosc.plant.model_text import to_dsl
     from robosc.synthesis import synthesize
 
     start = time.process_time()

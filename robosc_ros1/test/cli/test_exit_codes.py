@@ -69,7 +69,7 @@ def test_missing_file(verb: str, robosc: Robosc) -> None:
     "name",
     [
         "", "with-dash", "../up", "json", "std_msgs", "numpy", "robosc",
-        "judge", "ros_robot", "plant_data",
+        "checker", "ros_robot", "plant_data",
     ],
 )  # fmt: skip
 def test_what_cannot_be_a_package(
@@ -253,7 +253,7 @@ def test_interrupt_ends_quietly(tmp_path: Path) -> None:
         *(("check", name) for name in ("robosc.start", "enum", "robosc.cli", "argparse")),
         ("synthesize", "numpy"),
         ("generate", "jinja2.environment"),
-        ("simulate", "robosc.simulate.session"),
+        ("simulate", "robosc.simulate.script.session"),
     ],
 )
 def test_interrupt_while_modules_are_loaded_is_quiet(

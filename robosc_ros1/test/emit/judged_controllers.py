@@ -50,8 +50,8 @@ SILENCE = 0.3
 MOMENTS = 50
 """So often the clock is looked at while the robot waits for a time of the model."""
 _PLAYING = File(
-    "from goals import Goals\nfrom guard_judge import GuardJudge\nfrom random_commands import RandomCommands\n"
-    "from rounds import play_round\nfrom run_report import coverage\n"
+    "from goals import Goals\nfrom guard_checker import GuardChecker\nfrom random_commands import RandomCommands\n"
+    "from play_loop import play_round\nfrom run_report import coverage\n"
 )
 _FILES = own_test_files({"test/play.py": _PLAYING})
 MODULES = ("plant_data", *(Path(path).stem for path in _FILES))
@@ -73,7 +73,7 @@ def judging_modules(folder: Path, supervisor: Supervisor) -> Iterator[Any]:
     sys.path.insert(0, str(folder))
     importlib.invalidate_caches()
     try:
-        judge = importlib.import_module("judge")
+        judge = importlib.import_module("checker")
         judge.TIMEOUT = 0.01  # type: ignore[attr-defined]  # nothing is on its way here
         yield judge
     finally:
@@ -368,7 +368,7 @@ def judged(
         if communication["kind"] == "incoming message":
             topics[communication["identifier"]] += (key,)
     publications = [(topic, None, keys) for topic, keys in topics.items()]
-    judge = judging.Judge(robot, publications, guide_of(judging, robot))
+    judge = judging.Checker(robot, publications, guide_of(judging, robot))
     play(engine, robot, judge, rounds, robot.act)
     if not judge.faults:
         judge.compare_messages()
@@ -426,7 +426,7 @@ def play(engine: Engine, robot: Robot, judge: Any, rounds: int, act: Callable[..
         else:
             judge.wait(has_lapsed, text)
 
-    importlib.import_module("rounds").play_rounds(judge, rounds, play_one, now=lambda: number)
+    importlib.import_module("play_loop").play_rounds(judge, rounds, play_one, now=lambda: number)
 
 
 @contextlib.contextmanager

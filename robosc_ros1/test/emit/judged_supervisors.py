@@ -78,7 +78,7 @@ def _set(message: Any, data: dict[str, Any]) -> None:
 def judged_supervisor(judging: Any, source: str, seed: int = 1, rounds: int = 150) -> Any:
     """The judge of a supervisor that has run as the controller of ``judged``."""
     both = Both(judging, seed)
-    guarding = importlib.import_module("guard_judge")
-    judge = both.judge = guarding.GuardJudge(both, [], guide_of(judging, both))
+    guarding = importlib.import_module("guard_checker")
+    judge = both.judge = guarding.GuardChecker(both, [], guide_of(judging, both))
     play(engine_of(SupervisorEngine, source, both), both, judge, rounds, both.act_both)
     return judge

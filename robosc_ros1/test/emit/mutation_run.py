@@ -33,7 +33,7 @@ from emit.judged_supervisors import judged_supervisor  # noqa: E402
 from emit.mutants import Mutant, mutants  # noqa: E402
 
 from robosc import pipeline  # noqa: E402
-from robosc.emit.supervisor.guarding import command_matches  # noqa: E402
+from robosc.emit.supervisor.command_recognition import command_matches  # noqa: E402
 from robosc.errors import ModelError, RoboscError, render_all  # noqa: E402
 
 KINDS = ("guard", "data", "rule", "update")

@@ -38,8 +38,8 @@ from robosc.runtime.model import Command
 from robosc.runtime.reasons import blocked_by
 from robosc.runtime.settings import Settings
 from robosc.runtime.values import Mismatch
-from robosc.simulate.reasons import reasons
-from robosc.simulate.state import state_of
+from robosc.simulate.machines.reasons import reasons
+from robosc.simulate.machines.state import state_of
 
 
 class Twin:

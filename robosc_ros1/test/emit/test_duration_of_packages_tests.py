@@ -49,7 +49,7 @@ def played(new_at: Callable[[int], bool], fault_at: int | None = None, least: in
         judge.guide.news += new_at(time)
         judge.faults += ["a fault"] * (time == fault_at)
 
-    play_rounds = importlib.import_module("rounds").play_rounds
+    play_rounds = importlib.import_module("play_loop").play_rounds
     play_rounds(judge, 10, play, least, now=lambda: time)
     return time
 
@@ -87,7 +87,7 @@ def test_a_small_model_needs_no_more_and_a_large_one_gets_it(
     """By the real guide: the same rounds, and more where they cover something."""
 
     def news(judging: Any, source: str, patience: float) -> int:
-        rounds = importlib.import_module("rounds")
+        rounds = importlib.import_module("play_loop")
         monkeypatch.setattr(rounds, "PATIENCE", patience)
         judge = judged(judging, source, rounds=40)
         assert judge.faults == []
@@ -104,7 +104,7 @@ def test_a_case_that_was_given_up_and_comes_back_is_not_new(switch: tuple[Any, s
     judging, _ = switch
     robot = Robot(judging, 1, lambda data: data)
     guide = guide_of(judging, robot)
-    shadow = importlib.import_module("shadow").Shadow(judging.PLANT)
+    shadow = importlib.import_module("reference_model").ReferenceModel(judging.PLANT)
     other = guide_of(judging, robot)
     steps = []
     while (step := guide.next(shadow)) is not None:
@@ -129,5 +129,5 @@ def test_rostest_waits_for_the_longest_test(
     text = package.files[f"test/gauntlet_{mode}.test"].content
     found = re.search(r'time-limit="\$\(eval (.*?)\)"', text)
     assert found is not None
-    longest = importlib.import_module("rounds").LIMIT * seconds
+    longest = importlib.import_module("play_loop").LIMIT * seconds
     assert eval(found[1], {"arg": {"seconds": seconds}.__getitem__}) > longest + 120

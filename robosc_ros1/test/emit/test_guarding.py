@@ -24,7 +24,7 @@ from ros2.launching import (
 from robosc import pipeline
 from robosc.emit.package import ros1_target, ros2_target
 from robosc.emit.package.config import Config
-from robosc.emit.supervisor.guarding import CommandMatch, command_matches
+from robosc.emit.supervisor.command_recognition import CommandMatch, command_matches
 from robosc.emit.write.writer import write
 from robosc.errors import ModelError, UsageError
 
@@ -104,7 +104,9 @@ def test_commands_without_data_are_played_as_they_are_known(tmp_path: Path) -> N
     keys = ["Motor.drive", "Motor.turn", "Motor.stop"]
     with judging_modules(tmp_path, supervisor) as judging:
         robot = Robot(judging, 1, lambda data: data)
-        judge = SimpleNamespace(shadow=importlib.import_module("shadow").Shadow(judging.PLANT))
+        judge = SimpleNamespace(
+            shadow=importlib.import_module("reference_model").ReferenceModel(judging.PLANT)
+        )
         judge.shadow.variables["Sensor.wanted"] = 0.5
         guarding = importlib.import_module("random_commands")
         wishes = guarding.RandomCommands(robot.chance, robot.values, judge)

@@ -101,12 +101,12 @@ def test_it_finds_cancels_that_come_too_late(
 def test_a_supervisor_leaves_preferences_to_the_other_controller(
     judging: Any,
 ) -> None:
-    guarding = importlib.import_module("guard_judge")
-    for make in (judging.Judge, guarding.GuardJudge):
+    guarding = importlib.import_module("guard_checker")
+    for make in (judging.Checker, guarding.GuardChecker):
         shadow = make(None, (), None).shadow
         shadow.phase["Eye.near"] = "fresh"
         assert shadow.is_enabled("request", "Base.drive")
-        if make is judging.Judge:
+        if make is judging.Checker:
             with pytest.raises(judging.Wrong, match="which is preferred"):
                 shadow.happen("request", "Base.halt", None)
         else:

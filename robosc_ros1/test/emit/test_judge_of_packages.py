@@ -93,7 +93,7 @@ def test_transitions_have_the_same_names_in_tables_and_faults(tmp_path: Path) ->
         assert [name for name in rows if name.endswith(" of Flame")] == names
         wanted = [text for text, _ in judge.guide.cases.wanted(judge.shadow)]
         assert [text for text in wanted if text.endswith(" of Flame")] == names
-        wrong = importlib.import_module("shadow").Wrong
+        wrong = importlib.import_module("reference_model").Wrong
         for take, name in zip((judge.shadow.step, judge.shadow.wait_over), names, strict=True):
             with pytest.raises(wrong, match=f"^{name}"):
                 take("Flame", 1, "burning->burning")

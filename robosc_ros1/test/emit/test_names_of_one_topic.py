@@ -6,7 +6,7 @@ import pytest
 from emit.generated_code import supervisor_of
 
 from robosc.emit.package import ros1_target, ros2_target
-from robosc.synthesis.system import inputs
+from robosc.synthesis.controlled_system import inputs
 
 MODEL = """
 robot Rover {

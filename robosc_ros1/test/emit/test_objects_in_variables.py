@@ -18,7 +18,7 @@ from robosc.emit.package.model_document import model_document
 from robosc.runtime.engine import Engine
 from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.runtime.values import NOW, demand_finite, fields_of, jsonable, not_finite
-from robosc.simulate.documents import done_document
+from robosc.simulate.script.documents import done_document
 
 MODEL = """
 robot Courier {

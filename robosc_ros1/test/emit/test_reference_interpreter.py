@@ -32,7 +32,7 @@ def shadow(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace
     supervisor = supervisor_of("robot R { component A { outgoing message a with type: boolean } }")
     with judging_modules(tmp_path_factory.mktemp("reference"), supervisor):
         names: dict[str, Any] = {}
-        for name in ("operations", "contents", "shadow"):
+        for name in ("operations", "message_fields", "reference_model"):
             names |= vars(importlib.import_module(name))
         yield SimpleNamespace(**names)
 
@@ -49,7 +49,7 @@ def same(left: object, right: object) -> bool:
 
 @pytest.mark.parametrize("operator", BINARY.values(), ids=BINARY)
 def test_binary_operators_mean_the_same(shadow: SimpleNamespace, operator: Operator) -> None:
-    interpreter = shadow.Shadow.__new__(shadow.Shadow)
+    interpreter = shadow.ReferenceModel.__new__(shadow.ReferenceModel)
     values = BOOLEANS if operator.operands is Operand.BOOLEAN else NUMBERS
     for left in values:
         for right in values:
@@ -61,7 +61,7 @@ def test_binary_operators_mean_the_same(shadow: SimpleNamespace, operator: Opera
 
 @pytest.mark.parametrize("operator", UNARY.values(), ids=UNARY)
 def test_unary_operators_mean_the_same(shadow: SimpleNamespace, operator: Operator) -> None:
-    interpreter = shadow.Shadow.__new__(shadow.Shadow)
+    interpreter = shadow.ReferenceModel.__new__(shadow.ReferenceModel)
     for value in BOOLEANS if operator.operands is Operand.BOOLEAN else NUMBERS:
         expected = evaluate(Unary(operator.spelling, literal(value), BooleanType()), lambda _: None)
         assert same(interpreter.evaluate([operator.key, ["literal", value]]), expected), value
@@ -73,7 +73,7 @@ UNDEFINED = Call(
 
 
 def test_else_replaces_what_is_undefined(shadow: SimpleNamespace) -> None:
-    interpreter = shadow.Shadow.__new__(shadow.Shadow)
+    interpreter = shadow.ReferenceModel.__new__(shadow.ReferenceModel)
     missing = ["element", ["literal", ()], ["literal", 0]]
     for value in (*NUMBERS, *BOOLEANS):
         expr = Binary("else", UNDEFINED, literal(value), DoubleType())
@@ -118,7 +118,7 @@ ARGUMENTS = {
 
 @pytest.mark.parametrize("function", CALLS.values(), ids=CALLS)
 def test_functions_mean_the_same(shadow: SimpleNamespace, function: Operator) -> None:
-    interpreter = shadow.Shadow.__new__(shadow.Shadow)
+    interpreter = shadow.ReferenceModel.__new__(shadow.ReferenceModel)
     # All combinations of what is best are enough of a function with many arguments.
     few = slice(None) if len(function.arguments) < 4 else slice(2, None, 4)
     for values in product(*(ARGUMENTS[kind][few] for kind in function.arguments)):

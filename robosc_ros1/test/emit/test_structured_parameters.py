@@ -20,7 +20,7 @@ from robosc.model.declarations.parameters import with_parameters
 from robosc.runtime.settings import ParameterError, dotted, flatten, private, read
 from robosc.runtime.shapes import parts_by_name
 from robosc.source import Source
-from robosc.syntax.format import format_text
+from robosc.syntax.formatting.format import format_text
 
 MODEL = """
 datatype object Point { x: double y: double }

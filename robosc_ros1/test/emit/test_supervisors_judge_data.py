@@ -12,7 +12,7 @@ from emit.generated_code import controller_source, supervisor_of
 from emit.judged_controllers import class_of, judging_modules
 from emit.judged_supervisors import judged_supervisor
 
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 
 ROBOT = """
     datatype object Drive { speed: double turn: double gear: integer ranges: array(double) }

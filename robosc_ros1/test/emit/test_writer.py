@@ -19,7 +19,7 @@ import pytest
 
 from robosc.emit.package.package import File, Package, frozen_files
 from robosc.emit.write.atomic_replacement import link_tree, rescue
-from robosc.emit.write.record import RECORD
+from robosc.emit.write.checksums import RECORD
 from robosc.emit.write.writer import write
 from robosc.errors import UsageError
 

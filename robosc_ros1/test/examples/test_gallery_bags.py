@@ -23,7 +23,7 @@ from ros_support import REPOSITORY, await_condition
 
 import gallery
 from robosc import pipeline
-from robosc.simulate.judgement import Finding, Judgement, judge
+from robosc.simulate.bags.judgement import Finding, Judgement, judge
 
 pytestmark = pytest.mark.slow
 

@@ -16,7 +16,7 @@ import venv
 from collections.abc import Sequence
 from pathlib import Path
 
-from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.analysis import Analysis, Workspace
 
 __all__ = ["REPOSITORY", "Unavailable", "client_python", "cursor", "open_text"]
 
@@ -40,9 +40,9 @@ def cursor(text: str) -> tuple[str, int]:
     return text.replace("|", "", 1), text.index("|")
 
 
-def open_text(desk: Desk, path: str | Path, text: str) -> Analysis:
-    desk.put(str(path), text)
-    found = desk.analysis(str(path))
+def open_text(workspace: Workspace, path: str | Path, text: str) -> Analysis:
+    workspace.put(str(path), text)
+    found = workspace.analysis(str(path))
     assert found is not None
     return found
 

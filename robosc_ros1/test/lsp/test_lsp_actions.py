@@ -11,7 +11,7 @@ from ros_support import EXAMPLES
 
 from robosc import pipeline
 from robosc.lsp.actions import actions_for
-from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.analysis import Analysis, Workspace
 from robosc.lsp.rename import applied
 
 FAULTY = Path(__file__).parents[1] / "faulty"
@@ -19,7 +19,7 @@ MODELS = sorted(f for f in FAULTY.glob("*.rscd") if not f.name.startswith("_"))
 
 
 def analysed(file: Path) -> Analysis | None:
-    return Desk().analysis(str(file))
+    return Workspace().analysis(str(file))
 
 
 def faults(analysis: Analysis) -> list[tuple[str, str]]:
@@ -35,7 +35,7 @@ def test_action_mends(file: Path) -> None:
     for diagnostic in analysis.diagnostics:
         for action in actions_for(analysis, diagnostic):
             text = applied(analysis.source, list(action.edits))
-            after = open_text(Desk(), file, text)
+            after = open_text(Workspace(), file, text)
             told = (diagnostic.code, diagnostic.message)
             assert faults(after).count(told) < faults(analysis).count(told), action.title
             # A fault can hide others, but what is written must be read.
@@ -88,7 +88,7 @@ def test_missing_links_take_an_interface_that_is_declared() -> None:
 }
 """
     file = FAULTY / "model.rscd"
-    analysis = open_text(Desk(), file, text)
+    analysis = open_text(Workspace(), file, text)
     missing = [d for d in analysis.diagnostics if d.code == "missing-links"]
     found = {d.span.text: actions_for(analysis, d) for d in missing}
     titles = {marked: [action.title for action in actions] for marked, actions in found.items()}
@@ -98,7 +98,7 @@ def test_missing_links_take_an_interface_that_is_declared() -> None:
     edits = [edit for actions in found.values() for action in actions for edit in action.edits]
     mended = applied(analysis.source, edits)
     assert "response: none links again\n" in mended
-    after = open_text(Desk(), file, mended)
+    after = open_text(Workspace(), file, mended)
     assert [d.span.text for d in after.diagnostics if d.code == "missing-links"] == ["home"]
 
 
@@ -116,7 +116,7 @@ def test_freshness_takes_two_edits(tmp_path: Path) -> None:
         "    requirement halt needs !Eye.free\n"
         "}\n"
     )
-    analysis = open_text(Desk(), file, text)
+    analysis = open_text(Workspace(), file, text)
     (diagnostic,) = (d for d in analysis.diagnostics if d.code == "stale-data")
     first, second = actions_for(analysis, diagnostic)
     assert second.title == "Add a timeout and 'requirement halt needs scan.fresh'"
@@ -125,7 +125,7 @@ def test_freshness_takes_two_edits(tmp_path: Path) -> None:
         "    requirement go needs Eye.free",
         "    requirement go needs scan.fresh\n    requirement go needs Eye.free",
     )
-    assert not open_text(Desk(), file, mended).diagnostics
+    assert not open_text(Workspace(), file, mended).diagnostics
 
 
 def test_a_message_that_is_to_be_fresh_takes_a_timeout(tmp_path: Path) -> None:
@@ -137,13 +137,13 @@ def test_a_message_that_is_to_be_fresh_takes_a_timeout(tmp_path: Path) -> None:
         "    requirement go needs scan.fresh\n"
         "}\n"
     )
-    analysis = open_text(Desk(), file, text)
+    analysis = open_text(Workspace(), file, text)
     (diagnostic,) = analysis.diagnostics
     (action,) = actions_for(analysis, diagnostic)
     assert action.title == "Add 'timeout: 500 ms,' to scan"
     mended = applied(analysis.source, list(action.edits))
     assert mended == text.replace("type: none", "timeout: 500 ms, type: none", 1)
-    assert not open_text(Desk(), file, mended).diagnostics
+    assert not open_text(Workspace(), file, mended).diagnostics
 
 
 def test_remedy_of_synthesis(tmp_path: Path) -> None:
@@ -173,7 +173,7 @@ def test_actions_in_one_of_several_components(tmp_path: Path) -> None:
         "    }\n"
         "}\n"
     )
-    analysis = open_text(Desk(), file, text)
+    analysis = open_text(Workspace(), file, text)
     (diagnostic,) = (d for d in analysis.diagnostics if d.code == "no-initial-state")
     (action,) = actions_for(analysis, diagnostic)
     mended = applied(analysis.source, list(action.edits))

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from lsp_support import cursor, open_text
 
-from robosc.lsp.analysis import Desk
-from robosc.lsp.completion import complete
-from robosc.lsp.snippets import SNIPPETS
+from robosc.lsp.analysis import Workspace
+from robosc.lsp.completion.complete import complete
+from robosc.lsp.completion.snippets import SNIPPETS
 from robosc.model.ros.interfaces import Interface
 from robosc.source import Source
 from robosc.syntax.parser import parse
@@ -52,13 +52,13 @@ robot R {
 
 def offered(tmp_path: Path, old: str, new: str) -> list[str]:
     """The labels at the mark in ``new``, typed in place of ``old``."""
-    desk = Desk()
+    workspace = Workspace()
     path = tmp_path / "model.rscd"
-    open_text(desk, path, MODEL)
+    open_text(workspace, path, MODEL)
     assert old in MODEL
     text, offset = cursor(MODEL.replace(old, new, 1))
-    open_text(desk, path, text)
-    return [candidate.label for candidate in complete(desk, str(path), offset)]
+    open_text(workspace, path, text)
+    return [candidate.label for candidate in complete(workspace, str(path), offset)]
 
 
 REQUIREMENT = "requirement drive needs Eye.open"
@@ -135,7 +135,7 @@ def test_outgoing_messages_are_no_commands(tmp_path: Path) -> None:
 
 
 def test_fields_of_the_real_message(tmp_path: Path) -> None:
-    definitions = Desk().definitions(str(tmp_path / "model.rscd"))
+    definitions = Workspace().definitions(str(tmp_path / "model.rscd"))
     if not isinstance(definitions.interface("geometry_msgs", "Twist", "msg"), Interface):
         pytest.skip("geometry_msgs is not installed")
     assert offered(tmp_path, "{ x: double }", "{ x: double | }") == ["y", "z"]
@@ -212,13 +212,13 @@ def test_constants_parameters_and_conditions(
     tmp_path: Path, old: str, new: str, some: list[str]
 ) -> None:
     (tmp_path / "tracks.rscd").write_text(TRACKS)
-    desk = Desk(folders=[str(tmp_path)])
+    workspace = Workspace(folders=[str(tmp_path)])
     path = tmp_path / "cart.rscd"
-    open_text(desk, path, CART)
+    open_text(workspace, path, CART)
     assert old in CART
     text, offset = cursor(CART.replace(old, new, 1))
-    open_text(desk, path, text)
-    found = [candidate.label for candidate in complete(desk, str(path), offset)]
+    open_text(workspace, path, text)
+    found = [candidate.label for candidate in complete(workspace, str(path), offset)]
     assert set(some) <= set(found), found
     if old == "radius: 0.2":
         assert not {"prefix:", "radius:"} & set(found)
@@ -256,13 +256,13 @@ def test_fields_of_a_real_message_are_offered_behind_value(
     (folder.parent / "package.xml").write_text("<package><name>p_msgs</name></package>")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
     model = MODEL.replace("type: Sight", "type: p_msgs/Scan")
-    desk = Desk()
+    workspace = Workspace()
     path = tmp_path / "model.rscd"
-    open_text(desk, path, model)
+    open_text(workspace, path, model)
     for typed, wanted in (("value.|", ["end", "ranges"]), ("value.end.|", ["x"])):
         text, offset = cursor(model.replace("last := value", f"last := {typed}"))
-        open_text(desk, path, text)
-        found = [candidate.label for candidate in complete(desk, str(path), offset)]
+        open_text(workspace, path, text)
+        found = [candidate.label for candidate in complete(workspace, str(path), offset)]
         assert found == wanted
 
 
@@ -329,12 +329,12 @@ GOOD = "any(d.good for d in value.all[1..3])"
     ],
 )
 def test_elements_of_arrays(tmp_path: Path, old: str, new: str, first: list[str]) -> None:
-    desk, path = Desk(), str(tmp_path / "model.rscd")
-    open_text(desk, path, AGGREGATES)
+    workspace, path = Workspace(), str(tmp_path / "model.rscd")
+    open_text(workspace, path, AGGREGATES)
     assert old in AGGREGATES
     text, offset = cursor(AGGREGATES.replace(old, new, 1))
-    open_text(desk, path, text)
-    labels = [c.label for c in complete(desk, path, offset)]
+    open_text(workspace, path, text)
+    labels = [c.label for c in complete(workspace, path, offset)]
     assert labels[: len(first)] == first if first else not labels
 
 
@@ -375,25 +375,25 @@ ROW, FIRST = "needs Station[i-1].idle", "needs Station[3].idle"
 )
 def test_one_of_several(tmp_path: Path, old: str, new: str, first: list[str]) -> None:
     """Copies are offered once, by the index that one would write."""
-    desk, path = Desk(), str(tmp_path / "model.rscd")
-    open_text(desk, path, SEVERAL)
+    workspace, path = Workspace(), str(tmp_path / "model.rscd")
+    open_text(workspace, path, SEVERAL)
     assert old in SEVERAL
     text, offset = cursor(SEVERAL.replace(old, new, 1))
-    open_text(desk, path, text)
-    assert [c.label for c in complete(desk, path, offset)][: len(first)] == first
+    open_text(workspace, path, text)
+    assert [c.label for c in complete(workspace, path, offset)][: len(first)] == first
 
 
 def test_a_long_text_is_not_read_again_for_each_key(tmp_path: Path) -> None:
     """What is offered comes from the text as it was when somebody last had to read it."""
-    desk, path = Desk(), str(tmp_path / "model.rscd")
+    workspace, path = Workspace(), str(tmp_path / "model.rscd")
     long = MODEL + "// " + "." * 30_000 + "\n"
-    open_text(desk, path, long)
+    open_text(workspace, path, long)
     text, offset = cursor(long.replace(REQUIREMENT, "requirement drive needs Eye.|", 1))
-    desk.put(path, text)
-    found = [candidate.label for candidate in complete(desk, path, offset)]
+    workspace.put(path, text)
+    found = [candidate.label for candidate in complete(workspace, path, offset)]
     assert found == ["bright", "last", "open", "shut"]
-    assert not desk.is_known(path)
-    assert desk.analysis(path) is desk.recent(path)
+    assert not workspace.is_known(path)
+    assert workspace.analysis(path) is workspace.recent(path)
 
 
 AROUND = {
@@ -408,10 +408,10 @@ AROUND = {
 @pytest.mark.parametrize("block", AROUND)
 def test_snippets_are_offered_in_their_block_and_are_read(tmp_path: Path, block: str) -> None:
     text, offset = cursor(AROUND[block])
-    desk = Desk()
+    workspace = Workspace()
     path = tmp_path / "model.rscd"
-    desk.put(str(path), text)
-    offered = {c.label: c for c in complete(desk, str(path), offset) if c.kind == "snippet"}
+    workspace.put(str(path), text)
+    offered = {c.label: c for c in complete(workspace, str(path), offset) if c.kind == "snippet"}
     assert list(offered) == sorted((s.label for s in SNIPPETS[block]), key=str.casefold)
     for snippet in SNIPPETS[block]:
         body = offered[snippet.label].text
@@ -463,11 +463,11 @@ library Eyes {
 )  # fmt: skip
 def test_members_of_data(tmp_path: Path, old: str, new: str, wanted: str) -> None:
     (tmp_path / "eyes.rscd").write_text(EYES)
-    desk, path = Desk(), tmp_path / "r.rscd"
-    open_text(desk, path, DATA_MODEL)
+    workspace, path = Workspace(), tmp_path / "r.rscd"
+    open_text(workspace, path, DATA_MODEL)
     text, offset = cursor(DATA_MODEL.replace(old, new))
-    open_text(desk, path, text)
-    assert wanted in [candidate.label for candidate in complete(desk, str(path), offset)]
+    open_text(workspace, path, text)
+    assert wanted in [candidate.label for candidate in complete(workspace, str(path), offset)]
 
 
 MISSION = """\
@@ -504,8 +504,8 @@ robot M {
     ],
 )
 def test_what_stands_in_a_state(tmp_path: Path, typed: str, labels: list[str]) -> None:
-    desk, path = Desk(), tmp_path / "mission.rscd"
-    open_text(desk, path, MISSION)
+    workspace, path = Workspace(), tmp_path / "mission.rscd"
+    open_text(workspace, path, MISSION)
     text, offset = cursor(MISSION.replace("Job.idle", typed, 1))
-    open_text(desk, path, text)
-    assert [found.label for found in complete(desk, str(path), offset)] == labels
+    open_text(workspace, path, text)
+    assert [found.label for found in complete(workspace, str(path), offset)] == labels

@@ -7,7 +7,7 @@ import random
 import pytest
 from test_lsp_completion import MODEL
 
-from robosc.lsp.context import Landmarks, context_at
+from robosc.lsp.completion.context import Landmarks, context_at
 from robosc.source import Source
 
 PIECES = ("{", "}", '"', "/*", "*/", "// x\n", "component A {", "requirement ", ".", "robot R {")

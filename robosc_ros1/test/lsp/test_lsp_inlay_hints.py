@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lsp_support import open_text
 
-from robosc.lsp.analysis import Desk
+from robosc.lsp.analysis import Workspace
 from robosc.lsp.inlay_hints import inlay_hints
 
 MODEL = """\
@@ -20,7 +20,7 @@ robot R {
 
 
 def test_the_messages_behind_basic_types() -> None:
-    analysis = open_text(Desk([]), "/r.rscd", MODEL)
+    analysis = open_text(Workspace([]), "/r.rscd", MODEL)
     found = {text: span.text for span, text in inlay_hints(analysis, 0, len(MODEL))}
     assert found == {
         "std_msgs/Float32": "outgoing message level with type: double",
@@ -29,6 +29,6 @@ def test_the_messages_behind_basic_types() -> None:
 
 
 def test_only_those_that_are_asked_for() -> None:
-    analysis = open_text(Desk([]), "/r.rscd", MODEL)
+    analysis = open_text(Workspace([]), "/r.rscd", MODEL)
     found = inlay_hints(analysis, 0, MODEL.index("outgoing message shut"))
     assert [text for _, text in found] == ["std_msgs/Float32"]

@@ -12,8 +12,8 @@ from lsp_support import open_text
 from ros_support import EXAMPLES
 
 from robosc.lsp.actions import actions_for
-from robosc.lsp.analysis import Desk
-from robosc.lsp.completion import complete
+from robosc.lsp.analysis import Workspace
+from robosc.lsp.completion.complete import complete
 from robosc.lsp.definition import definition_of
 from robosc.lsp.hover import hover_text
 from robosc.lsp.outline import folds, outline
@@ -43,10 +43,10 @@ _INSERTED = (
 )
 
 
-def everything(desk: Desk, text: str, offset: int) -> None:
+def everything(workspace: Workspace, text: str, offset: int) -> None:
     """What an editor may ask for at a place; the answers hang together."""
-    analysis = open_text(desk, PATH, text)
-    complete(desk, PATH, offset)
+    analysis = open_text(workspace, PATH, text)
+    complete(workspace, PATH, offset)
     data = encoded(analysis)
     assert len(data) % 5 == 0 and all(number >= 0 for number in data)
     assert all(kind < len(TYPES) for kind in data[3::5])
@@ -61,27 +61,29 @@ def everything(desk: Desk, text: str, offset: int) -> None:
     for occurrence in (*analysis.index.occurrences[-2:], *([here] if here else [])):
         hover_text(analysis, occurrence, None)
         definition_of(analysis, occurrence)
-        found = [o for here in references(desk, PATH, occurrence.symbol).values() for o in here]
+        found = [
+            o for here in references(workspace, PATH, occurrence.symbol).values() for o in here
+        ]
         assert occurrence in found
 
 
 def test_typing_at_the_end() -> None:
-    desk = Desk()
+    workspace = Workspace()
     for end in range(0, len(TEXT) + 1, 8):
-        everything(desk, TEXT[:end], end)
+        everything(workspace, TEXT[:end], end)
 
 
 def test_typing_in_the_middle() -> None:
     """What stands behind the cursor is whole."""
-    desk = Desk()
+    workspace = Workspace()
     start, end = TEXT.index("service set_light_state"), TEXT.index("// What must hold")
     for place in range(start, end, 4):
-        everything(desk, TEXT[:place] + TEXT[end:], place)
+        everything(workspace, TEXT[:place] + TEXT[end:], place)
 
 
 def test_random_edits() -> None:
     chance = random.Random(7)
-    desk = Desk()
+    workspace = Workspace()
     text = TEXT
     for step in range(150):
         if step % 15 == 0:
@@ -91,7 +93,7 @@ def test_random_edits() -> None:
             text = text[:place] + text[place + chance.randrange(1, 30) :]
         else:
             text = text[:place] + chance.choice(_INSERTED) + text[place:]
-        everything(desk, text, min(place, len(text)))
+        everything(workspace, text, min(place, len(text)))
 
 
 @settings(max_examples=150)
@@ -108,5 +110,5 @@ def test_random_edits() -> None:
 )  # fmt: skip
 def test_any_words(words: list[str]) -> None:
     text = " ".join(words)
-    everything(Desk(), text, len(text))
-    everything(Desk(), "robot R { " + text, len(text) + 10)
+    everything(Workspace(), text, len(text))
+    everything(Workspace(), "robot R { " + text, len(text) + 10)

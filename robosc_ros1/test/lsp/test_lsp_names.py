@@ -10,7 +10,7 @@ from lsp_support import open_text
 from ros_support import EXAMPLES
 
 from robosc.language.keywords import KEYWORDS
-from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.analysis import Analysis, Workspace
 from robosc.lsp.definition import definition_of
 from robosc.lsp.hover import hover_text, keyword_hover
 from robosc.lsp.rename import RenameError, applied, references, rename
@@ -75,9 +75,9 @@ HUB = """\
 
 
 @pytest.fixture
-def desk(tmp_path: Path) -> Desk:
+def workspace(tmp_path: Path) -> Workspace:
     (tmp_path / "base.rscd").write_text(LIBRARY)
-    return Desk(folders=[str(tmp_path)])
+    return Workspace(folders=[str(tmp_path)])
 
 
 def named(analysis: Analysis, words: str, inside: int = 0) -> Occurrence:
@@ -108,9 +108,9 @@ def line_of(text: str, words: str) -> int:
     ],
 )  # fmt: skip
 def test_definition(
-    desk: Desk, tmp_path: Path, words: str, inside: int, file: str, line: str
+    workspace: Workspace, tmp_path: Path, words: str, inside: int, file: str, line: str
 ) -> None:
-    analysis = open_text(desk, tmp_path / "robot.rscd", ROBOT)
+    analysis = open_text(workspace, tmp_path / "robot.rscd", ROBOT)
     assert not [d for d in analysis.diagnostics if d.severity.value == "error"]
     found = definition_of(analysis, named(analysis, words, inside))
     assert found is not None
@@ -139,49 +139,49 @@ robot D {
 
 @pytest.mark.parametrize(("name", "uses"), [("dock", 4), ("near", 3), ("far", 4)])
 def test_states_in_states_are_renamed_wherever_they_are_named(
-    desk: Desk, tmp_path: Path, name: str, uses: int
+    workspace: Workspace, tmp_path: Path, name: str, uses: int
 ) -> None:
     path = tmp_path / "dock.rscd"
-    analysis = open_text(desk, path, DOCK)
+    analysis = open_text(workspace, path, DOCK)
     symbol = named(analysis, f"state {name}", 6).symbol
-    (edits,) = rename(desk, str(path), symbol, "other").values()
+    (edits,) = rename(workspace, str(path), symbol, "other").values()
     assert len(edits) == uses
     assert applied(analysis.source, edits) == re.sub(rf"\b{name}\b", "other", DOCK)
 
 
-def test_references_count_imports_as_one(desk: Desk, tmp_path: Path) -> None:
+def test_references_count_imports_as_one(workspace: Workspace, tmp_path: Path) -> None:
     """Both imports of a library's component have its variable."""
     robot = tmp_path / "robot.rscd"
-    analysis = open_text(desk, robot, ROBOT)
-    found = references(desk, str(robot), named(analysis, "Left.v", 5).symbol)
+    analysis = open_text(workspace, robot, ROBOT)
+    found = references(workspace, str(robot), named(analysis, "Left.v", 5).symbol)
     counts = {Path(file).name: len(here) for file, here in found.items()}
     assert counts == {"base.rscd": 2, "robot.rscd": 2}
 
 
-def test_rename_changes_every_file_and_nothing_else(desk: Desk, tmp_path: Path) -> None:
+def test_rename_changes_every_file_and_nothing_else(workspace: Workspace, tmp_path: Path) -> None:
     robot = tmp_path / "robot.rscd"
-    analysis = open_text(desk, robot, ROBOT)
-    edits = rename(desk, str(robot), named(analysis, "slow and").symbol, "crawling")
+    analysis = open_text(workspace, robot, ROBOT)
+    edits = rename(workspace, str(robot), named(analysis, "slow and").symbol, "crawling")
     changed = {Path(f).name: applied(e[0].span.source, list(e)) for f, e in edits.items()}
     assert changed["base.rscd"] == LIBRARY.replace("slow", "crawling")
     assert changed["robot.rscd"] == ROBOT.replace("Left.v = slow", "Left.v = crawling")
 
 
 @pytest.mark.parametrize("name", ["Gear", "2nd", "", "a b", "é"])
-def test_names_that_cannot_be(desk: Desk, tmp_path: Path, name: str) -> None:
+def test_names_that_cannot_be(workspace: Workspace, tmp_path: Path, name: str) -> None:
     robot = tmp_path / "robot.rscd"
-    analysis = open_text(desk, robot, ROBOT)
+    analysis = open_text(workspace, robot, ROBOT)
     with pytest.raises(RenameError):
-        rename(desk, str(robot), named(analysis, "Left from").symbol, name)
+        rename(workspace, str(robot), named(analysis, "Left from").symbol, name)
 
 
-def test_keywords_are_escaped_only_where_they_must_be(desk: Desk, tmp_path: Path) -> None:
+def test_keywords_are_escaped_only_where_they_must_be(workspace: Workspace, tmp_path: Path) -> None:
     robot = tmp_path / "robot.rscd"
-    analysis = open_text(desk, robot, ROBOT)
+    analysis = open_text(workspace, robot, ROBOT)
     symbol = named(analysis, "g: Gear").symbol
-    edits = rename(desk, str(robot), symbol, "value")
+    edits = rename(workspace, str(robot), symbol, "value")
     assert {edit.text for edit in edits[str(robot)]} == {"^value"}
-    edits = rename(desk, str(robot), symbol, "state")
+    edits = rename(workspace, str(robot), symbol, "state")
     assert {edit.text for edit in edits[str(robot)]} == {"state"}
 
 
@@ -189,21 +189,21 @@ def test_keywords_are_escaped_only_where_they_must_be(desk: Desk, tmp_path: Path
 def test_every_renaming_of_an_example_keeps_its_meaning(example: str) -> None:
     """Each name of the line follower, to a name that is free."""
     path = str(EXAMPLES / example / "line_follower.rscd")
-    desk = Desk()
+    workspace = Workspace()
     text = Path(path).read_text(encoding="utf-8")
-    analysis = open_text(desk, path, text)
+    analysis = open_text(workspace, path, text)
     declared = [o for o in analysis.index.occurrences if o.declaration]
     # Properties have the names that the real messages give them, where these are installed.
     free = [o for o in declared if o.symbol.kind is not SymbolKind.PROPERTY]
     assert len(free) > 25
     for occurrence in free[::3]:
-        edits = rename(desk, path, occurrence.symbol, "brand_new_name")
+        edits = rename(workspace, path, occurrence.symbol, "brand_new_name")
         assert len(edits[path]) == len(list(analysis.index.of(occurrence.symbol)))
 
 
-def test_names_in_broken_text_are_still_found(desk: Desk, tmp_path: Path) -> None:
+def test_names_in_broken_text_are_still_found(workspace: Workspace, tmp_path: Path) -> None:
     text = ROBOT.replace("Left.v = slow and", "Left.v = slow and and")
-    analysis = open_text(desk, tmp_path / "robot.rscd", text)
+    analysis = open_text(workspace, tmp_path / "robot.rscd", text)
     assert definition_of(analysis, named(analysis, "Right.v", 6)) is not None
 
 
@@ -220,8 +220,8 @@ robot R {
 """
 
 
-def test_messages_are_shown_as_they_are(desk: Desk, tmp_path: Path) -> None:
-    analysis = open_text(desk, tmp_path / "motor.rscd", MESSAGES)
+def test_messages_are_shown_as_they_are(workspace: Workspace, tmp_path: Path) -> None:
+    analysis = open_text(workspace, tmp_path / "motor.rscd", MESSAGES)
     if not isinstance(analysis.definitions.interface("geometry_msgs", "Twist", "msg"), Interface):
         pytest.skip("geometry_msgs is not installed")
     text = hover_text(analysis, named(analysis, "Twist from"), None)
@@ -288,7 +288,7 @@ def test_definitions_in_services_and_actions(
         (package / name).parent.mkdir(parents=True, exist_ok=True)
         (package / name).write_text(lines)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
-    analysis = open_text(Desk(), tmp_path / "robot.rscd", ACTION)
+    analysis = open_text(Workspace(), tmp_path / "robot.rscd", ACTION)
     assert not [d for d in analysis.diagnostics if d.severity.value == "error"]
     found = definition_of(analysis, named(analysis, words))
     assert found is not None
@@ -301,25 +301,31 @@ def test_a_file_that_links_lead_to_twice_is_edited_once(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to(real)
     (real / "base.rscd").write_text(LIBRARY)
     (real / "robot.rscd").write_text(ROBOT)
-    desk = Desk(folders=[str(tmp_path / "link")])
-    analysis = open_text(desk, real / "robot.rscd", ROBOT)
-    edits = rename(desk, str(real / "robot.rscd"), named(analysis, "slow and").symbol, "crawling")
+    workspace = Workspace(folders=[str(tmp_path / "link")])
+    analysis = open_text(workspace, real / "robot.rscd", ROBOT)
+    edits = rename(
+        workspace, str(real / "robot.rscd"), named(analysis, "slow and").symbol, "crawling"
+    )
     assert sorted(Path(file).name for file in edits) == ["base.rscd", "robot.rscd"]
 
 
-def test_only_libraries_change_what_others_say(desk: Desk, tmp_path: Path) -> None:
+def test_only_libraries_change_what_others_say(workspace: Workspace, tmp_path: Path) -> None:
     """The rest is not read again at every key."""
     robot, library = tmp_path / "robot.rscd", tmp_path / "base.rscd"
-    before = open_text(desk, robot, ROBOT)
-    open_text(desk, tmp_path / "other.rscd", "robot Other {}")
-    open_text(desk, tmp_path / "other.rscd", "robot Another {}")
-    assert desk.is_known(str(robot)) and desk.analysis(str(robot)) is before
-    desk.put(str(library), LIBRARY.replace("turn", "twist"))
-    assert not desk.is_known(str(robot))
-    assert "unknown-communication" in {d.code for d in open_text(desk, robot, ROBOT).diagnostics}
-    desk.close(str(library))
-    assert not desk.is_known(str(robot))
-    assert not [d for d in open_text(desk, robot, ROBOT).diagnostics if d.severity.value == "error"]
+    before = open_text(workspace, robot, ROBOT)
+    open_text(workspace, tmp_path / "other.rscd", "robot Other {}")
+    open_text(workspace, tmp_path / "other.rscd", "robot Another {}")
+    assert workspace.is_known(str(robot)) and workspace.analysis(str(robot)) is before
+    workspace.put(str(library), LIBRARY.replace("turn", "twist"))
+    assert not workspace.is_known(str(robot))
+    assert "unknown-communication" in {
+        d.code for d in open_text(workspace, robot, ROBOT).diagnostics
+    }
+    workspace.close(str(library))
+    assert not workspace.is_known(str(robot))
+    assert not [
+        d for d in open_text(workspace, robot, ROBOT).diagnostics if d.severity.value == "error"
+    ]
 
 
 WHOLE_MESSAGES = """\
@@ -371,35 +377,35 @@ def test_definitions_of_types_that_ros_itself_defines(
         (package / name).parent.mkdir(parents=True, exist_ok=True)
         (package / name).write_text(lines)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
-    analysis = open_text(Desk(), tmp_path / "robot.rscd", WHOLE_MESSAGES)
+    analysis = open_text(Workspace(), tmp_path / "robot.rscd", WHOLE_MESSAGES)
     assert not [d for d in analysis.diagnostics if d.severity.value == "error"]
     found = definition_of(analysis, named(analysis, words, inside))
     assert found is not None
     assert (Path(found.source.path).name, found.text, found.line) == (file, text, line)
 
 
-def test_parameters_and_arguments_of_imports(desk: Desk, tmp_path: Path) -> None:
+def test_parameters_and_arguments_of_imports(workspace: Workspace, tmp_path: Path) -> None:
     base = tmp_path / "base.rscd"
     base.write_text(LIBRARY.replace("library Base {\n", f"library Base {{\n{HUB}", 1))
-    analysis = open_text(desk, tmp_path / "n.rscd", NAMED)
+    analysis = open_text(workspace, tmp_path / "n.rscd", NAMED)
     limit = named(analysis, "limit\n")
     assert limit.symbol.kind is SymbolKind.PARAMETER
     assert "parameter of the node: double" in hover_text(analysis, limit, None)
     least = named(analysis, "least: 3")
     assert least.symbol.kind is SymbolKind.PARAMETER
     assert named(analysis, "Left.least", 6).symbol.key == least.symbol.key
-    edits = rename(desk, str(tmp_path / "n.rscd"), least.symbol, "fewest")
+    edits = rename(workspace, str(tmp_path / "n.rscd"), least.symbol, "fewest")
     text = applied(analysis.source, edits.pop(str(tmp_path / "n.rscd")))
     assert "radius: 2 * 1, fewest: 3" in text
     assert "far and Left.fewest > 1" in text
     ((file, (edit,)),) = edits.items()
     assert (file, edit.span.text) == (str(base), "least")
     left = named(analysis, "Left from").symbol
-    found = references(desk, str(tmp_path / "n.rscd"), left)
+    found = references(workspace, str(tmp_path / "n.rscd"), left)
     assert {Path(file).name: len(here) for file, here in found.items()} == {"n.rscd": 4}
 
 
-def test_hover_of_an_action_says_what_cancels_it(desk: Desk, tmp_path: Path) -> None:
+def test_hover_of_an_action_says_what_cancels_it(workspace: Workspace, tmp_path: Path) -> None:
     text = """robot Rover {
     interface drive use Drive from rover_msgs
     component Base {
@@ -411,7 +417,7 @@ def test_hover_of_an_action_says_what_cancels_it(desk: Desk, tmp_path: Path) -> 
     requirement go needs Base.still to start
 }
 """
-    analysis = open_text(desk, tmp_path / "rover.rscd", text)
+    analysis = open_text(workspace, tmp_path / "rover.rscd", text)
     lines = hover_text(analysis, named(analysis, "go with"), None).splitlines()
     assert (
         "requirement { go, beep } needs Base.still  // line 8, also a reason to cancel it" in lines
@@ -435,7 +441,7 @@ def test_hover_of_a_type_of_ros_shows_its_fields(
         outgoing message short with identifier: "/s", type: p_msgs/Short
         outgoing message long with identifier: "/l", type: p_msgs/Long
     } }"""
-    analysis = open_text(Desk(), tmp_path / "robot.rscd", text)
+    analysis = open_text(Workspace(), tmp_path / "robot.rscd", text)
     for words, inside in (("p_msgs/Short", 3), ("Short", 2)):
         shown = hover_text(analysis, named(analysis, words, inside), None)
         assert "`p_msgs/Short`" in shown and "# metres\nfloat64 far\n" in shown

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from lsp_support import open_text
 
-from robosc.lsp.analysis import Desk
+from robosc.lsp.analysis import Workspace
 from robosc.lsp.outline import symbols
 
 ARM = """\
@@ -27,11 +27,11 @@ robot Keeper {
 
 def test_symbols_of_open_documents_and_of_files(tmp_path: Path) -> None:
     (tmp_path / "arms.rscd").write_text(ARM)
-    desk = Desk(folders=[str(tmp_path)])
-    open_text(desk, tmp_path / "keeper.rscd", ROBOT)
+    workspace = Workspace(folders=[str(tmp_path)])
+    open_text(workspace, tmp_path / "keeper.rscd", ROBOT)
 
     def named(query: str) -> list[tuple[str, str]]:
-        return sorted((f.item.label, f.inside) for f in symbols(desk, query))
+        return sorted((f.item.label, f.inside) for f in symbols(workspace, query))
 
     assert named("grip") == [("Gripper", "Keeper"), ("grip", "Arm")]
     assert named("OP") == [("open", "Arm")]
@@ -42,6 +42,6 @@ def test_symbols_of_open_documents_and_of_files(tmp_path: Path) -> None:
 
 def test_symbols_without_an_open_document(tmp_path: Path) -> None:
     (tmp_path / "arms.rscd").write_text(ARM)
-    found = symbols(Desk(folders=[str(tmp_path)]), "arm")
+    found = symbols(Workspace(folders=[str(tmp_path)]), "arm")
     assert [f.item.label for f in found] == ["Arms", "Arm"]
     assert {f.item.name.source.path for f in found} == {str(tmp_path / "arms.rscd")}

@@ -6,7 +6,7 @@ import pytest
 from lsp_support import cursor, open_text
 
 from robosc.language.functions import FUNCTIONS, GEOMETRY
-from robosc.lsp.analysis import Desk
+from robosc.lsp.analysis import Workspace
 from robosc.lsp.signatures import Signature, signature_at
 
 MODEL = """\
@@ -28,7 +28,7 @@ robot R {{
 
 def asked(expression: str) -> Signature | None:
     text, offset = cursor(MODEL.format(expression))
-    return signature_at(open_text(Desk([]), "/r.rscd", text), offset)
+    return signature_at(open_text(Workspace([]), "/r.rscd", text), offset)
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_where_there_is_no_call(expression: str) -> None:
 def test_a_declaration_is_no_call() -> None:
     text = MODEL.format("true").replace("mean(left", "mean(|left")
     text, offset = cursor(text)
-    assert signature_at(open_text(Desk([]), "/r.rscd", text), offset) is None
+    assert signature_at(open_text(Workspace([]), "/r.rscd", text), offset) is None
 
 
 @pytest.mark.parametrize("name", [*FUNCTIONS, *GEOMETRY])

@@ -14,8 +14,8 @@ from ros_support import EXAMPLES
 
 from robosc import limits, pipeline
 from robosc.errors import Diagnostic
-from robosc.lsp.analysis import Desk
-from robosc.lsp.derived import Derived, answer, command, derived_from, moved, request_for
+from robosc.lsp.analysis import Workspace
+from robosc.lsp.synthesis_process import Derived, answer, command, derived_from, moved, request_for
 from robosc.source import Source
 
 MODEL = EXAMPLES / "line_follower_unhandled" / "line_follower_unhandled.rscd"
@@ -35,7 +35,7 @@ def asked(source: Source) -> Derived:
 
 def test_answer_is_what_check_says() -> None:
     found = asked(SOURCE)
-    robot = open_text(Desk(), MODEL, TEXT).reading.robot
+    robot = open_text(Workspace(), MODEL, TEXT).reading.robot
     assert robot is not None
     supervisor = pipeline.synthesize(robot)
     assert [(d.code, d.message, d.span.start, d.hint) for d in found.diagnostics] == [
@@ -52,7 +52,7 @@ MODELS = sorted(f for f in FAULTY.glob("*.rscd") if not f.name.startswith("_"))
 @pytest.mark.parametrize("file", [MODEL, *MODELS], ids=lambda file: file.stem)
 def test_the_editor_says_what_check_says(file: Path) -> None:
     """Each faulty model, synthesis included."""
-    analysis = Desk().analysis(str(file))
+    analysis = Workspace().analysis(str(file))
     if analysis is None:  # no UTF-8: no editor would show it
         return
     found = derived_from(

@@ -14,7 +14,7 @@ from robosc.emit.controller.python import access
 from robosc.expr.evaluation import Undefined, evaluate
 from robosc.expr.tree import ElementRef, Expr, ValueRef
 from robosc.language.functions import HELPERS
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.plant.python_text import element_name, to_python
 
 MODEL = """

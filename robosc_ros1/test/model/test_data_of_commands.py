@@ -11,7 +11,7 @@ from robosc.expr.tree import Holds
 from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.packages import Packages
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.source import Source
 
 ROBOT = """

@@ -7,7 +7,7 @@ from model_text import behaviour_of, faults, resolve
 
 from robosc.expr.evaluation import evaluate
 from robosc.expr.tree import Expr, ValueRef
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 
 MODEL = """
 constant far: double = 2

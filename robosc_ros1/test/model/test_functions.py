@@ -6,7 +6,7 @@ import pytest
 from model_text import faults, resolve
 
 from robosc.model.resolve import load
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.source import Source
 
 MODEL = """

@@ -7,7 +7,7 @@ from model.model_text import behaviour_of, faults, resolve
 
 from robosc.language.events import EventKind
 from robosc.source import Source
-from robosc.syntax.format import format_text
+from robosc.syntax.formatting.format import format_text
 
 ROBOT = """
 component EStop {

@@ -10,7 +10,7 @@ from simulate.players import play, session
 from robosc.errors import StateSpaceError
 from robosc.model.resolve import load
 from robosc.plant.build import lower
-from robosc.simulate.session import Session
+from robosc.simulate.script.session import Session
 from robosc.source import Source
 
 WHEEL = """

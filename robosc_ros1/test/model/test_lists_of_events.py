@@ -10,7 +10,7 @@ from model_text import behaviour_of, faults, resolve
 from robosc.language.events import EventKind
 from robosc.plant.build import lower
 from robosc.source import Source
-from robosc.syntax.format import format_text
+from robosc.syntax.formatting.format import format_text
 
 PARTS = """
     interface link use Work from some_package

@@ -9,7 +9,7 @@ from model_text import faults, resolve
 
 from robosc.errors import render_all
 from robosc.model.resolve import load
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 
 ROBOT = """
 constant limit: double = 2 * half

@@ -8,7 +8,7 @@ from nested_models import PARTS
 
 from robosc.errors import render_all
 from robosc.model.resolve import load
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.source import Source
 
 MISSION = """

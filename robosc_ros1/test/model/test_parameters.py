@@ -13,7 +13,7 @@ from robosc.expr.traversal import parameters_of
 from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Robot
 from robosc.model.resolve import load
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 
 ROBOT = """
 constant margin: double = 0.5

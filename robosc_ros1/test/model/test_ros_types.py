@@ -27,7 +27,7 @@ from robosc.model.resolve import load
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.object_types import DURATIONS
 from robosc.source import Source
-from robosc.syntax.format import format_text
+from robosc.syntax.formatting.format import format_text
 
 ROS2 = """
 <package format='3'>

@@ -14,7 +14,7 @@ from language.test_columns_of_the_tables import MEANING
 from model.model_text import behaviour_of, faults, resolve
 
 from robosc.expr.evaluation import evaluate
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.runtime.functions import sector
 
 MODEL = """

@@ -17,10 +17,10 @@ from robosc.model.entities import Robot
 from robosc.model.resolve import load
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.build import lower
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.plant.step import Verdict, outcome, valuations
 from robosc.source import Source
-from robosc.syntax.format import format_text
+from robosc.syntax.formatting.format import format_text
 
 
 def robot_of(behaviour: str) -> Robot | None:

@@ -12,7 +12,8 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, Leaf, PhaseRef, StateRef, VariableRef
 from robosc.expr.types import Value
 from robosc.plant.build import lower
-from robosc.plant.formulas import exact, to_dsl
+from robosc.plant.logic import exact
+from robosc.plant.model_text import to_dsl
 
 MODEL = """
 datatype object Data {{ ranges: array(double) }}

@@ -18,7 +18,8 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import Count, Expr, Leaf, StateRef, VariableRef
 from robosc.expr.types import BooleanType
 from robosc.plant.counting import with_counts
-from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.plant.logic import conjunction, disjunction, negation
+from robosc.plant.model_text import to_dsl
 from robosc.synthesis import synthesize
 
 STATIONS = """

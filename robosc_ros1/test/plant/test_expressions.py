@@ -15,7 +15,8 @@ from robosc.expr.types import BooleanType, DoubleType, IntegerType, StringType
 from robosc.language.functions import FUNCTIONS, HELPERS
 from robosc.language.operators import BINARY, Result
 from robosc.model.typing.compatibility import result_type
-from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.plant.logic import conjunction, disjunction, negation
+from robosc.plant.model_text import to_dsl
 from robosc.plant.python_text import to_python
 from robosc.runtime.values import divide, remainder
 

@@ -10,7 +10,7 @@ from robosc.model.entities import EventKind
 from robosc.model.resolve import load
 from robosc.plant.automaton import Event, Plant, VariableKind
 from robosc.plant.build import lower
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.plant.step import Verdict, outcome, valuations
 from robosc.source import Source
 

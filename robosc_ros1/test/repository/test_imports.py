@@ -32,15 +32,15 @@ THIRD_PARTY = {
     "networkx": ("synthesis", "report"),
     "jinja2": ("emit.package.rendering",),
     "yaml": ("emit.package.config",),
-    "lsprotocol": ("lsp.open_texts", "lsp.server", "lsp.wire"),
+    "lsprotocol": ("lsp.open_texts", "lsp.server", "lsp.protocol"),
     "argcomplete": ("cli",),
     "pygls": (
         "lsp.open_texts",
-        "lsp.protocol",
+        "lsp.refusals",
         "lsp.server",
         "verbs",
     ),  # verbs tells what to install
-    "prompt_toolkit": ("simulate.terminal",),
+    "prompt_toolkit": ("simulate.script.terminal",),
     "rospkg": ("model.ros.packages",),
     "catkin_pkg": ("model.ros.packages",),
     # A node of ROS that only listens; whatever else is shown needs no ROS.
@@ -49,7 +49,7 @@ THIRD_PARTY = {
     "genpy": ("view.ros1",),
     "roslib": ("view.ros1",),
     "rosservice": ("new.from_ros1",),
-    "rosbags": ("simulate.bag_files",),
+    "rosbags": ("simulate.bags.bag_files",),
     "rclpy": ("view.ros2", "new.from_ros2"),
     "rosidl_parser": ("view.ros2",),
     "std_msgs": ("view.ros1", "view.ros2"),

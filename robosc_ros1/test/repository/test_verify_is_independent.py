@@ -7,7 +7,6 @@ from repository.test_imports import MODULES, loaded, module_name
 NEEDS = {module_name(file): loaded(file) for file in MODULES}
 VERIFY = "synthesis.verify."
 SHARED = {
-    "synthesis.vectorised",  # which state variables an expression reads
     "synthesis.bdd.manager",  # the BDD library
     "synthesis.bdd.memory",  # the manager's limit
     "synthesis.bdd.order",  # the order of the variables, which no result depends on

@@ -8,7 +8,7 @@ from typing import Any
 from emit.generated_code import supervisor_of
 from ros_support import EXAMPLES
 
-from robosc.simulate.session import Done, Session
+from robosc.simulate.script.session import Done, Session
 from robosc.simulate.start import machine_maker
 from robosc.supervisor import Supervisor
 

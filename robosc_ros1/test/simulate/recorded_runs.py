@@ -23,9 +23,9 @@ from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
 from robosc.runtime.settings import Settings
-from robosc.simulate.bag_files import default_message, fill
-from robosc.simulate.execute import read_settings
-from robosc.simulate.generated import make_controller
+from robosc.simulate.bags.bag_files import default_message, fill
+from robosc.simulate.machines.execute import read_settings
+from robosc.simulate.machines.generated import make_controller
 from robosc.supervisor import Supervisor
 
 START = 1_700_000_000.0

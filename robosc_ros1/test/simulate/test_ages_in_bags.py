@@ -12,7 +12,7 @@ from emit.generated_code import supervisor_of
 from emit.golden_packages import model_path
 from simulate.recorded_runs import START, BagWriter
 
-from robosc.simulate.judgement import judge
+from robosc.simulate.bags.judgement import judge
 
 KINDS = ("bag", "mcap", "db3")
 

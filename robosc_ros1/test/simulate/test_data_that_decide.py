@@ -12,8 +12,8 @@ from simulate.test_replay import lines_of, run_of, write
 
 from robosc.runtime.values import jsonable
 from robosc.simulate.faults import InvalidLine
-from robosc.simulate.render import Style, session_text
 from robosc.simulate.replay import replay
+from robosc.simulate.script.render import Style, session_text
 from robosc.supervisor import Supervisor
 
 MODEL = """

@@ -8,7 +8,7 @@ import pytest
 from emit.generated_code import supervisor_of
 from simulate.players import play, session
 
-from robosc.simulate.session import Session
+from robosc.simulate.script.session import Session
 
 MODEL = """
 robot Porter {

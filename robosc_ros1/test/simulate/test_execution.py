@@ -8,10 +8,10 @@ import pytest
 from emit.generated_code import supervisor_of
 from simulate.players import MODEL, SEVERAL_TYPES, line_follower, play, sent, session
 
-from robosc.simulate.event_data import complete
 from robosc.simulate.faults import Failed, InvalidLine, Refused
-from robosc.simulate.generated import make_controller
-from robosc.simulate.session import Session
+from robosc.simulate.machines.generated import make_controller
+from robosc.simulate.script.session import Session
+from robosc.simulate.values.event_data import complete
 from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import path_text
 

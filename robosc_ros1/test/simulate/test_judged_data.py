@@ -17,9 +17,9 @@ from ros_support import EXAMPLES, Completed
 from runtime.schemas import validate
 from simulate.recorded_runs import EVENT_2, GOAL, START, BagWriter
 
-from robosc.simulate.bag_files import default_message, fill, opened_bag
-from robosc.simulate.bag_run import BagRun, settings_of
-from robosc.simulate.judgement import Judgement, judge
+from robosc.simulate.bags.bag_files import default_message, fill, opened_bag
+from robosc.simulate.bags.bag_run import BagRun, settings_of
+from robosc.simulate.bags.judgement import Judgement, judge
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.recorded import Recording

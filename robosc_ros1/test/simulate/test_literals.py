@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robosc.simulate.faults import InvalidLine
-from robosc.simulate.literals import Path, Raw, literal_text, parse_raw, path_in
+from robosc.simulate.values.literals import Path, Raw, literal_text, parse_raw, path_in
 
 
 @pytest.mark.parametrize(

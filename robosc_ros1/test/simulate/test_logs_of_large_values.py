@@ -17,7 +17,7 @@ from simulate.test_replay import write
 from robosc.runtime.engine import Engine
 from robosc.runtime.settings import Settings
 from robosc.runtime.telemetry import dump, event_document
-from robosc.simulate.generated import make_controller
+from robosc.simulate.machines.generated import make_controller
 from robosc.simulate.replay import replay
 from robosc.supervisor import Supervisor
 

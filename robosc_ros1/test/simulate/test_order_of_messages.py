@@ -16,9 +16,9 @@ from simulate.recorded_runs import START, BagWriter, Fault, Robot, Run
 from simulate.test_judged_bags import MODEL, TOLERANCE, definitions, judged, robot
 
 from robosc.emit.supervisor.commuting import not_commuting
-from robosc.simulate.bag_files import opened_bag
-from robosc.simulate.bag_run import BagRun, settings_of
-from robosc.simulate.judgement import Finding, Judgement
+from robosc.simulate.bags.bag_files import opened_bag
+from robosc.simulate.bags.bag_run import BagRun, settings_of
+from robosc.simulate.bags.judgement import Finding, Judgement
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.recorded import Recording

@@ -25,10 +25,10 @@ from robosc.runtime.eventlog import EventLog
 from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
 from robosc.runtime.telemetry import Outlet, Reporter, dump, event_document
-from robosc.simulate.generated import make_controller
-from robosc.simulate.machine import Happening
+from robosc.simulate.machines.generated import make_controller
+from robosc.simulate.machines.machine import Happening
 from robosc.simulate.replay import replay
-from robosc.simulate.session import Session
+from robosc.simulate.script.session import Session
 from robosc.supervisor import Supervisor
 
 Robosc = Callable[..., Completed]

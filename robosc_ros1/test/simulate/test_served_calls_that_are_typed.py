@@ -8,7 +8,7 @@ from simulate.players import play, session
 
 from robosc import pipeline
 from robosc.simulate.faults import Refused
-from robosc.simulate.session import Session
+from robosc.simulate.script.session import Session
 
 GOAL = "mission.request x: [2.0]"
 

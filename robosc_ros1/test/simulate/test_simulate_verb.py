@@ -24,7 +24,7 @@ from runtime.schemas import validate
 from simulate.players import MODEL, SEVERAL_TYPES, session
 
 from robosc.runtime.telemetry import dump
-from robosc.simulate.documents import done_document
+from robosc.simulate.script.documents import done_document
 
 Robosc = Callable[..., Completed]
 

@@ -13,10 +13,10 @@ from random_models import random_model
 from simulate.players import SEVERAL_TYPES, line_follower, play, session
 
 from robosc.plant.automaton import VariableKind
-from robosc.simulate.event_data import parameter_values
 from robosc.simulate.faults import Failed, InvalidLine, Refused
-from robosc.simulate.session import Session
-from robosc.simulate.single import SingleEvents
+from robosc.simulate.machines.event_by_event import SingleEvents
+from robosc.simulate.script.session import Session
+from robosc.simulate.values.event_data import parameter_values
 from robosc.supervisor import Supervisor
 from robosc.synthesis import explore
 

@@ -23,7 +23,7 @@ from simulate.recorded_runs import START, BagWriter
 from simulate.test_judged_bags import MODEL
 
 from robosc.errors import UsageError
-from robosc.simulate.judgement import Judgement, judge
+from robosc.simulate.bags.judgement import Judgement, judge
 from robosc.supervisor import Supervisor
 
 Make = Callable[[Path], Path]

@@ -6,7 +6,7 @@ from emit.generated_code import supervisor_of
 from emit.golden_packages import model_path
 from simulate.players import play
 
-from robosc.simulate.session import Session
+from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker
 
 

@@ -13,9 +13,9 @@ from emit.generated_code import supervisor_of
 from ros_support import EXAMPLES, Completed
 from runtime.schemas import validate
 
-from robosc.simulate.event_data import complete
-from robosc.simulate.machine import Happening, Machine, label
+from robosc.simulate.machines.machine import Happening, Machine, label
 from robosc.simulate.start import machine_maker
+from robosc.simulate.values.event_data import complete
 
 Robosc = Callable[..., Completed]
 

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from simulate.players import line_follower, session
 from simulate.typed_terminal import Terminal
 
-from robosc.simulate.render import Style, fitted
-from robosc.simulate.run import follow_typing
-from robosc.simulate.session import Session
-from robosc.simulate.terminal import completions
+from robosc.simulate.script.render import Style, fitted
+from robosc.simulate.script.run import follow_typing
+from robosc.simulate.script.session import Session
+from robosc.simulate.script.terminal import completions
 
 PAINT = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]")
 

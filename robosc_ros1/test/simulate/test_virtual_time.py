@@ -9,9 +9,9 @@ from emit.generated_code import supervisor_of
 from simulate.players import play, sent, session
 from simulate.test_replay import lines_of, run_of, write
 
-from robosc.simulate.documents import command_document
-from robosc.simulate.render import Style, session_text
 from robosc.simulate.replay import replay
+from robosc.simulate.script.documents import command_document
+from robosc.simulate.script.render import Style, session_text
 
 WATCH = """robot Watch {
     component Front {

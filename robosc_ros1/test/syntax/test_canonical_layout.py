@@ -13,8 +13,8 @@ from syntax_support import parsed
 from robosc.errors import ModelError
 from robosc.language.tokens import tokenize
 from robosc.source import Source
-from robosc.syntax.format import format_text
-from robosc.syntax.formatter import WIDTH
+from robosc.syntax.formatting.format import format_text
+from robosc.syntax.formatting.formatter import WIDTH
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*/*.rscd"))
 

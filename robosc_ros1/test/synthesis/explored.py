@@ -9,9 +9,9 @@ from robosc.plant.automaton import Plant
 from robosc.plant.step import valuations
 from robosc.supervisor import Step
 from robosc.synthesis import documents
+from robosc.synthesis.controlled_system import make_step
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.explore import Graph
-from robosc.synthesis.system import make_step
 
 
 def explore_document(graph: Graph) -> dict[str, Any]:

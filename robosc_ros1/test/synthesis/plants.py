@@ -9,7 +9,7 @@ from robosc.model.entities import EventKind
 from robosc.model.resolve import load
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.build import lower
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.plant.step import Verdict, outcome
 from robosc.source import Source
 from robosc.supervisor import Explanation, Guard, Step, Supervisor

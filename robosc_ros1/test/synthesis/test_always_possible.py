@@ -20,7 +20,7 @@ from robosc.model.entities import Preference
 from robosc.plant.build import lower
 from robosc.source import Source
 from robosc.supervisor import Supervisor
-from robosc.syntax.format import format_text
+from robosc.syntax.formatting.format import format_text
 from robosc.synthesis import compute, synthesize
 from robosc.synthesis.decomposition import independent_parts
 from robosc.synthesis.explain.run_to_completion import ExplicitController

@@ -16,14 +16,14 @@ from synthesis.subject import robot_of
 from robosc.expr.tree import Expr
 from robosc.model.entities import EventKind
 from robosc.plant.automaton import Plant
-from robosc.plant.formulas import conjunction, negation
+from robosc.plant.logic import conjunction, negation
 from robosc.plant.step import Verdict, holds
 from robosc.synthesis import synthesize
 from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
 from robosc.synthesis.bdd.synthesize import synthesize_bdd
 from robosc.synthesis.compiled_steps import Stepper
-from robosc.synthesis.system import allowed, possible, steps_of
+from robosc.synthesis.controlled_system import allowed, possible, steps_of
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
 

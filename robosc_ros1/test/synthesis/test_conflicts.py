@@ -20,7 +20,7 @@ from robosc.plant.build import lower
 from robosc.supervisor import Explanation, Supervisor
 from robosc.synthesis import synthesize
 from robosc.synthesis.documents import synthesize_document
-from robosc.synthesis.explain.conflict import smallest_conflict
+from robosc.synthesis.explain.smallest_conflict import smallest_conflict
 
 CIRCLE = """
     component A {

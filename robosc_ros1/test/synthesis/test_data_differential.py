@@ -22,7 +22,7 @@ from robosc.model.entities import Robot
 from robosc.model.resolve import load
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.plant.build import lower
-from robosc.plant.formulas import exact
+from robosc.plant.logic import exact
 from robosc.plant.step import holds
 from robosc.source import Source
 from robosc.supervisor import Supervisor

@@ -9,14 +9,14 @@ from synthesis.plants import plant_of
 
 from robosc.expr.tree import Binary, Expr, Literal, VariableRef
 from robosc.expr.types import BooleanType, IntegerType
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.synthesis.compiled_steps import Stepper
+from robosc.synthesis.controlled_system import steps_of
 from robosc.synthesis.dense import transitions
 from robosc.synthesis.dense.bitset import count, places
 from robosc.synthesis.dense.dense_engine import DenseEngine, DenseSolution, Progress
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.search import DenseSystem
-from robosc.synthesis.system import steps_of
 
 
 def solution_of(text: str, progress: Progress | None = None) -> DenseSolution:

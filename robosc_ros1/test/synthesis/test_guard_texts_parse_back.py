@@ -13,7 +13,8 @@ from robosc import pipeline
 from robosc.expr.evaluation import Undefined, evaluate
 from robosc.expr.tree import Expr, Leaf, VariableRef
 from robosc.expr.types import ArrayType, Type, Value, domain
-from robosc.plant.formulas import exact, negation, to_dsl
+from robosc.plant.logic import exact, negation
+from robosc.plant.model_text import to_dsl
 
 pytestmark = pytest.mark.slow
 

@@ -17,7 +17,7 @@ from synthesis.subject import robot_of
 
 from robosc.expr.tree import Expr
 from robosc.plant.build import lower
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.synthesis import synthesize
 from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.guards.minimise import condition_of

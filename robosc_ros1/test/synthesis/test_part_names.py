@@ -17,13 +17,14 @@ from robosc import pipeline
 from robosc.expr.evaluation import evaluate
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, StateRef
-from robosc.lsp import derived
+from robosc.lsp import synthesis_process
 from robosc.plant import part_names
-from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.plant.logic import conjunction, disjunction, negation
+from robosc.plant.model_text import to_dsl
 from robosc.plant.part_names import PartNames
 from robosc.plant.step import holds
 from robosc.report import supervisor_text
-from robosc.simulate.session import Session
+from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker
 from robosc.synthesis import synthesize
 from robosc.synthesis.documents import synthesize_document
@@ -169,7 +170,9 @@ def test_whoever_shows_one_guard_shows_its_parts(every_part: None, tmp_path: Pat
     lines = [f"let {name} = {condition}" for name, condition in parts]
     why = Session(machine_maker(supervisor, execute=False)).do(f"why {guard.event.name}").text
     assert "".join(f"  {line}\n" for line in lines) + f"  allowed where {text}" in why
-    told = derived.answer({"path": "crew.rscd", "text": model, "library_path": [], "texts": {}})
+    told = synthesis_process.answer(
+        {"path": "crew.rscd", "text": model, "library_path": [], "texts": {}}
+    )
     (found,) = [g["text"] for g in told["guards"] if g["communication"] == guard.event.key]
     assert found == "\n".join([*lines, text])
     path = tmp_path / "crew.rscd"

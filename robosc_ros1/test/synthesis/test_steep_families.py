@@ -12,7 +12,7 @@ from synthesis.differential import ENGINES, differences
 from synthesis.plants import plant_of
 from synthesis.subject import oracle_of, robot_of
 
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.synthesis import synthesize
 from robosc.synthesis.guards import shorten
 

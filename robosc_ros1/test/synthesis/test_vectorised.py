@@ -17,7 +17,8 @@ from robosc.language.functions import CALLS, FUNCTIONS
 from robosc.language.operators import BINARY, UNARY, Operand, Operator, Result
 from robosc.model.typing.compatibility import result_type
 from robosc.plant.automaton import Plant
-from robosc.synthesis.vectorised import evaluate_vectorised, support
+from robosc.plant.support import support
+from robosc.synthesis.vectorised import evaluate_vectorised
 
 PLANT: Plant = plant_of(
     "datatype enum Colour from integer to { value = 1 -> red value = 2 -> green default -> blue }"

@@ -15,7 +15,7 @@ from ros_support import REPOSITORY
 from view.browser import Browser
 from view.watching import is_in, line_follower, log_of, serving
 
-from robosc.simulate.single import SingleEvents
+from robosc.simulate.machines.event_by_event import SingleEvents
 from robosc.view.hub import Hub
 from robosc.view.played import Played
 from robosc.view.recorded import Recording

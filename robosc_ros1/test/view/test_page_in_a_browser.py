@@ -10,7 +10,7 @@ import pytest
 from view.browser import Browser
 from view.watching import Told, line_follower, log_of, serving
 
-from robosc.simulate.single import SingleEvents
+from robosc.simulate.machines.event_by_event import SingleEvents
 from robosc.view.hub import Hub
 from robosc.view.listening import Heard
 from robosc.view.played import Played

@@ -11,7 +11,7 @@ from view.browser import Browser
 from view.watching import Told, is_in, log_of, serving
 
 from robosc import pipeline
-from robosc.simulate.single import SingleEvents
+from robosc.simulate.machines.event_by_event import SingleEvents
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.listening import Heard

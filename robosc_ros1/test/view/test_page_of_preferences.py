@@ -9,7 +9,7 @@ from view.browser import Browser
 from view.watching import command_is, log_of, serving
 
 from robosc.runtime.settings import Settings
-from robosc.simulate.execute import Execution
+from robosc.simulate.machines.execute import Execution
 from robosc.view.exported import html_of
 from robosc.view.hub import Hub
 from robosc.view.played import Played

@@ -8,7 +8,7 @@ import pytest
 from view.browser import Browser
 from view.watching import is_in, line_follower, serving
 
-from robosc.simulate.single import SingleEvents
+from robosc.simulate.machines.event_by_event import SingleEvents
 from robosc.view.hub import Hub
 from robosc.view.played import Played
 

@@ -16,8 +16,8 @@ from runtime.schemas import validate
 from view.watching import MODEL, Watcher, ask, line_follower, serving
 
 from robosc.runtime.settings import Settings
-from robosc.simulate.execute import Execution
-from robosc.simulate.single import SingleEvents
+from robosc.simulate.machines.event_by_event import SingleEvents
+from robosc.simulate.machines.execute import Execution
 from robosc.view.hub import Hub
 from robosc.view.played import Played
 from robosc.view.server import PageServer, Unable, Where

@@ -14,8 +14,8 @@ from ros_support import EXAMPLES
 
 from robosc import pipeline
 from robosc.runtime.settings import Settings
-from robosc.simulate.execute import Execution
-from robosc.simulate.single import SingleEvents
+from robosc.simulate.machines.event_by_event import SingleEvents
+from robosc.simulate.machines.execute import Execution
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.listening import Heard

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from robosc.errors import Diagnostic
 from robosc.lsp.analysis import Analysis
-from robosc.lsp.carriers import fits
+from robosc.lsp.ros_definitions import fits
 from robosc.remedies import Change
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (

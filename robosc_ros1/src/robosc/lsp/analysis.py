@@ -1,4 +1,4 @@
-"""What is known of one state of a document, and the desk on which open documents lie."""
+"""What is known of one state of a document, and the workspace on which open documents lie."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathlib import Path
 
 from robosc import limits
 from robosc.errors import Diagnostic, UsageError
-from robosc.lsp.carriers import carriers
-from robosc.lsp.context import Context, Landmarks, context_at
+from robosc.lsp.completion.context import Context, Landmarks, context_at
+from robosc.lsp.ros_definitions import carriers
 from robosc.model.file_resolver import FileContents
 from robosc.model.libraries import LibraryFinder
 from robosc.model.names.occurrences import NameIndex
@@ -64,7 +64,7 @@ class Analysis:
 
 
 @dataclass
-class Desk:
+class Workspace:
     """The open documents by path, and what was read for them.
 
     ``folders`` are the roots of the editor's workspace. ``revision`` grows with each change outside

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robosc.lsp.context import Context
+from robosc.lsp.completion.context import Context
 
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
 

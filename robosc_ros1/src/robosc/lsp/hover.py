@@ -10,9 +10,9 @@ from robosc.language.events import EventKind
 from robosc.language.keywords import KEYWORDS
 from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Analysis
-from robosc.lsp.carriers import interface_of
-from robosc.lsp.derived import Derived
 from robosc.lsp.interfaces import definition_file
+from robosc.lsp.ros_definitions import interface_of
+from robosc.lsp.synthesis_process import Derived
 from robosc.model.entities import Requirement
 from robosc.model.names.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.model.ros.definitions import MessageDefinitions

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.lsp.analysis import Analysis
-from robosc.lsp.carriers import interface_of
+from robosc.lsp.ros_definitions import interface_of
 from robosc.source import Span
 
 

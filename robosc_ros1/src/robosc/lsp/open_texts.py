@@ -2,7 +2,7 @@
 
 Reading a model takes some ten milliseconds, a long one up to a second. So a text is read when no
 key comes for a moment, the longer it is the longer, a long one in a thread of its own. Synthesis is
-computed in a process (:mod:`robosc.lsp.derived`).
+computed in a process (:mod:`robosc.lsp.synthesis_process`).
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from pygls.lsp.server import LanguageServer
 
 from robosc import limits
 from robosc.errors import Diagnostic, sort_diagnostics
-from robosc.lsp import wire
-from robosc.lsp.analysis import Analysis, Desk
-from robosc.lsp.derived import Derived, command, derived_from, moved, request_for
+from robosc.lsp import protocol
+from robosc.lsp.analysis import Analysis, Workspace
 from robosc.lsp.positions import Encoding
-from robosc.lsp.protocol import Protocol
+from robosc.lsp.refusals import Protocol
+from robosc.lsp.synthesis_process import Derived, command, derived_from, moved, request_for
 from robosc.pipeline import collector_at_rest
 from robosc.resources import diagnostics_page
 from robosc.source import Source
@@ -46,15 +46,15 @@ _WATCHED = ("**/*.{rscd,rsc,msg,srv,action}", "**/package.xml")
 class OpenTexts:
     """The files of one client, and what the server sends about them without being asked."""
 
-    def __init__(self, version: str, desk: Desk) -> None:
+    def __init__(self, version: str, workspace: Workspace) -> None:
         self.server = LanguageServer(
             "robosc",
             version,
             text_document_sync_kind=types.TextDocumentSyncKind.Incremental,
             protocol_cls=Protocol,
         )
-        self._desk = desk
-        self._given_path = tuple(desk.library_path)
+        self._workspace = workspace
+        self._given_path = tuple(workspace.library_path)
         self.derived: dict[str, Derived] = {}
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self._awaited: dict[str, asyncio.Future[None]] = {}
@@ -91,10 +91,10 @@ class OpenTexts:
 
     def _find_folders(self) -> None:
         folders = self.server.workspace.folders.values()
-        roots = [wire.path_of(folder.uri) for folder in folders]
+        roots = [protocol.path_of(folder.uri) for folder in folders]
         if not roots and self.server.workspace.root_path:
             roots = [self.server.workspace.root_path]
-        self._desk.folders = roots
+        self._workspace.folders = roots
 
     def configured(self, params: types.DidChangeConfigurationParams) -> None:
         settings = params.settings
@@ -112,11 +112,11 @@ class OpenTexts:
         folders = options.get("libraryPath")
         if isinstance(folders, list):
             self._find_folders()
-            home = Path(*self._desk.folders[:1])
+            home = Path(*self._workspace.folders[:1])
             more = [str(home / Path(f).expanduser()) for f in folders if isinstance(f, str)]
-            self._desk.library_path = [*self._given_path, *more]
+            self._workspace.library_path = [*self._given_path, *more]
         if isinstance(options.get("strict"), bool):
-            self._desk.strict = options["strict"]
+            self._workspace.strict = options["strict"]
         site = options.get("documentation")
         if isinstance(site, str):
             self._page = f"{site.rstrip('/')}/diagnostics/" if site else _installed_page()
@@ -144,31 +144,31 @@ class OpenTexts:
 
     def _refresh(self) -> None:
         self._find_folders()
-        self._desk.refresh()
-        for path in self._desk.open:
+        self._workspace.refresh()
+        for path in self._workspace.open:
             self._schedule(path, 0.0)
 
     def closed(self, params: types.DidCloseTextDocumentParams) -> None:
-        path = wire.path_of(params.text_document.uri)
+        path = protocol.path_of(params.text_document.uri)
         self._stop(path)
         self._release(path)
         self.derived.pop(path, None)
-        self._desk.close(path)
+        self._workspace.close(path)
         self.server.text_document_publish_diagnostics(
             types.PublishDiagnosticsParams(params.text_document.uri, [])
         )
         self._schedule_changed()  # what was not saved counts no longer
 
     def _take(self, uri: str, rest: float) -> None:
-        path = wire.path_of(uri)
-        self._desk.put(path, self.server.workspace.get_text_document(uri).source)
+        path = protocol.path_of(uri)
+        self._workspace.put(path, self.server.workspace.get_text_document(uri).source)
         self._schedule_changed()
         self._schedule(path, rest)
 
     def _schedule_changed(self) -> None:
         """Those about which there is something else to say now."""
-        for path in self._desk.open:
-            if not self._desk.is_known(path):
+        for path in self._workspace.open:
+            if not self._workspace.is_known(path):
                 self._schedule(path, _REST)
 
     # --- diagnostics -----------------------------------------------------------------------------
@@ -177,7 +177,7 @@ class OpenTexts:
         """Tell diagnostics soon, and what synthesis finds later."""
         self._stop(path)
         loop = asyncio.get_running_loop()
-        source = self._desk.source(path)
+        source = self._workspace.source(path)
         length = len(source.text) if source is not None else 0
         pause = min(_PAUSE + length * _PAUSE_PER_CHARACTER, _LONGEST_PAUSE)
         self._timers[path] = loop.call_later(pause, self._read_when_quiet, path)
@@ -193,7 +193,11 @@ class OpenTexts:
 
     async def read(self, path: str) -> None:
         """Return when a long text that is open was read; at once for any other."""
-        while self._desk.is_long(path) and not self._desk.is_known(path) and path in self._awaited:
+        while (
+            self._workspace.is_long(path)
+            and not self._workspace.is_known(path)
+            and path in self._awaited
+        ):
             await asyncio.shield(self._awaited[path])
 
     def _read_when_quiet(self, path: str) -> None:
@@ -205,7 +209,7 @@ class OpenTexts:
         rest = self.handled_at + _QUIET - loop.time()
         if rest > 0:
             self._timers[path] = loop.call_later(rest, self._read_when_quiet, path)
-        elif self._desk.is_long(path) and not self._desk.is_known(path):
+        elif self._workspace.is_long(path) and not self._workspace.is_known(path):
             read = loop.create_task(self._read_aside(path))
             self._reads.add(read)
             read.add_done_callback(self._reads.discard)
@@ -217,10 +221,10 @@ class OpenTexts:
 
         Whatever changes meanwhile has set a timer, after which the text is read again.
         """
-        desk = self._desk
-        source, revision = desk.source(path), desk.revision
+        workspace = self._workspace
+        source, revision = workspace.source(path), workspace.revision
         assert source is not None
-        is_first = desk.recent(path) is None
+        is_first = workspace.recent(path) is None
         loop = asyncio.get_running_loop()
         try:
             found = await loop.run_in_executor(self._reader, self._analysed, source)
@@ -228,18 +232,20 @@ class OpenTexts:
             self._release(path)
             raise
         if found is not None:
-            desk.adopt(found, revision)
-        if desk.is_known(path):
+            workspace.adopt(found, revision)
+        if workspace.is_known(path):
             self._tell(path)
             if is_first:  # so that the first key need not find its way through all of the text
-                desk.context(path, len(source.text))
+                workspace.context(path, len(source.text))
 
     def _analysed(self, source: Source) -> Analysis | None:
         """What is known of a text; None if it was changed or read before its turn came."""
-        if self._desk.source(source.path) is not source or self._desk.is_known(source.path):
+        if self._workspace.source(source.path) is not source or self._workspace.is_known(
+            source.path
+        ):
             return None
         with collector_at_rest():
-            return self._desk.analyse(source)
+            return self._workspace.analyse(source)
 
     def _release(self, path: str) -> None:
         """Requests that wait for a text go on."""
@@ -249,10 +255,10 @@ class OpenTexts:
     def _tell(self, path: str) -> None:
         try:
             with collector_at_rest():
-                analysis = self._desk.analysis(path)
+                analysis = self._workspace.analysis(path)
         finally:
             self._release(path)
-        if analysis is None or path not in self._desk.open:
+        if analysis is None or path not in self._workspace.open:
             return
         uri = self.uri(path)
         self.server.text_document_publish_diagnostics(
@@ -266,7 +272,9 @@ class OpenTexts:
     def uri(self, path: str) -> str:
         """The URI as the client has written it."""
         documents = self.server.workspace.text_documents.values()  # its keys are rewritten
-        return next((d.uri for d in documents if wire.path_of(d.uri) == path), wire.uri_of(path))
+        return next(
+            (d.uri for d in documents if protocol.path_of(d.uri) == path), protocol.uri_of(path)
+        )
 
     def diagnostics(self, analysis: Analysis) -> list[Diagnostic]:
         derived = self.derived.get(analysis.path)
@@ -277,18 +285,18 @@ class OpenTexts:
     def shown(
         self, analysis: Analysis, diagnostics: Sequence[Diagnostic]
     ) -> list[types.Diagnostic]:
-        return wire.diagnostics_for(analysis.source, diagnostics, self.encoding, self._page)
+        return protocol.diagnostics_for(analysis.source, diagnostics, self.encoding, self._page)
 
     async def _derive(self, path: str, rest: float) -> None:
         """Ask a process of its own for what synthesis finds; cancelled when the text changes."""
         await asyncio.sleep(rest)
         await self.read(path)
-        analysis = self._desk.analysis(path)
+        analysis = self._workspace.analysis(path)
         if analysis is None or analysis.reading.robot is None:
             return
         source = analysis.source
-        texts = {p: self._text(p) for p in self._desk.open if p != path}
-        request = request_for(source, self._desk.library_path, texts)
+        texts = {p: self._text(p) for p in self._workspace.open if p != path}
+        request = request_for(source, self._workspace.library_path, texts)
         answer = await _run(request)
         derived = derived_from(source, answer) if answer is not None else None
         if derived is None:
@@ -298,7 +306,7 @@ class OpenTexts:
         self._tell(path)
 
     def _text(self, path: str) -> str:
-        source = self._desk.source(path)
+        source = self._workspace.source(path)
         return source.text if source is not None else ""
 
     def _log(self, message: str) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from robosc.language.tokens import tokenize
-from robosc.lsp.analysis import Analysis, Desk
+from robosc.lsp.analysis import Analysis, Workspace
 from robosc.model.names.data_directions import kind_of
 from robosc.source import Source, Span
 from robosc.syntax.nodes import (
@@ -80,12 +80,12 @@ class Found:
     inside: str
 
 
-def symbols(desk: Desk, query: str) -> list[Found]:
+def symbols(workspace: Workspace, query: str) -> list[Found]:
     """What has a name in the models of a workspace, by letters that the name has in this order."""
     letters = re.compile(".*".join(map(re.escape, query)), re.IGNORECASE | re.DOTALL)
     found: list[Found] = []
-    for root in (*desk.open, *(f"{folder}/" for folder in desk.folders)):
-        for analysis in desk.related(root).values():
+    for root in (*workspace.open, *(f"{folder}/" for folder in workspace.folders)):
+        for analysis in workspace.related(root).values():
             found += [Found(i, inside) for i, inside in _flat(outline(analysis)) if i.is_named]
     unique = {(f.item.name.source.path, f.item.name.start): f for f in found}
     return [f for f in unique.values() if letters.search(f.item.label)]

@@ -1,9 +1,10 @@
 """The server: requests of the protocol to what the other modules know.
 
-Requests are answered in one thread. Reading a model takes some ten milliseconds, a long one up to
-a second. So a text is read when no key comes for a moment, the longer it is the longer, a long one
-in a thread of its own: completion answers meanwhile, from what is known so far, and other requests
-about it wait until it is read. Synthesis is computed in a process (:mod:`robosc.lsp.derived`).
+Requests are answered in one thread. Reading a model takes some ten milliseconds, a long one up to a
+second. So a text is read when no key comes for a moment, the longer it is the longer, a long one in
+a thread of its own: completion answers meanwhile, from what is known so far, and other requests
+about it wait until it is read. Synthesis is computed in a process
+(:mod:`robosc.lsp.synthesis_process`).
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ from lsprotocol import types
 
 from robosc import limits
 from robosc.errors import ModelError
-from robosc.lsp import semantic_tokens, wire
+from robosc.lsp import protocol, semantic_tokens
 from robosc.lsp.actions import Edit, actions_for
-from robosc.lsp.analysis import READING, Analysis, Desk
-from robosc.lsp.completion import complete
+from robosc.lsp.analysis import READING, Analysis, Workspace
+from robosc.lsp.completion.complete import complete
 from robosc.lsp.definition import definition_of
 from robosc.lsp.hover import hover_text, keyword_hover
 from robosc.lsp.inlay_hints import inlay_hints
@@ -34,12 +35,12 @@ from robosc.lsp.signatures import signature_at
 from robosc.model.names.occurrences import Occurrence
 from robosc.pipeline import collector_at_rest
 from robosc.source import Source, Span
-from robosc.syntax.format import format_text, format_tree
+from robosc.syntax.formatting.format import format_text, format_tree
 
 
 def serve(version: str, library_path: Sequence[str] = (), strict: bool = False) -> None:
     """Serve one client on standard input and output until it says that it has ended."""
-    session = _Session(version, Desk(list(library_path), strict))
+    session = _Session(version, Workspace(list(library_path), strict))
     # pygls closes what it writes to; and whatever else might be printed must not get in between.
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     with contextlib.redirect_stdout(sys.stderr):
@@ -49,9 +50,9 @@ def serve(version: str, library_path: Sequence[str] = (), strict: bool = False) 
 class _Session:
     """The requests of one client."""
 
-    def __init__(self, version: str, desk: Desk) -> None:
-        self._desk = desk
-        self._texts = OpenTexts(version, desk)
+    def __init__(self, version: str, workspace: Workspace) -> None:
+        self._workspace = workspace
+        self._texts = OpenTexts(version, workspace)
         self._register()
 
     def serve(self, output: BinaryIO) -> None:
@@ -106,7 +107,7 @@ class _Session:
         self._add_reading(
             types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL,
             self._tokens,
-            wire.legend(semantic_tokens.TYPES, semantic_tokens.MODIFIERS),
+            protocol.legend(semantic_tokens.TYPES, semantic_tokens.MODIFIERS),
         )
 
     def _add(self, name: str, handler: Callable[[Any], Any], options: Any = None) -> None:
@@ -119,7 +120,7 @@ class _Session:
         """A request that is answered from the text as it is; it can be cancelled until then."""
 
         async def handle(params: Any) -> Any:
-            await self._texts.read(wire.path_of(params.text_document.uri))
+            await self._texts.read(protocol.path_of(params.text_document.uri))
             return self._handled(handler, params)
 
         self._texts.server.feature(name, options)(handle)
@@ -137,7 +138,7 @@ class _Session:
     # --- requests about a document ---------------------------------------------------------------
 
     def _analysis(self, params: Any) -> Analysis | None:
-        return self._desk.analysis(wire.path_of(params.text_document.uri))
+        return self._workspace.analysis(protocol.path_of(params.text_document.uri))
 
     def _offset(self, source: Source, position: types.Position) -> int:
         return offset_of(source, (position.line, position.character), self._encoding)
@@ -153,24 +154,24 @@ class _Session:
     def _symbols(self, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
         analysis = self._analysis(params)
         entries = outline(analysis) if analysis is not None else ()
-        return [wire.document_symbol(entry, self._encoding) for entry in entries]
+        return [protocol.document_symbol(entry, self._encoding) for entry in entries]
 
     def _workspace_symbols(
         self, params: types.WorkspaceSymbolParams
     ) -> list[types.WorkspaceSymbol]:
         with collector_at_rest():
-            matching = symbols(self._desk, params.query)
-        return [wire.workspace_symbol(one, self._encoding) for one in matching]
+            matching = symbols(self._workspace, params.query)
+        return [protocol.workspace_symbol(one, self._encoding) for one in matching]
 
     def _folding(self, params: types.FoldingRangeParams) -> list[types.FoldingRange]:
         analysis = self._analysis(params)
         foldable = folds(analysis.source) if analysis is not None else []
-        return [wire.folding_range(fold) for fold in foldable]
+        return [protocol.folding_range(fold) for fold in foldable]
 
     def _formatting(self, params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
         """None for a text with errors of syntax: it stays as it is."""
-        path = wire.path_of(params.text_document.uri)
-        source = self._desk.source(path)
+        path = protocol.path_of(params.text_document.uri)
+        source = self._workspace.source(path)
         if source is None:
             return None
         try:
@@ -179,11 +180,11 @@ class _Session:
         except ModelError:
             return None
         edit = _difference(source, text)
-        return [wire.text_edit(edit, self._encoding)] if edit is not None else []
+        return [protocol.text_edit(edit, self._encoding)] if edit is not None else []
 
     def _formatted(self, path: str, source: Source) -> str:
         """The text in canonical layout; its tree may be there already. Raises ModelError."""
-        analysis = self._desk.analysis(path) if self._desk.is_known(path) else None
+        analysis = self._workspace.analysis(path) if self._workspace.is_known(path) else None
         if analysis is None or analysis.contents is None or analysis.contents.scope.faults:
             with READING:
                 return format_text(source)
@@ -199,14 +200,14 @@ class _Session:
         if derived is not None and derived.source.text != analysis.source.text:
             derived = None
         text = hover_text(analysis, occurrence, derived)
-        return wire.hover(text, occurrence.span, self._encoding)
+        return protocol.hover(text, occurrence.span, self._encoding)
 
     def _signature(self, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
         analysis = self._analysis(params)
         if analysis is None:
             return None
         signature = signature_at(analysis, self._offset(analysis.source, params.position))
-        return wire.signature_help(signature) if signature is not None else None
+        return protocol.signature_help(signature) if signature is not None else None
 
     def _inlay_hints(self, params: types.InlayHintParams) -> list[types.InlayHint]:
         analysis = self._analysis(params)
@@ -215,17 +216,17 @@ class _Session:
         start = self._offset(analysis.source, params.range.start)
         end = self._offset(analysis.source, params.range.end)
         hints = inlay_hints(analysis, start, end)
-        return [wire.inlay_hint(span, text, self._encoding) for span, text in hints]
+        return [protocol.inlay_hint(span, text, self._encoding) for span, text in hints]
 
     def _keyword_hover(self, params: types.HoverParams) -> types.Hover | None:
-        source = self._desk.source(wire.path_of(params.text_document.uri))
+        source = self._workspace.source(protocol.path_of(params.text_document.uri))
         hover = keyword_hover(source, self._offset(source, params.position)) if source else None
-        return wire.hover(*hover, self._encoding) if hover is not None else None
+        return protocol.hover(*hover, self._encoding) if hover is not None else None
 
     def _definition(self, params: types.DefinitionParams) -> types.Location | None:
         named = self._named(params)
         span = definition_of(*named) if named is not None else None
-        return wire.location(span, self._encoding) if span is not None else None
+        return protocol.location(span, self._encoding) if span is not None else None
 
     def _references(self, params: types.ReferenceParams) -> list[types.Location]:
         named = self._named(params)
@@ -233,12 +234,14 @@ class _Session:
             return []
         analysis, occurrence = named
         by_file = references(
-            self._desk,
+            self._workspace,
             analysis.path,
             occurrence.symbol,
             declaration=params.context.include_declaration,
         )
-        return [wire.location(o.span, self._encoding) for here in by_file.values() for o in here]
+        return [
+            protocol.location(o.span, self._encoding) for here in by_file.values() for o in here
+        ]
 
     def _highlight(self, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
         named = self._named(params)
@@ -248,7 +251,7 @@ class _Session:
         kinds = types.DocumentHighlightKind
         return [
             types.DocumentHighlight(
-                wire.range_(o.span, self._encoding),
+                protocol.range_(o.span, self._encoding),
                 kinds.Write if o.write or o.declaration else kinds.Read,
             )
             for o in analysis.index.of(occurrence.symbol)
@@ -258,7 +261,7 @@ class _Session:
         named = self._named(params)
         if named is None or not may_be_renamed(named[1].symbol):
             return None
-        return wire.range_(named[1].span, self._encoding)
+        return protocol.range_(named[1].span, self._encoding)
 
     def _rename(self, params: types.RenameParams) -> types.WorkspaceEdit | None:
         from pygls.exceptions import JsonRpcInvalidParams
@@ -268,7 +271,7 @@ class _Session:
             return None
         analysis, occurrence = named
         try:
-            edits = rename(self._desk, analysis.path, occurrence.symbol, params.new_name)
+            edits = rename(self._workspace, analysis.path, occurrence.symbol, params.new_name)
         except RenameError as error:
             raise JsonRpcInvalidParams(str(error)) from error
         return self._workspace_edit(edits)
@@ -276,29 +279,32 @@ class _Session:
     def _workspace_edit(self, edits: Mapping[str, Sequence[Edit]]) -> types.WorkspaceEdit:
         return types.WorkspaceEdit(
             {
-                self._texts.uri(path): [wire.text_edit(edit, self._encoding) for edit in here]
+                self._texts.uri(path): [protocol.text_edit(edit, self._encoding) for edit in here]
                 for path, here in edits.items()
             }
         )
 
     def _completion(self, params: types.CompletionParams) -> types.CompletionList:
-        path = wire.path_of(params.text_document.uri)
-        source = self._desk.source(path)
+        path = protocol.path_of(params.text_document.uri)
+        source = self._workspace.source(path)
         if source is None:
             return types.CompletionList(False, [])
         offset = self._offset(source, params.position)
-        context = self._desk.context(path, offset)
+        context = self._workspace.context(path, offset)
         start = context.start if context is not None else offset
         typed = source.text[start:offset].lstrip("^").casefold()
         snippets = self._has_snippets()
-        candidates = complete(self._desk, path, offset)
+        candidates = complete(self._workspace, path, offset)
         candidates = [c for c in candidates if snippets or c.kind != "snippet"]
         if len(candidates) > limits.COMPLETIONS:
             candidates = [c for c in candidates if c.label.casefold().startswith(typed)]
-        place = wire.range_(Span(source, start, offset), self._encoding)
+        place = protocol.range_(Span(source, start, offset), self._encoding)
         return types.CompletionList(
             len(candidates) > limits.COMPLETIONS,
-            [wire.completion_item(c, place, snippets) for c in candidates[: limits.COMPLETIONS]],
+            [
+                protocol.completion_item(c, place, snippets)
+                for c in candidates[: limits.COMPLETIONS]
+            ],
         )
 
     def _has_snippets(self) -> bool:

@@ -19,7 +19,7 @@ from robosc.model.checks.similar_names import check_case, check_topics
 from robosc.model.checks.stopping import check_stop
 from robosc.model.checks.undefined_data import check_undefined_data
 from robosc.model.checks.unused import check_unused
-from robosc.model.checks.usage import Usage
+from robosc.model.checks.used_fields import Usage
 from robosc.model.declarations.behaviour import BehaviourResolver
 from robosc.model.declarations.components import (
     bind,
@@ -53,7 +53,7 @@ from robosc.model.typing.asked_conditions import conditions_over
 from robosc.model.typing.declared_functions import FunctionTyper
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import RULE, Incoming
+from robosc.model.typing.value_word import RULE, Incoming
 from robosc.syntax.nodes import (
     BehaviourNode,
     ComponentNode,

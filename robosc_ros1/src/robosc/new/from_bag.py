@@ -10,7 +10,7 @@ from typing import Any
 
 from robosc.new.survey import UNKNOWN_NODE, RosGraph, Spacing, pauses_of
 from robosc.progress import Progress
-from robosc.simulate.bag_files import bag_errors, bag_reader
+from robosc.simulate.bags.bag_files import bag_errors, bag_reader
 
 _MEASURED = 60
 """Seconds from the beginning in which pauses are measured: bags may have many gigabytes."""

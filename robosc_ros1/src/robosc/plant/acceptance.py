@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from robosc.expr.presence import known_condition
 from robosc.expr.tree import TRUE, Expr, StateRef
+from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, Kind
 from robosc.plant.automaton import (
     ASSUMPTIONS,
@@ -23,7 +23,7 @@ from robosc.plant.automaton import (
     PhaseStep,
     StateVariable,
 )
-from robosc.plant.formulas import conjunction, disjunction
+from robosc.plant.logic import conjunction, disjunction
 from robosc.source import Span
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from robosc.expr.presence import defined
 from robosc.expr.traversal import all_names
 from robosc.expr.tree import REASON, TRUE, Binary, Expr, Literal, ReasonRef, ValueRef
 from robosc.expr.types import BooleanType, EnumType
+from robosc.expr.undefined_data import defined
 from robosc.language.events import EventKind, Kind
 from robosc.language.reasons import FAILED, REASONS, REFUSED, reasons_of
 from robosc.model.entities import Communication
@@ -16,7 +16,7 @@ from robosc.plant.acceptance import guarded_phase
 from robosc.plant.automaton import LocalAutomaton, PhaseStep
 from robosc.plant.data.view import FiniteView, expected_of_error
 from robosc.plant.event_values import values_read
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
 
 _WHILE_CANCELLING = frozenset(reason.word for reason in REASONS if reason.while_cancelling)
 

@@ -13,7 +13,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from robosc.expr.presence import known_condition
 from robosc.expr.traversal import (
     reads_value,
     within,
@@ -25,9 +24,10 @@ from robosc.expr.tree import (
     Literal,
 )
 from robosc.expr.types import BooleanType, IntegerType
+from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind
 from robosc.model.entities import Assumption, Communication, Robot
-from robosc.plant.formulas import conjunction, disjunction, negation, simplified
+from robosc.plant.logic import conjunction, disjunction, negation, simplified
 from robosc.plant.preconditions import EventCase, after_event, cases_of
 
 EXCLUDED = (EventKind.RESPONSE, EventKind.FEEDBACK)

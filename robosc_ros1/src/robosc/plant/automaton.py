@@ -19,7 +19,7 @@ from functools import cached_property
 from itertools import product
 from typing import TypeAlias
 
-from robosc.expr.by_identity import ByIdentity
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, VariableRef
 from robosc.expr.types import Type, Value
 from robosc.language.events import EventKind, command_key
@@ -28,7 +28,7 @@ from robosc.model.entities import Robot
 from robosc.plant.assumptions import Restrictions
 from robosc.plant.counting import counts, tighter
 from robosc.plant.data.view import FiniteView, reference_to
-from robosc.plant.formulas import conjunction, negation
+from robosc.plant.logic import conjunction, negation
 from robosc.plant.partial_evaluation import PartValues
 from robosc.source import Span
 
@@ -319,14 +319,14 @@ class Plant:
         return variable.test or reference_to(self.robot.variables[variable.name])
 
     @cached_property
-    def supports(self) -> ByIdentity[tuple[int, ...]]:
+    def supports(self) -> IdentityCache[tuple[int, ...]]:
         """A cache: the indexes of the state variables that each condition reads."""
-        return ByIdentity()
+        return IdentityCache()
 
     @cached_property
-    def lasting_counts(self) -> ByIdentity[tuple[Expr, ...]]:
+    def lasting_counts(self) -> IdentityCache[tuple[Expr, ...]]:
         """A cache: the counts that guards may use, for the conditions of state requirements."""
-        return ByIdentity()
+        return IdentityCache()
 
     @cached_property
     def tighter_counts(self) -> tuple[Expr, ...]:

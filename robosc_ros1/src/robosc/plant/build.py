@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 
 from robosc.errors import StateSpaceError
-from robosc.expr.presence import known_condition
 from robosc.expr.traversal import operands
 from robosc.expr.tree import (
     FALSE,
@@ -19,6 +18,7 @@ from robosc.expr.tree import (
     VariableRef,
 )
 from robosc.expr.types import BooleanType, Value, domain
+from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, EventSort, command_key
 from robosc.model.automata import HOLDING, RESTING, Transition, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
@@ -43,8 +43,8 @@ from robosc.plant.data.classes import Classes
 from robosc.plant.data.values import values_of_term
 from robosc.plant.data.view import FiniteView, may_be_missing, reference_to
 from robosc.plant.event_values import values_read
-from robosc.plant.formulas import conjunction, disjunction, negation
 from robosc.plant.lasting import Reset, resets
+from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.plant.own_transitions import OwnTransition, own_transitions
 from robosc.plant.precedence import Taken, joined_transitions, taken_in
 

@@ -10,7 +10,8 @@ from robosc.expr.traversal import path_text, walk
 from robosc.expr.tree import Binary, Expr, ParameterRef, PhaseRef, Unary, ValueRef, VariableRef
 from robosc.expr.types import ArrayType, BooleanType, ObjectType
 from robosc.model.entities import Requirement, Robot
-from robosc.plant.formulas import negation, to_dsl
+from robosc.plant.logic import negation
+from robosc.plant.model_text import to_dsl
 
 _MOST_VALUES = 4
 """More than these would hide the reason in the message."""

@@ -15,7 +15,7 @@ from itertools import islice
 from operator import is_not
 from typing import TypeGuard
 
-from robosc.expr.by_identity import ByIdentity
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.quantified import Cases, at_least, chain
 from robosc.expr.traversal import may_be_undefined, operands, rewritten, walk
 from robosc.expr.tree import (
@@ -98,9 +98,9 @@ class _Finder:
 
     def __init__(self, chains: bool) -> None:
         self._chains = chains
-        self._found: ByIdentity[Expr] = ByIdentity()
-        self._counts: ByIdentity[Count | None] = ByIdentity()
-        self._sizes: ByIdentity[tuple[int, int]] = ByIdentity()
+        self._found: IdentityCache[Expr] = IdentityCache()
+        self._counts: IdentityCache[Count | None] = IdentityCache()
+        self._sizes: IdentityCache[tuple[int, int]] = IdentityCache()
 
     def found(self, expr: Expr) -> Expr:
         return self._found.of(expr, self._find)

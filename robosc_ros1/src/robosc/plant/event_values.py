@@ -10,7 +10,7 @@ from robosc.expr.types import NoneType, Type
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot, data_expressions
 from robosc.plant.automaton import Event
-from robosc.plant.formulas import exact
+from robosc.plant.logic import exact
 
 
 def is_optional(robot: Robot, event: Event) -> bool:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from robosc.expr.presence import known_condition
 from robosc.expr.traversal import rewritten
 from robosc.expr.tree import Expr, Leaf, Literal, StateRef
+from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind
 from robosc.model.automata import Lasting
 from robosc.model.entities import Robot
-from robosc.plant.formulas import conjunction, simplified
+from robosc.plant.logic import conjunction, simplified
 from robosc.plant.preconditions import EventCase, Owner, after_event, cases_of, cases_of_step
 
 

@@ -18,13 +18,14 @@ from operator import itemgetter
 from string import ascii_lowercase
 from typing import NamedTuple
 
-from robosc.expr.by_identity import ByIdentity
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import operands, walk
 from robosc.expr.tree import Binary, Count, Expr, NamedPart, Unary
 from robosc.expr.types import BooleanType
 from robosc.model.entities import Robot
 from robosc.plant.counting import with_counts
-from robosc.plant.formulas import conjunction, disjunction, to_dsl
+from robosc.plant.logic import conjunction, disjunction
+from robosc.plant.model_text import to_dsl
 
 LONG = 200
 """Guards of more characters are shown with named parts."""
@@ -77,7 +78,7 @@ class PartNames:
         self._robot = robot
         self._nodes: list[_Node] = []
         self._numbers: dict[object, int] = {}
-        self._by_identity: ByIdentity[int] = ByIdentity()
+        self._by_identity: IdentityCache[int] = IdentityCache()
         self._atoms: dict[int, int] = {}
         self._chains: dict[int, tuple[int, ...]] = {}
         self._parts: list[_Part] = []

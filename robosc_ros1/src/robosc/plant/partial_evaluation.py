@@ -15,7 +15,7 @@ from robosc.expr.evaluation import evaluate
 from robosc.expr.traversal import fold, with_operands
 from robosc.expr.tree import FALSE, TRUE, Expr, Holds, Leaf, Literal, Operation, ValueRef
 from robosc.expr.types import BooleanType, Value
-from robosc.plant.formulas import conjunction, disjunction, junction, negation
+from robosc.plant.logic import conjunction, disjunction, junction, negation
 
 PartValues: TypeAlias = Mapping[tuple[str | int, ...], Value | None]
 """The parts of the value, by path; None: the part is missing."""

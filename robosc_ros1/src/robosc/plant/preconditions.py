@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import TypeAlias
 
-from robosc.expr.presence import defined, known_condition
 from robosc.expr.traversal import may_be_undefined, rewritten, walk, with_operands
 from robosc.expr.tree import (
     FALSE,
@@ -26,10 +25,11 @@ from robosc.expr.tree import (
     VariableRef,
 )
 from robosc.expr.types import BooleanType
+from robosc.expr.undefined_data import defined, known_condition
 from robosc.language.events import EventKind
 from robosc.model.automata import Assignment, Transition
 from robosc.model.entities import Communication, Component, Robot
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.plant.places import each_place, in_states
 from robosc.plant.precedence import taken_in
 

@@ -8,7 +8,7 @@ completion after each. Inputs are checked between commands.
 
 ``cycle`` does that once; ``run``, in the engine's own thread, calls it repeatedly. A message that
 arrives while that thread is idle and the queue is empty is handled in the thread that delivers it
-(see :mod:`.turns`); all other inputs are queued.
+(see :mod:`.engine_queue`); all other inputs are queued.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from typing import Any, Callable, Deque, Dict, FrozenSet, List, Optional, Tuple
 from .ages import Ages
 from .calls import REFUSED, Failure, Missed
 from .clocks import Timer, Watch
-from .completion import RunToCompletion
 from .deadlines import Deadlines, shortest
 from .engine_parts import BoundInput, EngineParts, Inputs, Item
 from .inbox import Inbox
@@ -32,6 +31,7 @@ from .pauses import Pauses
 from .places import path_of
 from .port import Port, steady_time
 from .requests import Requests
+from .run_to_completion import RunToCompletion
 from .scheduler import ScheduledCommand
 from .sending import Sending
 from .served import ServedCalls, WaitingCall

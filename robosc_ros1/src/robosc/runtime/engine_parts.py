@@ -9,14 +9,14 @@ from typing import Any, Callable, Optional, Tuple, Union
 
 from .calls import Calls
 from .clocks import Clocks
+from .engine_queue import EngineQueue
 from .inbox import Inbox
-from .internal import InternalTransitions
+from .internal_transitions import InternalTransitions
 from .model import SERVED, Controller, Input
 from .port import Port
 from .recorder import EventRecorder, Throttle
 from .scheduler import CommandScheduler
 from .settings import Settings
-from .turns import Turns
 
 _ENDS = ("response", "error", "cancelled")
 
@@ -104,7 +104,7 @@ class EngineParts:
             port.lost,
         )
         self.clocks = Clocks(controller, settings.timeout_of, settings.seconds, now, steady)
-        self.turns = Turns(steady)
+        self.turns = EngineQueue(steady)
         self._throttle = Throttle()
         if any(sort in SERVED for sort in sorts.values()):
             self.recorder.counters["refused"] = 0

@@ -33,7 +33,7 @@ from typing import (
 )
 
 from .clocks import Clocks, Deadline
-from .internal import InternalTransitions
+from .internal_transitions import InternalTransitions
 from .model import Command, Controller, Input
 
 MOST = 64

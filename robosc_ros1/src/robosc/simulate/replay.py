@@ -21,10 +21,10 @@ from robosc.runtime.recorder import STOP_COMMAND
 from robosc.runtime.shortening import Shortener
 from robosc.runtime.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
-from robosc.simulate.exact_values import data_behind, value_with_classes
-from robosc.simulate.generated import make_controller
-from robosc.simulate.logged_values import LoggedPart, carried_parts, restored_value
-from robosc.simulate.shortened_values import UnknownValue, apply_effect
+from robosc.simulate.machines.generated import make_controller
+from robosc.simulate.values.exact_values import data_behind, value_with_classes
+from robosc.simulate.values.logged_values import LoggedPart, carried_parts, restored_value
+from robosc.simulate.values.shortened_values import UnknownValue, apply_effect
 from robosc.supervisor import Supervisor
 
 

@@ -8,13 +8,13 @@ from typing import Any
 
 from robosc.model.declarations.parameters import with_parameters
 from robosc.plant.build import lower
-from robosc.simulate.execute import Execution, read_settings
 from robosc.simulate.faults import InvalidLine
-from robosc.simulate.literals import parse_raw
-from robosc.simulate.machine import Machine
-from robosc.simulate.session import MakeMachine
-from robosc.simulate.single import SingleEvents
-from robosc.simulate.supervised import SupervisedExecution
+from robosc.simulate.machines.event_by_event import SingleEvents
+from robosc.simulate.machines.execute import Execution, read_settings
+from robosc.simulate.machines.machine import Machine
+from robosc.simulate.machines.supervised import SupervisedExecution
+from robosc.simulate.script.session import MakeMachine
+from robosc.simulate.values.literals import parse_raw
 from robosc.supervisor import Supervisor
 
 

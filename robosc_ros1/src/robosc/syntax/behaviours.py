@@ -29,7 +29,7 @@ from robosc.syntax.nodes import (
     TauNode,
     VariableNode,
 )
-from robosc.syntax.reading import Reading
+from robosc.syntax.parse_state import ParseState
 
 
 def condition_part() -> ParserElement:
@@ -73,14 +73,14 @@ def _retry() -> Rule:
         - maybe(built(keyword("else") - _effect(), make_node(EffectNode)))
     )
 
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> RetryNode:
+    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> RetryNode:
         *count, every, goto, rest = parts
         return RetryNode(count[0], every, goto, rest, span=reading.span(start, end))
 
     return Rule(grammar, build)
 
 
-def _build_times(reading: Reading, start: int, end: int, parts: list[Any]) -> LiteralNode:
+def _build_times(reading: ParseState, start: int, end: int, parts: list[Any]) -> LiteralNode:
     number = make_integer(reading, start, end, parts)
     return LiteralNode(number, span=reading.span(start, end))
 
@@ -127,7 +127,7 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
     second = maybe(flag)
     initial = second - keyword("state", "'marked' or 'state' after 'initial'") - named
 
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> StateNode:
+    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> StateNode:
         also = parts.pop(0) is not None if first != "state" else False
         is_initial = first == "initial" or (first == "marked" and also)
         is_marked = first == "marked" or (first == "initial" and also)
@@ -151,7 +151,7 @@ def _block_of(parts: list[Any], block: Callable[[], Block]) -> Block | None:
     return block() if opens or performs is None else None
 
 
-def _late_initial(reading: Reading, start: int, end: int, parts: list[Any]) -> bool:
+def _late_initial(reading: ParseState, start: int, end: int, parts: list[Any]) -> bool:
     reading.report("syntax", "'initial' comes before 'marked'", start)
     return True
 

@@ -22,10 +22,10 @@ from robosc.errors import Note, listing
 from robosc.language.keywords import starts_of
 from robosc.remedies import meant
 from robosc.syntax.elements import ended
-from robosc.syntax.indentation import is_nested, is_outdented, outdented, unclosed
 from robosc.syntax.nodes import ImportNode
-from robosc.syntax.reading import Build, Fault, Reading
-from robosc.syntax.synchronise import Synchroniser, late_brace, nearest_keyword
+from robosc.syntax.parse_state import Build, Fault, ParseState
+from robosc.syntax.recovery.indentation import is_nested, is_outdented, outdented, unclosed
+from robosc.syntax.recovery.synchronise import Synchroniser, late_brace, nearest_keyword
 
 _NEVER = re.compile(r"(?!)")
 
@@ -65,9 +65,9 @@ class Items:
     ``words`` name the declarations in messages. ``rules`` maps a first keyword to its rule. A block
     whose declarations begin with no keyword has the one rule ``free`` instead: ``begins`` is the
     pattern with which such a declaration begins, and ``item``, ``past`` and ``lines`` locate the
-    next one after an error (see :class:`~robosc.syntax.synchronise.Synchroniser`). ``advice`` are
-    patterns of frequent mistakes in such a block, each with a hint; ``meant`` are those patterns
-    that stand for a whole declaration.
+    next one after an error (see :class:`~robosc.syntax.recovery.synchronise.Synchroniser`).
+    ``advice`` are patterns of frequent mistakes in such a block, each with a hint; ``meant`` are
+    those patterns that stand for a whole declaration.
     """
 
     words: tuple[str, ...]
@@ -112,12 +112,12 @@ class Header:
     start: int
     end: int
 
-    def quoted(self, reading: Reading) -> str:
+    def quoted(self, reading: ParseState) -> str:
         """The text of the header, at most 60 characters, in quotes for messages."""
         words = " ".join(reading.tokens.texts(self.start, self.end))
         return f"'{words[:60]}'"
 
-    def note(self, reading: Reading) -> tuple[Note, ...]:
+    def note(self, reading: ParseState) -> tuple[Note, ...]:
         return (Note("it is opened here", reading.span(self.start, self.end)),)
 
 
@@ -163,23 +163,23 @@ class Block:
             tuple(kinds for kinds, _ in items.meant),
         )
 
-    def begins(self, reading: Reading, at: int) -> bool:
+    def begins(self, reading: ParseState, at: int) -> bool:
         """Whether a declaration of this block seems to begin at a token."""
         if self.items.free:
             return self.items.begins.match(reading.kinds, at) is not None
         return reading.text(at) in self.items.rules
 
-    def belongs(self, reading: Reading, at: int) -> bool:
+    def belongs(self, reading: ParseState, at: int) -> bool:
         """Whether a declaration of this block, or of a nested one, begins at a token."""
         word = reading.text(at)
         return word in self.items.rules or word in self._inner
 
-    def _belongs_outside(self, reading: Reading, at: int, word: str) -> bool:
+    def _belongs_outside(self, reading: ParseState, at: int, word: str) -> bool:
         if word not in self._outer:
             return False
         return not self.items.free or self.synchroniser.looks_like(reading, at, word)
 
-    def _is_outside(self, reading: Reading, at: int, header: Header) -> bool:
+    def _is_outside(self, reading: ParseState, at: int, header: Header) -> bool:
         """Whether a declaration that may stand here or outside is, by its place, one outside.
 
         Where all braces match, they alone decide.
@@ -191,7 +191,7 @@ class Block:
     # --- parsing ---
 
     def enter(
-        self, reading: Reading, at: int, header: Header, opening: str = ""
+        self, reading: ParseState, at: int, header: Header, opening: str = ""
     ) -> tuple[Any, int]:
         """The nodes of the block that begins at a token, and the token behind the block.
 
@@ -208,7 +208,7 @@ class Block:
         reading.depth -= 1
         return tuple(nodes), end
 
-    def _open(self, reading: Reading, at: int, header: Header, opening: str) -> int:
+    def _open(self, reading: ParseState, at: int, header: Header, opening: str) -> int:
         """The token behind ``{``, where the brace may be missing or come late."""
         if reading.kind(at) == "{":
             return at + 1
@@ -225,7 +225,7 @@ class Block:
             return late + 1
         raise reading.expected(at, f"expected {opening}" if opening else message)
 
-    def read(self, reading: Reading, at: int, header: Header | None, nodes: list[Any]) -> int:
+    def read(self, reading: ParseState, at: int, header: Header | None, nodes: list[Any]) -> int:
         """Add the declarations up to the closing brace to ``nodes``; return the token behind it.
 
         ``header`` is None for a block that is reopened: that its brace is missing is not reported.
@@ -260,7 +260,7 @@ class Block:
         nodes += reading.lifted.pop(self, [])
         return at
 
-    def _rule(self, reading: Reading, at: int) -> tuple[Rule | None, int]:
+    def _rule(self, reading: ParseState, at: int) -> tuple[Rule | None, int]:
         """The rule for the declaration at ``at``, and the token where its grammar continues."""
         word = reading.text(at)
         if self.items.free is None:
@@ -271,7 +271,7 @@ class Block:
 
     def _declaration(
         self,
-        reading: Reading,
+        reading: ParseState,
         at: int,
         after: int,
         rule: Rule,
@@ -299,17 +299,17 @@ class Block:
 
     # --- faults ---
 
-    def _recover(self, reading: Reading, start: int, fault: Fault, reported: bool = False) -> int:
+    def _recover(self, reading: ParseState, at: int, fault: Fault, reported: bool = False) -> int:
         """Report the fault; return the token where parsing resumes."""
-        resume = self.synchroniser.resume(reading, start, fault.at)
-        reading.skipped(start, resume)
+        resume = self.synchroniser.resume(reading, at, fault.at)
+        reading.skipped(at, resume)
         if not reported:
-            reading.report_fault(start, resume, fault)
+            reading.report_fault(at, resume, fault)
         reading.reported_at = resume
         return resume
 
     def _stranger(
-        self, reading: Reading, at: int, word: str, nodes: list[Any], tail: tuple[str, ...]
+        self, reading: ParseState, at: int, word: str, nodes: list[Any], tail: tuple[str, ...]
     ) -> int:
         """Handle a token that begins no declaration of this block or of an enclosing one."""
         if reading.kind(at) == "{" and not nodes:
@@ -339,7 +339,7 @@ class Block:
             nodes.pop()  # it ends in the midst of what was meant
         return self._recover(reading, at, fault)
 
-    def _open_again(self, reading: Reading, at: int, word: str, nodes: list[Any]) -> int:
+    def _open_again(self, reading: ParseState, at: int, word: str, nodes: list[Any]) -> int:
         """Reopen the nested block, closed too early, to which the declaration here belongs."""
         assert self.child is not None
         if reading.reported_at != at:
@@ -355,7 +355,7 @@ class Block:
             reading.skipped(at, end)
         return end
 
-    def _misplaced(self, reading: Reading, at: int, word: str, header: Header) -> int:
+    def _misplaced(self, reading: ParseState, at: int, word: str, header: Header) -> int:
         """Parse a declaration of an enclosing block, and add it there."""
         message = f"'{word}' is not allowed inside {header.quoted(reading)}"
         reading.report("misplaced", message, at, notes=header.note(reading))
@@ -366,7 +366,7 @@ class Block:
         nodes = reading.lifted.setdefault(owner, [])
         return owner._declaration(reading, at, at + 1, owner.items.rules[word], nodes)
 
-    def _close_early(self, reading: Reading, at: int, word: str, header: Header | None) -> None:
+    def _close_early(self, reading: ParseState, at: int, word: str, header: Header | None) -> None:
         """Report that this block was not closed before a declaration of an enclosing one."""
         if header is None or reading.reported_at == at:
             return
@@ -379,7 +379,7 @@ class Block:
         if place < at:
             reading.skipped(place, at)  # what is declared there may belong outside
 
-    def _end_of_file(self, reading: Reading, header: Header | None) -> None:
+    def _end_of_file(self, reading: ParseState, header: Header | None) -> None:
         ended = reading.reported_at >= len(reading.kinds)
         if header is None or ended or reading.reopened or reading.tokens.open_end:
             return
@@ -389,7 +389,7 @@ class Block:
         message = f"expected '}}' to close {header.quoted(reading)}"
         reading.report("missing-brace", message, len(reading.kinds), notes=header.note(reading))
 
-    def _is_told_at_its_place(self, reading: Reading, at: int, header: Header) -> bool:
+    def _is_told_at_its_place(self, reading: ParseState, at: int, header: Header) -> bool:
         """Report the block inside, before a token, that its indentation says is not closed."""
         if (found := unclosed(reading, header.start, at)) is None:
             return False

@@ -54,7 +54,7 @@ from robosc.syntax.nodes import (
     ServedServiceNode,
     ServiceNode,
 )
-from robosc.syntax.reading import Build, Reading
+from robosc.syntax.parse_state import Build, ParseState
 
 
 def object_rules() -> Block:
@@ -107,7 +107,7 @@ def datatype_rule(object_block: Block, enum_block: Block) -> Rule:
         - keyword("to", "'to' after the type")
     )
 
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> ObjectNode | EnumNode:
+    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> ObjectNode | EnumNode:
         kind: Any = ObjectNode if parts[0] == "object" else EnumNode
         node: ObjectNode | EnumNode = kind(*parts[1:], span=reading.span(start, end))
         return node
@@ -143,7 +143,7 @@ def communication_rule(word: str) -> Rule:
     else:
         grammar = _declared(word, word)
 
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> CommunicationNode:
+    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> CommunicationNode:
         (made,) = parts
         return cast(CommunicationNode, replace(made, span=reading.span(start, end)))
 
@@ -172,7 +172,7 @@ def _declared(noun: str, sort: str) -> ParserElement:
     attributes = attributes_of(sort)
     types = [attribute.name for attribute in attributes if attribute.value is Value.TYPE]
 
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> CommunicationNode:
+    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> CommunicationNode:
         name, *pairs = parts
         given = {"identifier": None, "links": None, **dict(pairs)}
         if "type" in given and "type" not in types:
@@ -315,7 +315,7 @@ def _through_array() -> ParserElement:
     return keyword("for") - names - Expression("an array after 'in'") - maybe(chosen)
 
 
-def _make_array(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
+def _make_array(reading: ParseState, start: int, end: int, parts: list[Any]) -> Any:
     span = reading.span(start, end)
     if len(parts) < 2 or not isinstance(parts[1], Name):
         return ArrayNode(tuple(parts), span=span)

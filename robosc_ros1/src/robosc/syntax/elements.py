@@ -12,8 +12,8 @@ from typing import Any
 from pyparsing import Empty, MatchFirst, Optional, ParserElement, ParseResults, Regex, ZeroOrMore
 
 from robosc.language.tokens import pattern
+from robosc.syntax.parse_state import Build, Form, ParseState, Stop
 from robosc.syntax.pyparsing_names import leave_whitespace, set_name, set_parse_action
-from robosc.syntax.reading import Build, Form, Reading, Stop
 
 
 def terminal(kinds: str, expected: str, build: Build | None = None) -> ParserElement:
@@ -46,7 +46,7 @@ def label(word: str) -> ParserElement:
     return terminal(f"{word} ':'", f"'{word}:'")
 
 
-def _word(reading: Reading, start: int, end: int, parts: list[Any]) -> str:
+def _word(reading: ParseState, start: int, end: int, parts: list[Any]) -> str:
     return reading.text(start)
 
 

@@ -18,8 +18,8 @@ from robosc.language.operators import BINARY, UNARY
 from robosc.language.tokens import FOREIGN, is_word, kind_of, kinds_of, pattern
 from robosc.remedies import write
 from robosc.syntax.operands import Step, build_expression, nested_too_deep
+from robosc.syntax.parse_state import Form, Stop
 from robosc.syntax.pyparsing_names import leave_whitespace, set_name
-from robosc.syntax.reading import Form, Stop
 
 ACCESS = "NAME (?: '.' WORD | '[' INTEGER ']' )*"
 

@@ -62,7 +62,7 @@ from robosc.syntax.nodes import (
     StopNode,
     StringNode,
 )
-from robosc.syntax.reading import Fault, Reading
+from robosc.syntax.parse_state import Fault, ParseState
 
 # --- components ----------------------------------------------------------------------------------
 
@@ -128,7 +128,7 @@ def _several() -> ParserElement:
 
 
 def _build_component(
-    reading: Reading, start: int, end: int, parts: list[Any]
+    reading: ParseState, start: int, end: int, parts: list[Any]
 ) -> ComponentNode | ImportNode:
     span = reading.span(start, end)
     name, indexes, imported = parts[:3]
@@ -193,7 +193,7 @@ def _clauses_missing(node: RequirementNode | PossibleNode) -> tuple[str, ...]:
 
 
 def _build_requirement(
-    reading: Reading, start: int, end: int, parts: list[Any]
+    reading: ParseState, start: int, end: int, parts: list[Any]
 ) -> RequirementNode | PossibleNode:
     span = reading.span(start, end)
     if parts[0] == "possible":
@@ -230,7 +230,7 @@ def _assume() -> Rule:
     return Rule(either([_invariant(), on_message], expected), _build_assumption)
 
 
-def _build_assumption(reading: Reading, start: int, end: int, parts: list[Any]) -> AssumeNode:
+def _build_assumption(reading: ParseState, start: int, end: int, parts: list[Any]) -> AssumeNode:
     span = reading.span(start, end)
     if len(parts) == 2:
         return AssumeNode(parts[0], None, parts[1], span=span)

@@ -10,15 +10,15 @@ from robosc.language.keywords import RESERVED
 from robosc.language.tokens import BAD_NUMBER, ESCAPES, INTEGER
 from robosc.remedies import write
 from robosc.source import Span
-from robosc.syntax.advice import is_communication
 from robosc.syntax.nodes import Access, Name
-from robosc.syntax.reading import Build, Fault, Reading
+from robosc.syntax.parse_state import Build, Fault, ParseState
+from robosc.syntax.recovery.advice import is_communication
 
 MAX_INTEGER = 2**64 - 1
 """The largest whole number of any ROS type (uint64)."""
 
 
-def make_name(reading: Reading, start: int, end: int, parts: list[Any]) -> Name:
+def make_name(reading: ParseState, start: int, end: int, parts: list[Any]) -> Name:
     """A name; a reserved word without its escape is reported, and used as the name."""
     found = reading.text(start)
     if found in RESERVED:
@@ -28,7 +28,7 @@ def make_name(reading: Reading, start: int, end: int, parts: list[Any]) -> Name:
     return Name(found.removeprefix("^"), span=reading.span(start, start + 1))
 
 
-def make_access(reading: Reading, start: int, end: int, parts: list[Any]) -> Access:
+def make_access(reading: ParseState, start: int, end: int, parts: list[Any]) -> Access:
     """``a.b[0].c``; a reserved word such as ``value`` may be its root."""
     span = reading.span(start, end)
     root = reading.text(start).removeprefix("^")
@@ -41,7 +41,7 @@ def make_access(reading: Reading, start: int, end: int, parts: list[Any]) -> Acc
     return Access(Name(root, span=reading.span(start, start + 1)), path, span=span)
 
 
-def make_parts(reading: Reading, at: int, end: int) -> tuple[Name | int, ...]:
+def make_parts(reading: ParseState, at: int, end: int) -> tuple[Name | int, ...]:
     """The path ``.b[0].c``: members and literal indexes.
 
     Raises:
@@ -58,7 +58,7 @@ def make_parts(reading: Reading, at: int, end: int) -> tuple[Name | int, ...]:
     return tuple(path)
 
 
-def make_integer(reading: Reading, start: int, end: int, parts: list[Any]) -> int:
+def make_integer(reading: ParseState, start: int, end: int, parts: list[Any]) -> int:
     """The value of digits with an optional sign.
 
     Raises:
@@ -71,7 +71,7 @@ def make_integer(reading: Reading, start: int, end: int, parts: list[Any]) -> in
     return int(digits) if end == start + 1 else -int(digits)
 
 
-def make_number(reading: Reading, at: int) -> int | float:
+def make_number(reading: ParseState, at: int) -> int | float:
     """The value of a number.
 
     Raises:
@@ -88,7 +88,7 @@ def make_number(reading: Reading, at: int) -> int | float:
     return number
 
 
-def make_string(reading: Reading, at: int) -> str:
+def make_string(reading: ParseState, at: int) -> str:
     """The content of a string, escapes replaced; taken as it is if the string is unterminated.
 
     Raises:
@@ -117,7 +117,7 @@ def make_node(kind: Callable[..., Any], *first: Any, fixed: int | None = None) -
     ``first`` are further arguments before them; the parts from index ``fixed`` on become one tuple.
     """
 
-    def build(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
+    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> Any:
         if fixed is not None:
             parts[fixed:] = [tuple(parts[fixed:])]
         return kind(*first, *parts, span=reading.span(start, end))
@@ -125,6 +125,6 @@ def make_node(kind: Callable[..., Any], *first: Any, fixed: int | None = None) -
     return build
 
 
-def make_tuple(reading: Reading, start: int, end: int, parts: list[Any]) -> Any:
+def make_tuple(reading: ParseState, start: int, end: int, parts: list[Any]) -> Any:
     """The parts as a tuple."""
     return tuple(parts)

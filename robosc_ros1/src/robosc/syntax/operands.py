@@ -25,7 +25,7 @@ from robosc.syntax.nodes import (
     SliceNode,
     UnaryNode,
 )
-from robosc.syntax.reading import Fault, Reading
+from robosc.syntax.parse_state import Fault, ParseState
 
 BALANCE_FROM = 64
 """Chains of ``and`` or ``or`` up to this length are left-associative, longer ones balanced."""
@@ -94,7 +94,7 @@ class _Bracket:
 class _Builder:
     """Builds the tree from steps: a stack of operands and one of pending operators."""
 
-    def __init__(self, reading: Reading) -> None:
+    def __init__(self, reading: ParseState) -> None:
         self.reading = reading
         self.operands: list[_Operand] = []
         self.pending: list[_Pending] = []
@@ -255,7 +255,7 @@ def _is_bracketed(left: _Operand, symbol: str) -> bool:
     return symbol == "=>" or BINARY[left.node.operator].level != BINARY[symbol].level
 
 
-def _bracketed(reading: Reading, bracket: _Bracket, span: Span) -> ExprNode:
+def _bracketed(reading: ParseState, bracket: _Bracket, span: Span) -> ExprNode:
     """The node of a bracket other than a parenthesis."""
     nodes = tuple(cast(ExprNode, part.node) for part in bracket.parts)
     base = bracket.base.node if bracket.base else None
@@ -279,7 +279,7 @@ def _bracketed(reading: Reading, bracket: _Bracket, span: Span) -> ExprNode:
     return SliceNode(base, nodes[0], nodes[1], span=span)
 
 
-def build_expression(reading: Reading, start: int, end: int, parts: list[Any]) -> ExprNode:
+def build_expression(reading: ParseState, start: int, end: int, parts: list[Any]) -> ExprNode:
     """The tree of an expression.
 
     ``parts`` are the token from which the steps count, and the steps.
@@ -312,7 +312,7 @@ def build_expression(reading: Reading, start: int, end: int, parts: list[Any]) -
     return builder.finish()
 
 
-def make_leaf(reading: Reading, start: int, end: int, parts: list[Any]) -> ExprNode:
+def make_leaf(reading: ParseState, start: int, end: int, parts: list[Any]) -> ExprNode:
     """The literal, duration or access in a range of tokens.
 
     Raises:

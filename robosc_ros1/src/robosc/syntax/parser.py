@@ -14,8 +14,8 @@ from robosc.syntax.blocks import Block, Header
 from robosc.syntax.grammar import library_block, robot_block
 from robosc.syntax.leaves import make_name
 from robosc.syntax.nodes import FileNode, Name
-from robosc.syntax.reading import Reading
-from robosc.syntax.synchronise import late_brace
+from robosc.syntax.parse_state import ParseState
+from robosc.syntax.recovery.synchronise import late_brace
 
 _FILES = ("robot", "library")
 
@@ -68,7 +68,7 @@ def parse(source: Source) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
     not raise for any text.
     """
     tokens = tokenize(source)
-    reading = Reading(tokens)
+    reading = ParseState(tokens)
     tree = None if tokens.binary else _file(reading)
     found = at_most(sort_diagnostics(reading.diagnostics), limits.LEXICAL_ERRORS)
     return tree if len(found) <= limits.LEXICAL_ERRORS else None, tuple(found)
@@ -85,7 +85,7 @@ def _invalid_utf8(path: str, data: bytes, error: UnicodeDecodeError) -> Diagnost
     return Diagnostic(Severity.ERROR, "invalid-utf8", message, span, hint)
 
 
-def _file(reading: Reading) -> FileNode | None:
+def _file(reading: ParseState) -> FileNode | None:
     """The tree of one robot or library; None if there is none, or it has no name."""
     kind, at = _kind(reading)
     if kind is None:
@@ -104,7 +104,7 @@ def _file(reading: Reading) -> FileNode | None:
     return FileNode(kind, name, tuple(declarations), broken, span=reading.span(0, end))
 
 
-def _kind(reading: Reading) -> tuple[Literal["robot", "library"] | None, int]:
+def _kind(reading: ParseState) -> tuple[Literal["robot", "library"] | None, int]:
     word = reading.text(0)
     if word in _FILES:
         return cast(Literal["robot", "library"], word), 1
@@ -118,7 +118,7 @@ def _kind(reading: Reading) -> tuple[Literal["robot", "library"] | None, int]:
     return None, 0
 
 
-def _name(reading: Reading, at: int, kind: str) -> tuple[Name | None, int]:
+def _name(reading: ParseState, at: int, kind: str) -> tuple[Name | None, int]:
     if is_word(reading.kind(at)):
         return make_name(reading, at, at + 1, []), at + 1
     if reading.reported_at != at and not reading.tokens.has_fault(0, reading.tokens.offset(at) + 1):
@@ -127,7 +127,7 @@ def _name(reading: Reading, at: int, kind: str) -> tuple[Name | None, int]:
     return None, at
 
 
-def _opening(reading: Reading, at: int, named: bool, kind: str, block: Block) -> int | None:
+def _opening(reading: ParseState, at: int, named: bool, kind: str, block: Block) -> int | None:
     """The token behind the opening brace; None if no declarations can be found."""
     if reading.kind(at) == "{":
         return at + 1
@@ -140,7 +140,7 @@ def _opening(reading: Reading, at: int, named: bool, kind: str, block: Block) ->
     return None if brace is None else brace + 1
 
 
-def _rest(reading: Reading, end: int, block: Block, kind: str, declarations: list[Any]) -> int:
+def _rest(reading: ParseState, end: int, block: Block, kind: str, declarations: list[Any]) -> int:
     """Parse what follows the closing brace, due to a superfluous brace; return the last token.
 
     Only the first such text is reported; declarations in it are added all the same.
@@ -161,7 +161,7 @@ def _rest(reading: Reading, end: int, block: Block, kind: str, declarations: lis
     return end
 
 
-def _trailing(reading: Reading, at: int, kind: str, block: Block) -> None:
+def _trailing(reading: ParseState, at: int, kind: str, block: Block) -> None:
     if block.belongs(reading, at):
         if reading.reported_at != at:
             hint = "is there an extra '}' above?"

@@ -49,8 +49,8 @@ from robosc.syntax.nodes import (
     StringNode,
 )
 from robosc.syntax.operands import make_leaf
+from robosc.syntax.parse_state import ParseState, Stop
 from robosc.syntax.pyparsing_names import set_parse_action
-from robosc.syntax.reading import Reading, Stop
 
 # A name before a colon is that of the next property: the type before it is missing.
 _NO_COLON = "(?! ':' )"
@@ -66,7 +66,7 @@ def state(expected: str) -> ParserElement:
     return terminal("QUALIFIED", expected, _build_state)
 
 
-def _build_state(reading: Reading, start: int, end: int, parts: list[Any]) -> Name | Access:
+def _build_state(reading: ParseState, start: int, end: int, parts: list[Any]) -> Name | Access:
     path: Access = make_access(reading, start, end, parts)
     return path if path.path else path.root
 
@@ -85,11 +85,11 @@ def communication(expected: str) -> ParserElement:
     return either([plain, indexed], expected)
 
 
-def _build_member(reading: Reading, start: int, end: int, parts: list[Any]) -> Name:
+def _build_member(reading: ParseState, start: int, end: int, parts: list[Any]) -> Name:
     return make_name(reading, start + 1, end, [])
 
 
-def _build_indexed(reading: Reading, start: int, end: int, parts: list[Any]) -> Access:
+def _build_indexed(reading: ParseState, start: int, end: int, parts: list[Any]) -> Access:
     root, index, member = parts
     path = () if member is None else (member,)
     return Access(root, path, index, span=reading.span(start, end))
@@ -144,13 +144,13 @@ def _braced() -> ParserElement:
     return built(symbol("{") - listed(one) - symbol("}", "',' or '}'"), make_tuple)
 
 
-def make_group(reading: Reading, start: int, end: int, parts: list[Any]) -> Group:
+def make_group(reading: ParseState, start: int, end: int, parts: list[Any]) -> Group:
     """The group of a tuple and what is left out of it, if there is such a part."""
     items, excepted = parts
     return items if excepted is None else (*items, excepted)
 
 
-def _build_except(reading: Reading, start: int, end: int, parts: list[Any]) -> ExceptNode:
+def _build_except(reading: ParseState, start: int, end: int, parts: list[Any]) -> ExceptNode:
     group = make_group(reading, start, end, parts)
     return ExceptNode(group, span=reading.span(start, end))
 
@@ -173,7 +173,7 @@ def rate(expected: str) -> ParserElement:
     return either([hertz, terminal("once", expected, make_name)], expected)
 
 
-def _build_rate(reading: Reading, start: int, end: int, parts: list[Any]) -> RateNode:
+def _build_rate(reading: ParseState, start: int, end: int, parts: list[Any]) -> RateNode:
     return RateNode(make_number(reading, start), span=reading.span(start, end))
 
 
@@ -187,7 +187,7 @@ def string(expected: str) -> ParserElement:
     return terminal("STRING", expected, _build_string)
 
 
-def _build_string(reading: Reading, start: int, end: int, parts: list[Any]) -> StringNode:
+def _build_string(reading: ParseState, start: int, end: int, parts: list[Any]) -> StringNode:
     return StringNode(make_string(reading, start), span=reading.span(start, end))
 
 
@@ -229,16 +229,16 @@ def ros_type(expected: str) -> ParserElement:
     return terminal(f"WORD '/' WORD (?: '/' WORD )? {_NO_COLON}", expected, _build_ros_type)
 
 
-def _build_ros_type(reading: Reading, start: int, end: int, parts: list[Any]) -> RosTypeNode:
+def _build_ros_type(reading: ParseState, start: int, end: int, parts: list[Any]) -> RosTypeNode:
     package, *middle, type_ = (make_name(reading, at, at + 1, []) for at in range(start, end, 2))
     written = middle[0] if middle else None
     return RosTypeNode(package, type_, written, span=reading.span(start, end))
 
 
-def _build_basic(reading: Reading, start: int, end: int, parts: list[Any]) -> BasicTypeNode:
+def _build_basic(reading: ParseState, start: int, end: int, parts: list[Any]) -> BasicTypeNode:
     return BasicTypeNode(cast(Any, reading.text(start)), span=reading.span(start, end))
 
 
-def _build_named(reading: Reading, start: int, end: int, parts: list[Any]) -> NamedTypeNode:
+def _build_named(reading: ParseState, start: int, end: int, parts: list[Any]) -> NamedTypeNode:
     *library, name = (make_name(reading, at, at + 1, []) for at in range(start, end, 2))
     return NamedTypeNode(name, library[0] if library else None, span=reading.span(start, end))

@@ -13,11 +13,11 @@ from robosc.errors import StateSpaceError, listing
 from robosc.expr.tree import Binary, Call, Expr, Unary
 from robosc.plant.automaton import Plant
 from robosc.plant.event_values import values_read
+from robosc.plant.support import support
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.arithmetic import is_linear
 from robosc.synthesis.bdd.manager import remedy, usable
-from robosc.synthesis.conflicts import Identity, with_conflicts
 from robosc.synthesis.decomposition import combined, independent_parts
 from robosc.synthesis.dense.bitset import count
 from robosc.synthesis.dense.dense_engine import DenseEngine, DenseSolution
@@ -26,10 +26,10 @@ from robosc.synthesis.dense.projection import projected_layout
 from robosc.synthesis.dense.search import DenseSystem
 from robosc.synthesis.dense.transitions import Compiler
 from robosc.synthesis.event_parameters import weight
+from robosc.synthesis.explain.conflicts import Identity, with_conflicts
 from robosc.synthesis.formatting import amount, contributors
 from robosc.synthesis.guards.shorten import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
-from robosc.synthesis.vectorised import support
 
 _DENSE = 2**16
 """Product sizes above which the symbolic engine is usually faster, as measured."""

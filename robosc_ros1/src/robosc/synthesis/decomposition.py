@@ -18,10 +18,10 @@ from robosc.language.events import EventKind, Kind
 from robosc.plant.automaton import Event, Plant, PlantGoal, VariableKind
 from robosc.plant.data.disjoint_sets import DisjointSets
 from robosc.plant.data.view import sent_wholes
+from robosc.plant.support import event_support, support
 from robosc.supervisor import Explanation, Step, Supervisor
+from robosc.synthesis.controlled_system import inputs
 from robosc.synthesis.result import nothing_allowed
-from robosc.synthesis.system import inputs
-from robosc.synthesis.vectorised import event_support, support
 
 _SMALL = 2**12
 """Product size up to which a part may be joined with others."""

@@ -12,7 +12,7 @@ from robosc.expr.types import Value
 from robosc.model.automata import HOLDING
 from robosc.model.stages import told_stages
 from robosc.plant.automaton import Event, EventParameter, Plant, PlantState, VariableKind
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.runtime.places import place_of, places, stages
 from robosc.source import Span
 from robosc.supervisor import Step, Supervisor

@@ -14,7 +14,7 @@ from robosc.expr.tree import Expr
 from robosc.plant.automaton import Edge, Event
 from robosc.plant.data.disjoint_sets import DisjointSets
 from robosc.plant.event_values import values_read
-from robosc.plant.formulas import conjunction, disjunction, junction, negation
+from robosc.plant.logic import conjunction, disjunction, junction, negation
 from robosc.plant.partial_evaluation import PartValues, holds
 from robosc.plant.step import is_consistent, missing_together
 

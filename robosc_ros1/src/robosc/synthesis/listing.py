@@ -16,8 +16,8 @@ from robosc.expr.traversal import path_text
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.step import Values, valuations
 from robosc.supervisor import Step
+from robosc.synthesis.controlled_system import tau_values
 from robosc.synthesis.explore import Graph, GraphTransition
-from robosc.synthesis.system import tau_values
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,11 +10,11 @@ from robosc.expr.tree import FALSE, TRUE
 from robosc.plant.automaton import Plant
 from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Supervisor
+from robosc.synthesis.controlled_system import System
 from robosc.synthesis.explain.properties import Properties, examine
 from robosc.synthesis.explain.reasons import explain_empty, explain_guards
 from robosc.synthesis.explain.warnings import warnings
 from robosc.synthesis.formatting import event_text
-from robosc.synthesis.system import System
 
 _MOST_NAMES = 6
 """Commands that a warning names beside the one that it explains."""

@@ -2,7 +2,7 @@
 
 An expression over a few state variables is evaluated for all their values in one call: each state
 variable is a *column*, an array of indexes into its values, shaped so that numpy broadcasts columns
-against each other. Results equal :func:`robosc.plant.formulas.evaluate` exactly: integers never
+against each other. Results equal :func:`robosc.expr.evaluation.evaluate` exactly: integers never
 overflow and are never rounded to a double (Python integers are used where 64 bits might not
 suffice), and division is that of IEEE 754.
 """
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosc.expr.evaluation import constant, scalar_of
-from robosc.expr.traversal import fold, walk_all
+from robosc.expr.traversal import fold
 from robosc.expr.tree import (
     Aggregate,
     Call,
@@ -35,38 +35,17 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import EnumType, StringType, Type
 from robosc.language.operators import EXACT_IN_DOUBLE, EXACT_IN_INT64, Operator, Range
-from robosc.plant.automaton import Event, Plant, StateVariable
+from robosc.plant.automaton import Plant, StateVariable
 from robosc.plant.data.classes import Classes
 
 Bools: TypeAlias = NDArray[np.bool_]
+
+
 Indexes: TypeAlias = NDArray[np.intp]
+
+
 IndexArrays: TypeAlias = Mapping[int, Indexes]
 """Index arrays by state variable, broadcastable against each other."""
-
-
-def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
-    """Return the state variables that an expression reads, ascending."""
-
-    def find(expr: Expr) -> tuple[int, ...]:
-        read = (plant.variable_of(node) for node in walk_all([expr]))
-        return tuple(sorted({variable for variable in read if variable is not None}))
-
-    return plant.supports.of(expr, find)
-
-
-def step_support(plant: Plant, event: Event) -> set[int]:
-    """Return the state variables that an event in the plant reads or writes."""
-    found = set() if event.phase is None else {event.phase.variable}
-    for automaton in event.automata:
-        found.add(automaton.variable)
-        found.update(automaton.writes, *(support(plant, expr) for expr in automaton.expressions))
-    return found
-
-
-def event_support(plant: Plant, event: Event) -> set[int]:
-    """Return the same with what the event's requirement reads."""
-    required = () if event.requirement is None else support(plant, event.requirement)
-    return step_support(plant, event).union(required)
 
 
 def evaluate_vectorised(plant: Plant, expr: Expr, columns: IndexArrays) -> NDArray[Any]:

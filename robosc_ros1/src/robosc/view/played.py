@@ -17,11 +17,17 @@ from robosc.emit.controller.naming import file_of
 from robosc.emit.package.model_document import model_document
 from robosc.plant.automaton import Event
 from robosc.runtime.telemetry import dump
-from robosc.simulate.documents import choice_document, command_document, state_document
-from robosc.simulate.event_data import complete
 from robosc.simulate.faults import LineFault
-from robosc.simulate.literals import parse_raw
-from robosc.simulate.machine import CommandState, Happening, Machine, event_of_document, label
+from robosc.simulate.machines.machine import (
+    CommandState,
+    Happening,
+    Machine,
+    event_of_document,
+    label,
+)
+from robosc.simulate.script.documents import choice_document, command_document, state_document
+from robosc.simulate.values.event_data import complete
+from robosc.simulate.values.literals import parse_raw
 from robosc.view.hub import Hub
 from robosc.view.server import Answers, Unable
 from robosc.view.tally import Tally

@@ -22,11 +22,11 @@ from robosc.model.entities import Robot
 from robosc.runtime.model import Controller
 from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.runtime.values import jsonable
-from robosc.simulate.bag_files import is_bag, opened_bag
-from robosc.simulate.bag_run import BagRun, settings_of
+from robosc.simulate.bags.bag_files import is_bag, opened_bag
+from robosc.simulate.bags.bag_run import BagRun, settings_of
 from robosc.simulate.event_log import LogEntry, entry_of, read_log
 from robosc.simulate.replay import Follower
-from robosc.simulate.shortened_values import UnknownValue
+from robosc.simulate.values.shortened_values import UnknownValue
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.series import Collector

@@ -6,10 +6,10 @@ import functools
 import std_msgs.msg
 from std_msgs.msg import String
 
+from ._runtime.connections import UNSERVED
 from ._runtime.engine import Engine
 from ._runtime.port import Port
 from ._runtime.telemetry import Outlet, dump
-from ._runtime.traffic import UNSERVED
 
 try:
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue

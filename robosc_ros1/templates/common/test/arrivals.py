@@ -5,7 +5,7 @@ import json
 import math
 from pathlib import Path
 
-from contents import field_of, part_of, same, told_as
+from message_fields import field_of, part_of, same, told_as
 
 
 def logged(log):

@@ -9,13 +9,13 @@ A case is a tuple. It starts with the element of the model: a command and a requ
 import contextlib
 import functools
 
-from contents import field_of, part_of, plain
 from decisions import Decision, Places, differing, holds_in
 from delays import stands_in
 from expressions import trees_of, variables_of
+from message_fields import field_of, part_of, plain
 from operations import Undefined
 from phases import AGREED, COMMANDS, SENT, SERVED, command_key
-from shadow import Wrong, step_text
+from reference_model import Wrong, step_text
 
 KNOWN = 500
 """The size of the cache of results of :meth:`Cases.telling_numbers`."""

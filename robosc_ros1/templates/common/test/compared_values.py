@@ -3,12 +3,12 @@
 
 import math
 
-from contents import scalars
 from decisions import atoms_of
 from expressions import trees_of, variables_of
+from message_fields import scalars
 from operations import ARITHMETIC, Undefined
 from plant_data import PLANT
-from shadow import Shadow
+from reference_model import ReferenceModel
 
 _ASKED_FOR = {"isnan": (math.nan,), "isinf": (math.inf, -math.inf)}
 NOT_FINITE = [value for values in _ASKED_FOR.values() for value in values]
@@ -71,7 +71,7 @@ def _note(found, communication, tree, wanted):
 def roots(tree, wanted):
     """Return the numbers in a message for which an expression has the wanted values, if it is
     linear and reads nothing else."""
-    shadow = Shadow(PLANT)
+    shadow = ReferenceModel(PLANT)
     try:
         at = [shadow.evaluate(_with_value(tree, float(x))) for x in (0, 1, 2)]
         slope = at[1] - at[0]
@@ -116,7 +116,7 @@ def literals(tree):
     found = [value for part in tree for value in literals(part)]
     found += _ASKED_FOR.get(tree[0], ()) if tree and isinstance(tree[0], str) else ()
     if is_computed(tree):
-        found.append(Shadow(PLANT).evaluate(tree))
+        found.append(ReferenceModel(PLANT).evaluate(tree))
     return found
 
 
@@ -157,7 +157,7 @@ def _places_in(tree):
         yield from (step for step in tree[1] if isinstance(step, int))
     elif tree[0] in ("section", "element"):
         for place in filter(is_computed, tree[2:]):
-            yield Shadow(PLANT).evaluate(place)
+            yield ReferenceModel(PLANT).evaluate(place)
     for part in tree:
         yield from _places_in(part)
 

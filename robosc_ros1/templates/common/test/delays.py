@@ -34,7 +34,7 @@ def stands_in(state, place):
 
 
 class Delays(Expressions):
-    """The part of a model's state (``shadow.py``) that delayed transitions have.
+    """The part of a model's state (``reference_model.py``) that delayed transitions have.
 
     By component and path of a state with such transitions, when the state was ``entered`` (None:
     before the test started), and which of these transitions have ``lapsed`` (were taken) since.

@@ -12,13 +12,13 @@ import contextlib
 from collections import Counter, deque
 
 from cases import Cases
-from contents import part_of
 from decisions import abstraction, nearness
 from delays import stands_in, told_path
 from expressions import reads_value
+from message_fields import part_of
 from operations import Undefined
 from phases import AGREED, COMMANDS, SENT
-from shadow import Wrong
+from reference_model import Wrong
 
 FAILED, REFUSED = "failed", "refused"
 """The reasons of errors that the guide causes: an abort, and an answer that is not as expected."""

@@ -7,7 +7,7 @@ Messages that pass the supervisor, in both directions, must arrive unchanged.
 import functools
 import random
 
-from guard_judge import in_order
+from guard_checker import in_order
 from guarded_calls import GuardedCalls
 from random_commands import RandomCommands, content
 from random_messages import PLANT_COMMUNICATIONS

@@ -5,7 +5,7 @@ import copy
 import math
 
 from compared_values import NOT_FINITE, limits, literals, literals_by_field, places_of
-from contents import attribute_of, part_of
+from message_fields import attribute_of, part_of
 from plant_data import PLANT
 
 PLANT_COMMUNICATIONS = {c["key"]: c for c in PLANT["communications"]}

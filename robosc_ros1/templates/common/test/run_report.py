@@ -2,7 +2,7 @@
 """The coverage table of a run of the package's test."""
 
 from plant_data import PLANT
-from shadow import step_text
+from reference_model import step_text
 
 KINDS = {
     "incoming message": ["request"],

@@ -2,7 +2,7 @@
 """The plant simulator of the package's test: a robot, apart from its connections to ROS.
 
 The robot publishes messages and serves requests, partly at random (seeded), partly guided towards
-cases that are not covered yet (see ``rounds.py``).
+cases that are not covered yet (see ``play_loop.py``).
 """
 
 import random
@@ -12,9 +12,9 @@ from collections import deque
 from goals import Goals
 from guide import SAMPLES
 from plant_data import PLANT
+from play_loop import Advice, RequestMatcher
+from reference_model import ReferenceModel
 from robot_calls import RobotCalls
-from rounds import Advice, RequestMatcher
-from shadow import Shadow
 from stamps import DATED, stamp
 
 DRAWS = 100
@@ -45,7 +45,7 @@ class SimulatedRobot(RobotCalls):
         self.publishers = []
         self._judge = None
         self._matcher = None
-        self._reference = Shadow(PLANT)
+        self._reference = ReferenceModel(PLANT)
         self._types = {(keys[0], "response"): type_ for _, type_, keys in tables.subscriptions}
         for _, type_, key in tables.services:
             self._types[key, "response"] = self.response_type(type_)

@@ -3,7 +3,7 @@
 
 import functools
 
-from shadow import Wrong
+from reference_model import Wrong
 
 
 class ToldCalls:

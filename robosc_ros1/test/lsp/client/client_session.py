@@ -16,8 +16,8 @@ from lsprotocol import types
 from pytest_lsp import LanguageClient
 
 from robosc.codes import CODES
-from robosc.lsp import wire
-from robosc.lsp.analysis import Desk
+from robosc.lsp import protocol
+from robosc.lsp.analysis import Workspace
 
 # One server for all of them: to start one takes longer than most of what they ask it.
 pytestmark = pytest.mark.asyncio(loop_scope="module")
@@ -357,11 +357,11 @@ async def test_a_long_text_is_told_as_a_fresh_reading_finds_it(
         if number % 3:
             continue
         await client.text_document_document_symbol_async(types.DocumentSymbolParams(document.id))
-        desk = Desk()
-        desk.put(str(folder / name), document.text)
-        fresh = desk.analysis(str(folder / name))
+        workspace = Workspace()
+        workspace.put(str(folder / name), document.text)
+        fresh = workspace.analysis(str(folder / name))
         assert fresh is not None
-        expected = wire.diagnostics_for(fresh.source, fresh.diagnostics, "utf-16", None)
+        expected = protocol.diagnostics_for(fresh.source, fresh.diagnostics, "utf-16", None)
         assert _places(client.diagnostics[document.uri]) == _places(expected)
         if number % 15 == 0:
             document.write(before + GOOD)

@@ -34,7 +34,7 @@ from robosc.emit.controller.python import (
     readable,
 )
 from robosc.emit.controller.reactions import Reactions, alike
-from robosc.emit.controller.views import (
+from robosc.emit.controller.template_data import (
     AfterView,
     AttributeView,
     CommandView,

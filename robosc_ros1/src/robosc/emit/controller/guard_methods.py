@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 from robosc.emit.controller.naming import place
 from robosc.emit.controller.python import Attributes, PythonCode
-from robosc.emit.controller.views import CallView, CommandView
+from robosc.emit.controller.template_data import CallView, CommandView
 from robosc.emit.write.line_breaks import unparenthesised
 from robosc.expr.traversal import operands
 from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
 from robosc.plant.automaton import Event
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.supervisor import Guard, Supervisor
 
 

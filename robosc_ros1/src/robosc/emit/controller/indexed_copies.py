@@ -15,7 +15,7 @@ from robosc.emit.controller.folding import Index, Run, in_function, runs
 from robosc.emit.controller.guard_methods import with_guard_texts
 from robosc.emit.controller.naming import PythonNames
 from robosc.emit.controller.python import Attributes
-from robosc.emit.controller.views import (
+from robosc.emit.controller.template_data import (
     CallView,
     ControllerContext,
     CopiedRows,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robosc.emit.controller.naming import place
 from robosc.emit.controller.python import Attributes
-from robosc.emit.controller.views import LastingView
+from robosc.emit.controller.template_data import LastingView
 from robosc.model.entities import Robot
 
 

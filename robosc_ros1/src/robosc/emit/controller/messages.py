@@ -15,7 +15,7 @@ from robosc.emit.controller.python import (
     in_enum_rule,
     literal,
 )
-from robosc.emit.controller.views import EnumView, RefusalView
+from robosc.emit.controller.template_data import EnumView, RefusalView
 from robosc.expr.traversal import all_names, may_be_undefined, path_text, walk
 from robosc.expr.tree import Aggregate, Convert, Expr, Literal, condition_of
 from robosc.expr.types import (

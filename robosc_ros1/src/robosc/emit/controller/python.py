@@ -46,7 +46,7 @@ from robosc.expr.types import (
     Type,
 )
 from robosc.plant.counting import with_counts
-from robosc.plant.formulas import conjunction, disjunction, exact, negation
+from robosc.plant.logic import conjunction, disjunction, exact, negation
 from robosc.plant.places import written_out
 from robosc.plant.python_text import element_name, to_python
 from robosc.runtime.values import NOW

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from robosc.emit.controller.naming import PythonNames, place
 from robosc.emit.controller.python import Attributes, PythonCode, joined, literal, operand
-from robosc.emit.controller.views import PartnerView, ReactionView
+from robosc.emit.controller.template_data import PartnerView, ReactionView
 from robosc.emit.write.line_breaks import unparenthesised
 from robosc.expr.traversal import may_be_undefined, within
 from robosc.expr.tree import Binary, Expr, Leaf, Literal
@@ -23,7 +23,8 @@ from robosc.model.automata import Variable
 from robosc.model.stages import told_stages
 from robosc.plant.acceptance import acceptance_of, components_of, phase_of, resets_of
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
-from robosc.plant.formulas import exact, to_dsl
+from robosc.plant.logic import exact
+from robosc.plant.model_text import to_dsl
 from robosc.plant.python_text import may_be_huge
 
 _IMPOSSIBLE = {EventKind.TIMEOUT: "silent", EventKind.CANCELLED: "not being cancelled"}
@@ -83,9 +84,8 @@ class Reactions:
                 branches = tuple(replace(branch, condition=PythonCode("")) for branch in branches)
             if any(branch.effects for branch in branches):
                 parts.append(_LocalReaction(automaton.component, branches))
-        body = list(_body(parts))
         changed = {e.attribute: None for part in parts for b in part.branches for e in b.effects}
-        body = [*self._assumed(event), *body]
+        body = [*self._assumed(event), *_body(parts)]
         if event.kind is EventKind.CALL:
             body = [*self._accepted(event), *body]
         phase = phase_of(event)

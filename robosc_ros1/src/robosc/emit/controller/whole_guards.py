@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robosc.expr.presence import defined
 from robosc.expr.tree import FALSE, TRUE, Binary, ChoiceRef, Expr, Literal, ValueRef
 from robosc.expr.types import BooleanType, Value
+from robosc.expr.undefined_data import defined
 from robosc.plant.automaton import EventParameter
 from robosc.plant.data.classes import Classes
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.supervisor import Guard, Supervisor
 
 

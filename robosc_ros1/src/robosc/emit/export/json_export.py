@@ -8,7 +8,7 @@ from typing import Any
 from robosc.expr.traversal import path_text
 from robosc.expr.tree import Expr
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, VariableKind
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import synthesize_document
 

@@ -9,7 +9,7 @@ from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
 from robosc.model.automata import Behaviour, Transition
 from robosc.model.entities import Robot
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.runtime.places import DUE, place_of
 
 

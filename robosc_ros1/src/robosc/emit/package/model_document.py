@@ -14,7 +14,7 @@ from robosc import limits
 from robosc.emit.controller.naming import place
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.export.pictured_transitions import as_written, pictured
-from robosc.emit.package.thresholds import thresholds
+from robosc.emit.package.plot_lines import thresholds
 from robosc.expr.types import (
     ArrayType,
     BooleanType,
@@ -28,7 +28,7 @@ from robosc.language.events import EventKind
 from robosc.model.automata import Behaviour, State, Variable, is_in
 from robosc.model.entities import Component, Robot
 from robosc.plant.automaton import Plant
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.runtime.places import DUE, place_of
 from robosc.supervisor import Supervisor
 

@@ -38,7 +38,7 @@ from robosc.expr.types import (
 )
 from robosc.language.events import Direction, EventKind
 from robosc.model.automata import Transition
-from robosc.model.checks.usage import Usage, converted_part
+from robosc.model.checks.used_fields import Usage, converted_part
 from robosc.model.entities import (
     Command,
     Communication,
@@ -52,7 +52,7 @@ from robosc.model.entities import (
 )
 from robosc.plant.assumptions import events_of
 from robosc.plant.event_values import value_type
-from robosc.plant.formulas import exact
+from robosc.plant.logic import exact
 from robosc.plant.places import written_out
 from robosc.supervisor import Guard
 

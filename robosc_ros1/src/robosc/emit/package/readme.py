@@ -15,7 +15,7 @@ from robosc.emit.package.config import Config, declared_communications, declared
 from robosc.language.events import Kind
 from robosc.model.automata import Transition, is_in
 from robosc.model.entities import Communication, Robot
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.runtime import settings
 from robosc.runtime.launch_arguments import described, launch_arguments
 from robosc.runtime.model import Parameter

@@ -26,7 +26,7 @@ from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
 from robosc.emit.supervisor.listening import heard_by_shadow, monitor_context, monitor_readme
-from robosc.emit.supervisor.relaying import relay_context
+from robosc.emit.supervisor.supervisor_package import relay_context
 from robosc.emit.write.line_breaks import break_long_lines
 from robosc.language.events import Kind
 from robosc.model.declarations.parameters import with_parameters

@@ -15,7 +15,7 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
 from robosc.language.events import EventKind, Kind
 from robosc.plant.automaton import Event, LocalAutomaton, Plant, VariableKind
-from robosc.plant.formulas import exact
+from robosc.plant.logic import exact
 from robosc.supervisor import Supervisor
 
 Place = tuple[VariableKind, str]

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 from robosc.emit.controller.assembly import plain_context
 from robosc.emit.controller.python_literals import literal
-from robosc.emit.controller.views import ControllerContext
+from robosc.emit.controller.template_data import ControllerContext
 from robosc.emit.package.package_context import CommandsView, HeardView, PackageContext, TopicView
 from robosc.emit.package.readme import InterfaceView, ReadmeContext
+from robosc.emit.supervisor.command_recognition import command_matches
 from robosc.emit.supervisor.commuting import not_commuting
-from robosc.emit.supervisor.guarding import command_matches
-from robosc.emit.supervisor.relaying import in_order, source_of
+from robosc.emit.supervisor.supervisor_package import in_order, source_of
 from robosc.errors import ModelError
 from robosc.expr.traversal import walk
 from robosc.expr.tree import ReasonRef

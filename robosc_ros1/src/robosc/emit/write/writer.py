@@ -3,7 +3,7 @@
 Files that robosc did not write, or that somebody changed since, are never replaced unless that is
 asked for, and folders not even then; files whose content does not change are not touched, so that
 nothing is built again. What the user is meant to edit stays: files in ``config/`` that were
-changed, and the lines of :mod:`robosc.emit.write.own_lines`. The new package is made complete
+changed, and the lines of :mod:`robosc.emit.write.user_regions`. The new package is made complete
 beside the old one and takes its place in one step: whatever ends robosc meanwhile, the folder holds
 the one or the other.
 """
@@ -26,8 +26,14 @@ from pathlib import Path
 from robosc import limits
 from robosc.emit.package.package import File, Package
 from robosc.emit.write.atomic_replacement import exchange, link_tree, rescue
-from robosc.emit.write.own_lines import own_lines, text_of, with_own_lines
-from robosc.emit.write.record import RECORD, is_as_recorded, read_record, record_of, recorded_target
+from robosc.emit.write.checksums import (
+    RECORD,
+    is_as_recorded,
+    read_record,
+    record_of,
+    recorded_target,
+)
+from robosc.emit.write.user_regions import own_lines, text_of, with_own_lines
 from robosc.errors import UsageError
 
 

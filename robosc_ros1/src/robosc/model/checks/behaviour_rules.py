@@ -6,10 +6,10 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from robosc.errors import Note
-from robosc.expr.presence import known_condition, none_of
 from robosc.expr.traversal import may_be_undefined, walk
 from robosc.expr.tree import Expr, Holds, PhaseRef, ReasonRef, StateRef, ValueRef
 from robosc.expr.types import domain
+from robosc.expr.undefined_data import known_condition, none_of
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import Behaviour, CompositeState, State, Transition
 from robosc.model.checks.exclusive import hold_together

@@ -14,7 +14,6 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from robosc.expr.evaluation import evaluate
-from robosc.expr.presence import condition_on_data, known_condition
 from robosc.expr.quantified import opposite
 from robosc.expr.traversal import (
     fold,
@@ -35,6 +34,7 @@ from robosc.expr.tree import (
     ValueRef,
 )
 from robosc.expr.types import ArrayType, BooleanType, ObjectType, Type, Value
+from robosc.expr.undefined_data import condition_on_data, known_condition
 from robosc.language.events import command_key
 from robosc.model.automata import Assignment, CompositeState, Transition
 from robosc.model.diagnostics import Report

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from robosc.errors import Note
-from robosc.expr.by_identity import ByIdentity
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import reads_value, walk_all
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
 from robosc.language.events import EventKind, Kind, command_key
@@ -32,7 +32,7 @@ def check_freshness(robot: Robot, report: Report) -> None:
     lasting = {one.name: one.condition for one in robot.lasting}
     behaviours = {c.name: c.behaviour for c in robot.components}
     stale: dict[str, dict[str, VariableRef]] = defaultdict(dict)
-    known: ByIdentity[tuple[bool, tuple[VariableRef, ...]]] = ByIdentity()
+    known: IdentityCache[tuple[bool, tuple[VariableRef, ...]]] = IdentityCache()
     for command, expressions in _read_by_commands(robot).items():
         # Copies share their conditions.
         read = [known.of(expr, partial(_read, lasting=lasting)) for expr in expressions]

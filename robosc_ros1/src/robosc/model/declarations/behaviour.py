@@ -22,7 +22,7 @@ from robosc.model.checks.behaviour_rules import (
     internal_with_else,
     with_else,
 )
-from robosc.model.checks.reach import check_reach
+from robosc.model.checks.check_reachable import check_reach
 from robosc.model.declarations.performing import Performing, with_counts
 from robosc.model.declarations.performing_clauses import PerformingResolver, own_transitions
 from robosc.model.declarations.transitions import TransitionResolver
@@ -31,7 +31,7 @@ from robosc.model.names.tables import Instance, SymbolTable, path_of
 from robosc.model.typing.compatibility import check_range, default_value, describe
 from robosc.model.typing.expected import expected_type
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import no_value
+from robosc.model.typing.value_word import no_value
 from robosc.syntax.nodes import (
     Access,
     AfterNode,

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.errors import Note
-from robosc.expr.presence import condition_on_data
 from robosc.expr.tree import Expr
 from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
+from robosc.expr.undefined_data import condition_on_data
 from robosc.language.events import COMMUNICATIONS, Direction
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication
@@ -27,7 +27,7 @@ from robosc.model.ros.links import Binder, Payload, is_legal
 from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import EXPECTATION, Incoming, no_value
+from robosc.model.typing.value_word import EXPECTATION, Incoming, no_value
 from robosc.names import ros_name_fault, snake_case
 from robosc.source import Span
 from robosc.syntax.nodes import (

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from robosc.expr.presence import known_condition
 from robosc.expr.quantified import chain
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
+from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import (
     HOLDING,

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 from robosc import limits
-from robosc.expr.by_identity import ByIdentity
 from robosc.expr.evaluation import constant
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.tree import Aggregate, Expr, Literal, ParameterRef, RosParameter, StateRef
 from robosc.expr.types import ArrayType, DurationType, EnumType, ObjectType, Type, Value
 from robosc.model.automata import HOLDING, Lasting
@@ -22,7 +22,7 @@ from robosc.model.typing.data import DataTyper
 from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import no_value
+from robosc.model.typing.value_word import no_value
 from robosc.runtime.parameter_values import LEAST_PARAMETER, MOST_PARAMETER
 from robosc.runtime.values import NOW
 from robosc.source import Span
@@ -43,7 +43,7 @@ class NamedValueTyper:
     symbols: Callable[[], SymbolTable]
     owner: str = ""
     _open: list[str] = field(default_factory=list)
-    _sizes: ByIdentity[int] = field(default_factory=ByIdentity)
+    _sizes: IdentityCache[int] = field(default_factory=IdentityCache)
 
     def __call__(self, node: ValueNode) -> Expr | None:
         """The expression for which the declared name stands; None after a reported error."""

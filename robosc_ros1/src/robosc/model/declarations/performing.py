@@ -11,10 +11,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from robosc.errors import listing
-from robosc.expr.presence import known_condition
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.expr.types import BooleanType, IntegerType
+from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import (
     Assignment,

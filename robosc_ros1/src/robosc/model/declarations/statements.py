@@ -9,10 +9,10 @@ from itertools import product
 from typing import TypeAlias, TypeVar
 
 from robosc.errors import Note
-from robosc.expr.by_identity import ByIdentity
-from robosc.expr.presence import condition_on_data, none_of
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.tree import Expr
 from robosc.expr.types import NoneType
+from robosc.expr.undefined_data import condition_on_data, none_of
 from robosc.language.events import Kind
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
@@ -39,7 +39,7 @@ from robosc.model.typing.command_values import (
 from robosc.model.typing.data import DataTyper
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import Incoming, no_value
+from robosc.model.typing.value_word import Incoming, no_value
 from robosc.source import Span
 from robosc.syntax.nodes import (
     AssumeNode,
@@ -119,7 +119,7 @@ class StatementResolver:
             no_value("requirements on states have no 'value'"),
         )
         self._groups = GroupResolver(symbols, types.scope, report)
-        self._read: ByIdentity[bool] = ByIdentity()
+        self._read: IdentityCache[bool] = IdentityCache()
 
     def requirements(self, node: RequirementNode) -> Sequence[Requirement]:
         """The requirements that a statement makes; none after an error.

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from robosc.errors import Note
-from robosc.expr.presence import condition_on_data
 from robosc.expr.tree import Expr, is_constant_data
 from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
+from robosc.expr.undefined_data import condition_on_data
 from robosc.language.events import EventKind
 from robosc.model.automata import (
     Assignment,
@@ -20,14 +20,14 @@ from robosc.model.checks.behaviour_rules import (
     report_unavailable,
 )
 from robosc.model.diagnostics import Report
+from robosc.model.names.assignment_targets import Targets
 from robosc.model.names.groups import GroupResolver
 from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
-from robosc.model.names.targets import Targets
 from robosc.model.typing.compatibility import check_range, coerce
 from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import ANY, BOOLEAN, expected_type
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import Incoming, is_value, no_value, reasons_type
+from robosc.model.typing.value_word import Incoming, is_value, no_value, reasons_type
 from robosc.remedies import write
 from robosc.source import Span
 from robosc.syntax.nodes import (

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from robosc.expr.types import ArrayType, EnumType, IntegerType, NoneType, ObjectType, Type
 from robosc.language.events import Direction
-from robosc.model.checks.usage import Path, Usage
+from robosc.model.checks.used_fields import Path, Usage
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Binding

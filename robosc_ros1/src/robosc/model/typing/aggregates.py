@@ -13,8 +13,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from robosc.expr.by_identity import ByIdentity
 from robosc.expr.evaluation import constant
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.quantified import Chains, chain, compared, joined, opposite
 from robosc.expr.traversal import may_be_undefined, part_of, rewritten
 from robosc.expr.tree import (
@@ -70,7 +70,7 @@ class Aggregates:
         self._report = report
         self._chains: defaultdict[str, Chains] = defaultdict(dict)
         # By the value that an undefined condition counts as.
-        self._defined: defaultdict[bool, ByIdentity[Expr]] = defaultdict(ByIdentity)
+        self._defined: defaultdict[bool, IdentityCache[Expr]] = defaultdict(IdentityCache)
 
     def typed(
         self, node: AggregateNode, element: Callable[[], Expr | None] | None = None

@@ -6,8 +6,8 @@ They are read as the model's own requirements are, with the same names:
 
 from __future__ import annotations
 
-from robosc.expr.presence import condition_on_data
 from robosc.expr.tree import Expr
+from robosc.expr.undefined_data import condition_on_data
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import ConditionReader
@@ -15,7 +15,7 @@ from robosc.model.names.copies import over_copies
 from robosc.model.names.tables import ComponentTable, SymbolTable
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import no_value
+from robosc.model.typing.value_word import no_value
 from robosc.syntax.nodes import ExprNode
 
 

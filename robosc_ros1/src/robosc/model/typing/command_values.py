@@ -7,17 +7,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from robosc.errors import Diagnostic, listing
-from robosc.expr.presence import condition_on_data
 from robosc.expr.traversal import operands, reads_value
 from robosc.expr.tree import Expr
 from robosc.expr.types import NoneType, Type
+from robosc.expr.undefined_data import condition_on_data
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Requirement
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import Incoming
+from robosc.model.typing.value_word import Incoming
 from robosc.source import Span
 from robosc.syntax.nodes import AssumeNode, ExprNode, PossibleNode, ProvideNode, RequirementNode
 

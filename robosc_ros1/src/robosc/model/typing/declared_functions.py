@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any
 
 from robosc import limits
-from robosc.expr.by_identity import ByIdentity
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import walk
 from robosc.expr.tree import ElementRef, Expr, PhaseRef, StateRef, VariableRef
 from robosc.expr.types import Type
@@ -21,7 +21,7 @@ from robosc.model.names.scope import report_duplicate
 from robosc.model.typing.compatibility import coerce
 from robosc.model.typing.expected import expected_type
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.incoming import no_value
+from robosc.model.typing.value_word import no_value
 from robosc.syntax.nodes import Access, AggregateNode, ExprNode, FunctionNode, Name
 
 _ONLY = "a function reads its arguments, constants and parameters only"
@@ -36,7 +36,7 @@ class FunctionTyper:
     _arguments: dict[int, tuple[Type, ...] | None] = field(default_factory=dict)
     _open: list[FunctionNode] = field(default_factory=list)
     _level: int = 0
-    _sizes: ByIdentity[int] = field(default_factory=ByIdentity)
+    _sizes: IdentityCache[int] = field(default_factory=IdentityCache)
 
     def arguments(self, node: FunctionNode) -> tuple[Type, ...] | None:
         """The types of the arguments; None if the declaration has an error.

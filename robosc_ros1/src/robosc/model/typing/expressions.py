@@ -22,7 +22,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from robosc.expr.presence import otherwise
 from robosc.expr.tree import Binary, ElementRef, Expr, Literal, Unary, ValueRef
 from robosc.expr.types import (
     ArrayType,
@@ -34,13 +33,14 @@ from robosc.expr.types import (
     ObjectType,
     Type,
 )
+from robosc.expr.undefined_data import otherwise
 from robosc.language.operators import BINARY, UNARY, Operand
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.names.meanings import Meanings
 from robosc.model.names.occurrences import Symbol, SymbolKind
+from robosc.model.names.report_unknown import NameFaults, last_name
+from robosc.model.names.resolve_name import Meanings
 from robosc.model.names.tables import SymbolTable
-from robosc.model.names.unknown import NameFaults, last_name
 from robosc.model.typing import function_calls
 from robosc.model.typing.aggregates import Aggregates, Bound
 from robosc.model.typing.compatibility import coerce, comparable, describe, result_type, type_of
@@ -53,9 +53,9 @@ from robosc.model.typing.expected import (
     expected_type,
     needs_of,
 )
-from robosc.model.typing.incoming import Incoming, is_value
 from robosc.model.typing.messages_about_types import VALUE_PLACES, alternatives, hint_for
 from robosc.model.typing.parts import Parts, path_of
+from robosc.model.typing.value_word import Incoming, is_value
 from robosc.syntax.nodes import (
     Access,
     AggregateNode,

@@ -8,10 +8,10 @@ from functools import reduce
 from typing import cast
 
 from robosc.expr.evaluation import constant
-from robosc.expr.presence import defined
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Binary, Call, Convert, Expr, Literal, is_constant_data
 from robosc.expr.types import ArrayType, BooleanType, EnumType, IntegerType, Type, Value, is_number
+from robosc.expr.undefined_data import defined
 from robosc.language.functions import AGGREGATES, FUNCTIONS, GEOMETRY
 from robosc.language.operators import Operand, Operator, Result
 from robosc.model.diagnostics import Report

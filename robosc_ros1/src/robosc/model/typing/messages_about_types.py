@@ -7,7 +7,7 @@ from robosc.expr.types import BooleanType, DoubleType, DurationType, IntegerType
 from robosc.language.operators import BINARY
 from robosc.model.typing.compatibility import describe
 from robosc.model.typing.expected import ExpectedType
-from robosc.model.typing.incoming import RULE
+from robosc.model.typing.value_word import RULE
 from robosc.remedies import Change, Hint, Remedy, write
 from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode
 

@@ -67,8 +67,9 @@ from robosc.plant.data.view import (
     sent_wholes,
     update_key,
 )
-from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
 from robosc.plant.lasting import resets
+from robosc.plant.logic import conjunction, disjunction, negation
+from robosc.plant.model_text import to_dsl
 from robosc.plant.precedence import joined_transitions
 
 

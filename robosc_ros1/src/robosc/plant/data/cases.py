@@ -32,7 +32,7 @@ from robosc.expr.tree import (
     Unary,
 )
 from robosc.expr.types import ArrayType, BooleanType, Type, Value, domain
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.plant.places import each_place
 
 

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, overload
 from robosc.expr.tree import Binary, Expr, Literal
 from robosc.expr.types import BooleanType, DoubleType, IntegerType, StringType, Type, Value
 from robosc.language.operators import BINARY
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
 
 Comparison: TypeAlias = tuple[str, Value]
 """An operator and its right operand, a constant."""

@@ -15,9 +15,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TypeAlias
 
-from robosc.expr.by_identity import ByIdentity
 from robosc.expr.evaluation import evaluate
-from robosc.expr.presence import condition_on_data
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import (
     may_be_undefined,
     parameters_of,
@@ -59,9 +58,10 @@ from robosc.expr.types import (
     domain,
     is_number,
 )
+from robosc.expr.undefined_data import condition_on_data
 from robosc.language.operators import MIRRORED
 from robosc.plant.data.cases import by_state, by_value, reads_arrays, reads_states
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
 
 Term: TypeAlias = VariableRef | ValueRef | TestRef
 
@@ -222,7 +222,7 @@ class Terms:
     def __init__(self, text: Callable[[Expr], str]) -> None:
         self._text = text
         self._pairs: dict[tuple[Expr, Expr], TestRef] = {}
-        self._finite: ByIdentity[Expr] = ByIdentity()
+        self._finite: IdentityCache[Expr] = IdentityCache()
 
     def finite(self, expr: Expr) -> Expr:
         """Return a deciding expression with tests of data replaced by terms, which read no state.

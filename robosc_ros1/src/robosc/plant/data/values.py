@@ -13,7 +13,7 @@ from robosc.model.entities import Robot
 from robosc.plant.data.classes import Classes
 from robosc.plant.data.terms import Term
 from robosc.plant.data.view import FiniteView, Scope
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 
 
 def _labels(classes: Classes, term: Term, robot: Robot, whole: bool) -> tuple[str, ...]:

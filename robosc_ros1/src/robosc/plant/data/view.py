@@ -12,7 +12,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from robosc.expr.presence import known_condition
 from robosc.expr.traversal import may_be_undefined, rewritten, walk
 from robosc.expr.tree import (
     Aggregate,
@@ -29,12 +28,13 @@ from robosc.expr.tree import (
     VariableRef,
 )
 from robosc.expr.types import ArrayType, ObjectType, Value
+from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind
 from robosc.model.automata import Assignment, Transition, Variable
 from robosc.model.entities import Communication, Provide, Requirement, Robot, data_expressions
 from robosc.plant.data.classes import Classes
 from robosc.plant.data.terms import Term, Terms, kept_where_undefined, reads_parameters, value_of
-from robosc.plant.formulas import negation
+from robosc.plant.logic import negation
 
 Scope: TypeAlias = tuple[EventKind, str] | None
 """The event whose value ``value`` is: its kind and its communication's key."""

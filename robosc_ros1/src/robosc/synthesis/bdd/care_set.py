@@ -16,10 +16,10 @@ from typing import Any, TypeVar
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import Expr
 from robosc.plant.automaton import Plant
-from robosc.plant.formulas import conjunction, disjunction
+from robosc.plant.logic import conjunction, disjunction
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
-from robosc.synthesis.guards.dropping import drop
+from robosc.synthesis.guards.greedy_selection import drop
 from robosc.synthesis.guards.minimise import condition_of, condition_on
 from robosc.synthesis.guards.sum_of_products import END, NOTHING, Diagrams, TooLarge
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from math import prod
 
-from robosc.expr.by_identity import ByIdentity
 from robosc.expr.evaluation import evaluate
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import fold, walk
 from robosc.expr.tree import Binary, Expr, Leaf, Operation, Unary, ValueRef
 from robosc.expr.types import Value
@@ -46,8 +46,10 @@ class Encoding:
         self._blocks: dict[LeafSource, _Block] = {}
         self._known: dict[tuple[Expr, int | None], Partition] = {}
         # Each for what reads the ``value`` of an event, or of none.
-        self._where: defaultdict[int | None, ByIdentity[Bdd]] = defaultdict(ByIdentity)
-        self._partitions: defaultdict[int | None, ByIdentity[Partition]] = defaultdict(ByIdentity)
+        self._where: defaultdict[int | None, IdentityCache[Bdd]] = defaultdict(IdentityCache)
+        self._partitions: defaultdict[int | None, IdentityCache[Partition]] = defaultdict(
+            IdentityCache
+        )
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
         for item in ordered(plant):

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 from robosc.expr.tree import TRUE
 from robosc.expr.types import Value
 from robosc.plant.automaton import Edge, LocalAutomaton
+from robosc.plant.support import event_support
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd, Renaming
 from robosc.synthesis.bdd.partition import Partition
 from robosc.synthesis.bdd.sources import LeafSource
 from robosc.synthesis.event_parameters import private_parameters
-from robosc.synthesis.vectorised import event_support
 
 MOST_DISJUNCTS = 3
 """Disjuncts of one event that assign constants; if there were more, a relation is used.

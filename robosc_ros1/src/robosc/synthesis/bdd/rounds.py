@@ -21,9 +21,9 @@ from robosc.expr.traversal import operands, walk
 from robosc.expr.tree import Expr, Leaf, ValueRef
 from robosc.expr.types import Value
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
+from robosc.plant.support import support
 from robosc.runtime.values import Undefined
 from robosc.synthesis.bdd.sources import LeafSource
-from robosc.synthesis.vectorised import support
 
 _Fact: TypeAlias = tuple[int, int]
 """A state variable and the index of a value; -1 for data that have changed."""

@@ -22,7 +22,7 @@ from robosc.plant.automaton import Event, PlantState
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
-from robosc.synthesis.system import Runs, inputs
+from robosc.synthesis.controlled_system import Runs, inputs
 
 _Steps: TypeAlias = tuple[tuple[Disjunct, ...], ...]
 

@@ -11,16 +11,16 @@ from __future__ import annotations
 from robosc import limits
 from robosc.expr.tree import Expr
 from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.support import support
 from robosc.synthesis.bdd.cones import Cones
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.run_to_completion import SymbolicController
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
-from robosc.synthesis.system import Runs
-from robosc.synthesis.vectorised import support
+from robosc.synthesis.controlled_system import Runs
 
 
 class SymbolicSystem:
-    """A symbolic solution as :class:`robosc.synthesis.system.System`."""
+    """A symbolic solution as :class:`robosc.synthesis.controlled_system.System`."""
 
     def __init__(
         self,

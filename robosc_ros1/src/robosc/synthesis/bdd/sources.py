@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from robosc.plant.automaton import Plant
 from robosc.plant.event_values import values_read
-from robosc.synthesis.vectorised import event_support, step_support, support
+from robosc.plant.support import event_support, step_support, support
 
 LeafSource: TypeAlias = int | tuple[int, int]
 """What a leaf reads: a state variable, or (number of the event, number of its parameter)."""

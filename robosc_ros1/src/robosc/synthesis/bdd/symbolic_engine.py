@@ -21,7 +21,7 @@ from robosc.synthesis.bdd.relations import MOST_DISJUNCTS, Disjunct, EventRelati
 from robosc.synthesis.bdd.saturation import saturated
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.fixpoint import supremal
-from robosc.synthesis.guards.dropping import drop
+from robosc.synthesis.guards.greedy_selection import drop
 
 _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
 """Allowed and refused states, and the state variables that distinguish them."""

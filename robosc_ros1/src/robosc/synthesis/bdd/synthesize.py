@@ -9,7 +9,7 @@ from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import TRUE
 from robosc.plant.automaton import Plant
-from robosc.plant.formulas import conjunction
+from robosc.plant.logic import conjunction
 from robosc.progress import Progress
 from robosc.supervisor import Guard, Supervisor
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition

@@ -11,12 +11,13 @@ import numpy as np
 
 from robosc.expr.tree import Expr
 from robosc.plant.automaton import Plant
+from robosc.plant.support import support
 from robosc.synthesis.dense.bitset import Bitset
 from robosc.synthesis.dense.dimensions import Dim
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.guards.minimise import condition_of
 from robosc.synthesis.guards.sum_of_products import Diagrams, TooLarge
-from robosc.synthesis.vectorised import Bools, Indexes, evaluate_vectorised, support
+from robosc.synthesis.vectorised import Bools, Indexes, evaluate_vectorised
 
 _MOST_ROWS = 2**20
 

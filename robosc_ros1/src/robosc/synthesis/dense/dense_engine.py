@@ -17,7 +17,7 @@ import numpy as np
 from robosc.expr.tree import Expr, Unary
 from robosc.plant.acceptance import gates_of
 from robosc.plant.automaton import Event, LocalAutomaton
-from robosc.plant.formulas import conjunction, junction
+from robosc.plant.logic import conjunction, junction
 from robosc.plant.partial_evaluation import PartValues, holds
 from robosc.progress import Progress
 from robosc.synthesis.dense.bitset import Bitset, count, members

@@ -27,7 +27,7 @@ _LARGEST_REPEAT = 2**22
 
 
 class DenseSystem:
-    """A dense solution as :class:`robosc.synthesis.system.System`."""
+    """A dense solution as :class:`robosc.synthesis.controlled_system.System`."""
 
     def __init__(self, solution: DenseSolution) -> None:
         self.solution = solution

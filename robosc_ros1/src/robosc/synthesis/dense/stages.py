@@ -11,7 +11,7 @@ from math import prod
 
 from robosc.plant.automaton import Event, LocalAutomaton, Plant
 from robosc.plant.event_values import values_read
-from robosc.synthesis.vectorised import support
+from robosc.plant.support import support
 
 _MOST_CHOICES = 64
 """Combinations of edges up to which automata are in one stage."""

@@ -27,8 +27,9 @@ from robosc.expr.types import BooleanType, EnumType
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.plant.data.classes import Classes
 from robosc.plant.event_values import values_read
-from robosc.plant.formulas import junction
+from robosc.plant.logic import junction
 from robosc.plant.partial_evaluation import PartValues, assigned, holds
+from robosc.plant.support import support
 from robosc.synthesis.dense.merging import (
     ALWAYS,
     Condition,
@@ -41,7 +42,7 @@ from robosc.synthesis.dense.merging import (
 )
 from robosc.synthesis.dense.stages import stages_of
 from robosc.synthesis.event_parameters import choices, weight
-from robosc.synthesis.vectorised import Bools, IndexArrays, evaluate_vectorised, support
+from robosc.synthesis.vectorised import Bools, IndexArrays, evaluate_vectorised
 
 _WIDE = 2**16
 """Combinations of values above which an expression is not evaluated as a whole."""

@@ -11,13 +11,13 @@ from robosc.model.entities import Assumption
 from robosc.plant.acceptance import phase_of
 from robosc.plant.assumptions import EXCLUDED, Restriction, joined
 from robosc.plant.automaton import Event, Plant
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
+from robosc.plant.support import support
 from robosc.supervisor import Guard
+from robosc.synthesis.controlled_system import System, enabled, in_phase, taken_where
 from robosc.synthesis.event_parameters import for_some
 from robosc.synthesis.formatting import quoted
 from robosc.synthesis.guards.precondition import after
-from robosc.synthesis.system import System, enabled, in_phase, taken_where
-from robosc.synthesis.vectorised import support
 
 When = Callable[[Expr], str | None]
 """Tells how a state with a condition is reached, to end a sentence with; None: never."""

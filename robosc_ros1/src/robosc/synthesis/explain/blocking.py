@@ -14,9 +14,9 @@ from robosc.remedies import Change, Hint, Remedy
 from robosc.source import Span
 from robosc.supervisor import Step
 from robosc.synthesis.compiled_steps import Stepper
+from robosc.synthesis.controlled_system import location_name
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.formatting import quoted
-from robosc.synthesis.system import location_name
 
 
 @dataclass(frozen=True, slots=True)

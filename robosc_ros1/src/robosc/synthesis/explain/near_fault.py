@@ -14,11 +14,11 @@ from robosc.plant.automaton import PlantGoal, PlantState
 from robosc.plant.step import Values, Verdict
 from robosc.supervisor import Step
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
+from robosc.synthesis.controlled_system import steps_of
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explain.blocking import Cause, why_blocked, why_impossible
 from robosc.synthesis.explain.range_violation import why_out_of_range
 from robosc.synthesis.formatting import trace_text
-from robosc.synthesis.system import steps_of
 
 
 def near_fault(

@@ -35,11 +35,11 @@ from robosc.model.diagnostics import first_of
 from robosc.plant.automaton import Plant, PlantState
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.compiled_steps import CompiledEvent
+from robosc.synthesis.controlled_system import Runs, System, make_step
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explain.local_bound import longest_locally
 from robosc.synthesis.explain.run_to_completion import ExplicitController, tau_targets
 from robosc.synthesis.formatting import amount, quoted, step_text, trace_text
-from robosc.synthesis.system import Runs, System, make_step
 
 _FEW_STATES = 10_000
 """States up to which explicit search is as fast as the symbolic one."""

@@ -6,12 +6,12 @@ from robosc.expr.evaluation import evaluate
 from robosc.expr.tree import Binary, Expr, Literal, VariableRef
 from robosc.expr.types import BooleanType, Value
 from robosc.plant.automaton import Edge, LocalAutomaton, Plant, PlantState
-from robosc.plant.formulas import to_dsl
+from robosc.plant.model_text import to_dsl
 from robosc.plant.step import lookup, taken_edge
 from robosc.runtime.values import Undefined
 from robosc.supervisor import Step
+from robosc.synthesis.controlled_system import location_name
 from robosc.synthesis.explain.blocking import Cause
-from robosc.synthesis.system import location_name
 
 
 def why_out_of_range(plant: Plant, step: Step, state: PlantState) -> Cause:

@@ -21,11 +21,12 @@ from robosc.expr.tree import FALSE, StateRef, VariableRef
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
 from robosc.plant.automaton import Event, Plant, PlantState
-from robosc.plant.formulas import conjunction, negation
+from robosc.plant.logic import conjunction, negation
 from robosc.plant.step import Outcome, Verdict
 from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper, Test
+from robosc.synthesis.controlled_system import System, allowed, make_step, possible, steps_of
 from robosc.synthesis.explain.blocking import Cause, why_blocked, why_impossible
 from robosc.synthesis.explain.near_fault import near_fault
 from robosc.synthesis.explain.range_violation import why_out_of_range
@@ -37,7 +38,6 @@ from robosc.synthesis.explain.starts import (
     whereabouts,
 )
 from robosc.synthesis.formatting import event_text, quoted, trace_text
-from robosc.synthesis.system import System, allowed, make_step, possible, steps_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,8 @@ from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.step import is_replacing
 from robosc.supervisor import Guard
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
+from robosc.synthesis.controlled_system import Runs, inputs
 from robosc.synthesis.explore import reaching
-from robosc.synthesis.system import Runs, inputs
 
 _Path: TypeAlias = tuple[PlantState, ...]
 Input: TypeAlias = tuple[CompiledEvent, ...]

@@ -21,15 +21,15 @@ from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.plant.event_values import values_read
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
+from robosc.plant.support import support
 from robosc.supervisor import Guard
 from robosc.synthesis.compiled_steps import Stepper
+from robosc.synthesis.controlled_system import System, enabled, steps_of, taken_where
 from robosc.synthesis.event_parameters import for_some
 from robosc.synthesis.explain.starts import UNTRACED, whereabouts
 from robosc.synthesis.formatting import quoted, trace_text
 from robosc.synthesis.guards.precondition import after
-from robosc.synthesis.system import System, enabled, steps_of, taken_where
-from robosc.synthesis.vectorised import support
 
 _Taken: TypeAlias = list[tuple[LocalAutomaton, Edge]]
 

@@ -11,10 +11,11 @@ from robosc import limits
 from robosc.errors import listing
 from robosc.expr.tree import TRUE, Expr
 from robosc.plant.automaton import Plant, PlantState
-from robosc.plant.formulas import conjunction, to_dsl
+from robosc.plant.logic import conjunction
+from robosc.plant.model_text import to_dsl
+from robosc.plant.support import support
+from robosc.synthesis.controlled_system import System
 from robosc.synthesis.guards.minimise import condition_on
-from robosc.synthesis.system import System
-from robosc.synthesis.vectorised import support
 
 UNTRACED = "(no trace to such a state was looked for: that would take too long)"
 """What an explanation ends in that begins in some state."""

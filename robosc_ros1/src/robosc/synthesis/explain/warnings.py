@@ -19,19 +19,20 @@ from robosc.model.entities import Command, Provide, Requirement
 from robosc.plant.acceptance import components_of, phase_of
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
 from robosc.plant.data.view import sent_wholes
-from robosc.plant.formulas import conjunction, disjunction, negation, to_dsl
+from robosc.plant.logic import conjunction, disjunction, negation
+from robosc.plant.model_text import to_dsl
 from robosc.plant.partial_evaluation import holds
 from robosc.runtime.places import place_of
 from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.compiled_steps import Stepper
+from robosc.synthesis.controlled_system import System, enabled, in_phase, possible, steps_of
 from robosc.synthesis.event_parameters import for_some
 from robosc.synthesis.explain.assumed import assumed
 from robosc.synthesis.explain.self_cancelling import self_cancelling
 from robosc.synthesis.explain.starts import UNTRACED, whereabouts
 from robosc.synthesis.formatting import quoted, trace_text
-from robosc.synthesis.guards.dropping import drop
-from robosc.synthesis.system import System, enabled, in_phase, possible, steps_of
+from robosc.synthesis.guards.greedy_selection import drop
 
 
 def warnings(system: System, guards: Sequence[Guard]) -> tuple[Diagnostic, ...]:

@@ -18,10 +18,10 @@ from robosc.expr.tree import Binary, Count, Expr
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.counting import counts, tighter
 from robosc.plant.step import Verdict, holds, outcome, valuations
+from robosc.plant.support import event_support, support
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explore import reaching
 from robosc.synthesis.guards.minimise import condition_on
-from robosc.synthesis.vectorised import event_support, support
 
 _MOST_STEPS = 2**10
 """Components with a larger product of states and parameter values are not explored."""

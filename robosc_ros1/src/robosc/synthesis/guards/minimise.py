@@ -28,7 +28,7 @@ from robosc.expr.types import BooleanType, IntegerType
 from robosc.plant.automaton import Plant, StateVariable, VariableKind
 from robosc.plant.data.cases import has_value
 from robosc.plant.data.classes import Classes, intervals
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.plant.places import in_phases, in_states
 from robosc.synthesis.guards.sum_of_products import Diagrams, Product, TooLarge, full_mask
 

@@ -13,9 +13,9 @@ from math import prod
 from robosc.expr.traversal import rewritten
 from robosc.expr.tree import FALSE, TRUE, Binary, Expr, Leaf, Literal, Unary
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
-from robosc.plant.formulas import conjunction, disjunction, negation, simplified
-from robosc.synthesis.system import stays_in_range, taken_where
-from robosc.synthesis.vectorised import support
+from robosc.plant.logic import conjunction, disjunction, negation, simplified
+from robosc.plant.support import support
+from robosc.synthesis.controlled_system import stays_in_range, taken_where
 
 _MOST_CHOICES = 8
 

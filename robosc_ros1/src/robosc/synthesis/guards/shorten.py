@@ -24,13 +24,13 @@ from robosc.expr.traversal import operands, walk
 from robosc.expr.tree import FALSE, TRUE, Binary, Count, Expr, Unary
 from robosc.plant.automaton import Event, Plant, VariableKind
 from robosc.plant.counting import copies_of, with_counts
-from robosc.plant.formulas import conjunction, disjunction, negation
+from robosc.plant.logic import conjunction, disjunction, negation
+from robosc.plant.support import event_support, step_support, support
 from robosc.supervisor import Guard, Status
-from robosc.synthesis.guards.dropping import drop
+from robosc.synthesis.guards.greedy_selection import drop
 from robosc.synthesis.guards.lasting_counts import lasting_counts
 from robosc.synthesis.guards.precondition import next_precondition, precondition
 from robosc.synthesis.guards.sum_of_products import TooLarge
-from robosc.synthesis.vectorised import event_support, step_support, support
 
 _SMALL = 2**6
 """Combinations up to which a cover is computed without trying anything else before."""

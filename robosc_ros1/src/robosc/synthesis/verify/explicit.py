@@ -13,10 +13,10 @@ from typing import TypeAlias
 from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.plant.automaton import Plant, PlantGoal, PlantState, VariableKind
+from robosc.plant.support import support
 from robosc.runtime.places import path_of
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import remedy
-from robosc.synthesis.vectorised import support
 from robosc.synthesis.verify.findings import MISSING, Check, Findings, event_phrase
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
 from robosc.synthesis.verify.steps import Coding, EventSteps, Successors, condition, grouped

@@ -23,9 +23,9 @@ from robosc.expr.types import Value
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.event_values import values_read
 from robosc.plant.step import Values, Verdict, lookup, outcome, valuations
+from robosc.plant.support import support
 from robosc.synthesis.bdd.manager import Bdd, Manager, Renaming
 from robosc.synthesis.bdd.order import ordered
-from robosc.synthesis.vectorised import support
 from robosc.synthesis.verify.findings import event_phrase
 from robosc.synthesis.verify.steps import read_by
 

@@ -18,7 +18,7 @@ from robosc.errors import StateSpaceError
 from robosc.expr.tree import Binary, Expr, Unary
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.step import Verdict, holds, outcome, valuations
-from robosc.synthesis.vectorised import support
+from robosc.plant.support import support
 
 T = TypeVar("T")
 

@@ -10,7 +10,7 @@ What verification and the engines share, so that a fault there may be found by n
 (:mod:`robosc.plant.automaton`) and how it is made from the model; of that definition, which values
 of an event occur together (:func:`robosc.plant.step.missing_together`); the values of operators and
 enum conversions (:mod:`robosc.expr.evaluation`); which state variables an expression reads
-(:func:`robosc.synthesis.vectorised.support`); and, of the symbolic engine, the BDD library with its
+(:func:`robosc.plant.support.support`); and, of the symbolic engine, the BDD library with its
 manager (:mod:`robosc.synthesis.bdd.manager`), and the order of its variables
 (:mod:`robosc.synthesis.bdd.order`), which no result depends on. They share no search, no fixpoint,
 no representation of states and no transition relation.

@@ -1,0 +1,355 @@
+"""What can stand at a place in an unfinished model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+from robosc.expr.types import ArrayType, ObjectType, Type
+from robosc.language.attributes import ATTRIBUTES, Value
+from robosc.language.events import FOLDERS
+from robosc.language.keywords import starts_of
+from robosc.language.reasons import REASONS
+from robosc.lsp.analysis import Workspace
+from robosc.lsp.completion.candidates import (
+    COMPARISONS,
+    EVENTS,
+    OPERATORS,
+    Candidate,
+    Candidates,
+    block_words,
+    ends_operand,
+    keywords,
+    listed_events,
+)
+from robosc.lsp.completion.member_candidates import MemberCandidates
+from robosc.lsp.completion.statement_candidates import ALL_COMMANDS, SENT, StatementCandidates
+from robosc.lsp.interfaces import model_type
+
+_TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
+_DURATIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.DURATION)
+_CONDITIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.CONDITION)
+_WORDS = {"goals": "replace", "rate": "once"}
+"""The words that are values of attributes."""
+_LABELS = {
+    word: tuple(attribute.name for attribute in _TYPES if word in attribute.communications)
+    for word in ("service", "action", "outgoing service", "outgoing action")
+}
+_OPTIONAL = {
+    word: tuple(a.name for a in ATTRIBUTES if word in a.communications and not a.required)
+    for word in ("incoming", "outgoing", *_LABELS)
+}
+
+
+def complete(workspace: Workspace, path: str, offset: int) -> list[Candidate]:
+    """Everything that can stand at a place, each label once, the likeliest first."""
+    context = workspace.context(path, offset)
+    if context is None or context.inside_text:
+        return []
+    known = [a for a in (workspace.recent(path), workspace.whole(path)) if a is not None]
+    found: dict[str, Candidate] = {}
+    for candidate in _Completer(Candidates(workspace, path, context, known)).candidates():
+        best = found.get(candidate.label)
+        if best is None or candidate.rank < best.rank:
+            found[candidate.label] = candidate
+    return sorted(found.values(), key=lambda c: c.sort_key)
+
+
+class _Completer:
+    """What can follow the words of a declaration, for each kind of it."""
+
+    def __init__(self, candidates: Candidates) -> None:
+        self._candidates = candidates
+        self._context = candidates.context
+        self._members = MemberCandidates(candidates)
+        self._statements = StatementCandidates(candidates)
+
+    def candidates(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        if last == ".":
+            yield from self._members.behind_dot()
+            return
+        if last == "[" and self._context.word(-2).lstrip("^") in self._candidates.several:
+            yield from self._candidates.indexes()
+            return
+        if last == "/" and self._candidates.is_ros_package(self._context.word(-2)):
+            yield from self._candidates.ros_types(
+                self._context.word(-2), self._candidates.ros_folder()
+            )
+            return
+        match self._context.block.kind:
+            case "file" | "behaviour" | "component" | "state" | "robot" | "library" | "for" if (
+                not words
+            ):
+                yield from self._statements.beginnings()
+            case "robot" | "library" | "for":
+                yield from self._statements.statement()
+            case "component" if words[0] in starts_of("for"):
+                yield from self._statements.statement()
+            case "component":
+                yield from self._communication()
+            case "behaviour" | "state":
+                yield from self._behaviour()
+            case "object":
+                yield from self._object()
+            case "enum":
+                yield from self._enum()
+            case "commands":
+                yield from self._candidates.communications(
+                    listed_events(self._context.block.header) or SENT
+                )
+            case "data":
+                yield from self._data()
+
+    # --- communications --------------------------------------------------------------------------
+
+    def _communication(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        first = self._context.word(0)
+        noun = self._context.word(1)
+        served = first == "outgoing" and noun in ("service", "action")
+        sort = f"outgoing {noun}" if served else first
+        if first in ("incoming", "outgoing") and len(words) == 1:
+            yield from keywords(
+                ("message", "service", "action") if first == "outgoing" else ("message",)
+            )
+        elif first == "behaviour":
+            return
+        elif first in ("constant", "parameter", "function"):
+            yield from self._statements.value()
+        elif last == ":" and self._context.word(-2) in _DURATIONS:
+            yield from self._candidates.durations()
+        elif last == ":" and self._context.word(-2) in _WORDS:
+            yield Candidate(_WORDS[self._context.word(-2)], "keyword")
+        elif self._is_expectation():
+            yield from self._received()
+        elif last == "links":
+            yield from self._candidates.interfaces()
+        elif last == ":" and self._context.word(-2) in (a.name for a in _TYPES):
+            if sort in _LABELS and self._context.word(-2) == "type":
+                yield from self._candidates.ros_packages(FOLDERS[sort])
+            else:
+                yield from self._candidates.types()
+        elif last in ("with", ","):
+            wanted = _LABELS.get(sort, ("type",))
+            missing = [w for w in wanted if w not in words[2 + served :]]
+            if sort in _LABELS and wanted[0] in missing:
+                missing.insert(1, "type")  # of a service or action: all of its types at once
+            labels = missing[:2] if missing[1:2] == ["type"] else missing[:1]
+            yield from (Candidate(f"{w}:", "keyword", rank=0) for w in labels)
+            for name in _OPTIONAL.get(sort, ()):
+                if name not in words:
+                    text = f'{name}: "' if name == "identifier" else None
+                    yield Candidate(f"{name}:", "keyword", text=text)
+        elif "with" not in words:
+            if len(words) == (3 if served or "message" in words else 2):
+                yield from keywords(("with",))
+        elif ends_operand(last) or last == ")":
+            yield from keywords(("links",))
+            yield from self._candidates.next_declaration()
+
+    def _is_expectation(self) -> bool:
+        """Whether an operand may stand here, of what an attribute expects."""
+        words = self._context.words
+        labels = [word for word, colon in pairwise(words) if colon == ":"]
+        return labels[-1:] in [[name] for name in _CONDITIONS] and not (
+            self._context.last == "," or ends_operand(self._context.last)
+        )
+
+    def _received(self) -> Iterator[Candidate]:
+        """The operands of conditions that read a received value only."""
+        yield from keywords(("value", "true", "false"))
+        for contents in self._candidates.known:
+            yield from self._candidates.named_values(contents.types.values)
+
+    # --- behaviour -------------------------------------------------------------------------------
+
+    def _behaviour(self) -> Iterator[Candidate]:
+        words = self._context.words
+        if "state" in words[:-1]:
+            yield from self._performs(words[words.index("state") + 2 :])
+            return
+        match self._context.word(0):
+            case "variable":
+                yield from self._variable()
+            case "initial" if len(words) == 1:
+                yield from keywords(("state", "marked state"))
+            case "marked" if len(words) == 1:
+                yield from keywords(("state",))
+            case "on":
+                yield from self._on()
+            case "transition":
+                guard = "else" if "else" in words else "if"
+                yield from keywords(("else",) if len(words) == 1 else ())
+                yield from self._clauses((guard, "do", "goto"))
+            case "after":
+                yield from self._after()
+
+    def _performs(self, words: tuple[str, ...]) -> Iterator[Candidate]:
+        """Behind the name of a state."""
+        if not words:
+            yield from keywords(("performs",))
+        elif words == ("performs",):
+            yield from self._candidates.communications(("request",))
+        elif "then" in words:
+            yield from self._clauses(("do", "goto"))
+        elif self._context.last == "with":
+            yield Candidate("{ }", "keyword", text="{ $0 }")
+            yield from self._candidates.expression(self._statements.request(words[1:-1]))
+        else:
+            yield from keywords(("then",) if "with" in words else ("with", "then"))
+
+    def _after(self) -> Iterator[Candidate]:
+        if len(self._context.words) == 1:
+            yield from self._candidates.durations()
+        else:
+            yield from self._clauses(("if", "do", "goto"))
+
+    def _variable(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        if last == ":":
+            yield from self._candidates.types(variable=True)
+        elif last == "=":
+            type_ = self._candidates.type_named(self._context.behind(":"))
+            yield from self._candidates.values(type_)
+            if self._context.behind(":") == "boolean":
+                yield from keywords(("false", "true"), rank=0)
+        elif ":" in words:
+            yield Candidate("=", "keyword")
+            yield from self._candidates.next_declaration()
+
+    def _on(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        if last in ("on", ",") and not {"from", "to"} & {*words}:
+            for event in EVENTS:
+                way = "to" if event == "request" else "from"
+                yield Candidate(f"{event} {way}", "keyword")
+        elif not {"from", "to"} & {*words}:
+            yield from keywords(("to",) if last == "request" else ("from", "to"))
+        elif last in ("from", "to"):
+            yield from self._candidates.communications(listed_events(words))
+            yield ALL_COMMANDS
+        else:
+            yield from keywords(("except",) if {"if", "do", "goto"}.isdisjoint(words) else ())
+            guard = "else" if "else" in words else "if"
+            yield from keywords(("else",) if words[-2] in ("from", "to") else ())
+            yield from self._clauses((guard, "do", "goto"))
+
+    def _clauses(self, clauses: tuple[str, ...]) -> Iterator[Candidate]:
+        """The parts of a transition behind what it reacts to."""
+        words, last = self._context.words, self._context.last
+        clause = next((w for w in reversed(words) if w in clauses), "")
+        if last == "goto":
+            for owner in self._candidates.owners(self._candidates.own):
+                for name, state in owner.states.items():
+                    detail = " ".join(["initial"] * state.initial + ["marked"] * state.marked)
+                    yield Candidate(name, "state", detail or "state", rank=0)
+        elif clause == "do" and last in ("do", ","):
+            for owner in self._candidates.owners(self._candidates.own):
+                for name, node in owner.variable_nodes.items():
+                    text = f"{name} := "
+                    yield Candidate(name, "variable", node.type.span.text, text, rank=0)
+        elif clause == "do" and len(words) > 1 and last == ":=":
+            yield from self._candidates.expression(
+                self._candidates.variable_type(self._context.word(-2))
+            )
+        elif clause in ("if", "do") and not ends_operand(last):
+            yield from self._candidates.expression(self._candidates.expected())
+            if "error" in listed_events(words):
+                yield Candidate("reason", "variable", "why it failed")
+            if "reason" in (self._context.word(-2), self._context.word(-3)):  # = timeout, in { lost
+                for reason in REASONS:
+                    yield Candidate(reason.word, "enum value", reason.meaning, rank=0)
+        else:
+            rest = clauses[clauses.index(clause) + 1 :] if clause else clauses
+            yield from keywords(rest, rank=0)
+            if clause in ("if", "do"):
+                yield from keywords((*OPERATORS, *COMPARISONS))
+            yield from self._candidates.next_declaration()
+
+    # --- datatypes -------------------------------------------------------------------------------
+
+    def _object(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        if last == ":" or (len(words) > 2 and last in ("(", "array")):
+            field = self._field_type(self._context.word(0))
+            if field and last == ":":
+                yield Candidate(field, "object", "the type of the real field", rank=0)
+            yield from self._candidates.types(none=False)
+            return
+        if words and len(words) < 3:
+            return
+        name = self._context.block.name
+        for analysis in self._candidates.analyses:
+            definition = analysis.carriers.get(name)
+            contents = analysis.contents
+            node = contents.scope.datatypes.get(name) if contents is not None else None
+            present = {p.name.text for p in getattr(node, "properties", ())}
+            for field_ in definition.fields if definition is not None else ():
+                if field_.name not in present or field_.name.startswith(
+                    self._context.prefix or " "
+                ):
+                    text = f"{field_.name}: {model_type(field_.type)}"
+                    detail = f"{field_.type} of {definition.name if definition else ''}"
+                    yield Candidate(field_.name, "property", detail, text, rank=0)
+
+    def _field_type(self, name: str) -> str:
+        for analysis in self._candidates.analyses:
+            definition = analysis.carriers.get(self._context.block.name)
+            field = definition.field(name.lstrip("^")) if definition is not None else None
+            if field is not None:
+                return model_type(field.type)
+        return ""
+
+    def _enum(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        name = self._context.block.name
+        if last == "->":
+            for contents in self._candidates.known:
+                enum = contents.types.enum(name)
+                for value in enum.values if enum is not None else ():
+                    yield Candidate(value, "enum value", f"value of {name}", rank=0)
+        elif words == ("default",):
+            yield from keywords(("->",))
+        elif not words or words[-2:-1] == ("->",):
+            yield from keywords(block_words("enum"))
+        elif ends_operand(last):
+            yield from keywords(("->", *OPERATORS, *COMPARISONS))
+        else:
+            yield from self._received()
+
+    # --- provided data ---------------------------------------------------------------------------
+
+    def _data(self) -> Iterator[Candidate]:
+        """In the braces of a provide statement."""
+        words, last = self._context.words, self._context.last
+        type_ = self._data_type()
+        if words in ((), (",",)):
+            if isinstance(type_, ObjectType):
+                for name, inner in type_.properties:
+                    text = f"{name}: {{ $0 }}" if isinstance(inner, ObjectType) else f"{name}: "
+                    yield Candidate(name, "property", str(inner), text, rank=0)
+        elif ":" in words:
+            inner_type = None
+            if isinstance(type_, ObjectType):
+                inner_type = type_.property(words[words.index(":") - 1].lstrip("^"))
+            if isinstance(inner_type, ArrayType) and "[" in words:
+                inner_type = inner_type.element
+            if isinstance(inner_type, ObjectType) and last in (":", "[", ","):
+                yield Candidate("{ }", "keyword", text="{ $0 }", rank=0)
+            elif ends_operand(last):
+                yield from keywords((*OPERATORS, *COMPARISONS))
+            else:
+                yield from self._candidates.expression(inner_type)
+
+    def _data_type(self) -> Type | None:
+        """The type of the object whose braces are open."""
+        braces = [b for b in self._context.blocks if b.kind == "data"]
+        header = braces[0].header
+        end = header.index("with") if "with" in header else len(header)
+        start = header.index("performs") if "performs" in header else 0
+        type_ = self._statements.request(header[start + 1 : end])
+        for brace in braces[1:]:
+            type_ = type_.property(brace.name) if isinstance(type_, ObjectType) else None
+            type_ = type_.element if isinstance(type_, ArrayType) else type_
+        return type_

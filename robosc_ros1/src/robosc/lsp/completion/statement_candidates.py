@@ -1,0 +1,214 @@
+"""What can follow in the statements of robots and libraries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robosc.expr.types import Type
+from robosc.language.events import EventKind
+from robosc.lsp.completion.candidates import (
+    Candidate,
+    Candidates,
+    block_words,
+    ends_operand,
+    keywords,
+)
+from robosc.lsp.completion.snippets import SNIPPETS
+from robosc.lsp.interfaces import offered_types
+from robosc.model.file_resolver import FileContents
+
+ALL_COMMANDS = Candidate("all", "keyword", "all commands of the robot", rank=2)
+SENT = ("request", "cancel")
+"""The events of what the controller sends."""
+
+
+class StatementCandidates:
+    """What can begin a declaration, and follow the words of a statement."""
+
+    def __init__(self, candidates: Candidates) -> None:
+        self._candidates = candidates
+        self._context = candidates.context
+
+    def beginnings(self) -> Iterator[Candidate]:
+        """What a declaration of the block can begin with, and whole declarations to fill in."""
+        block = self._context.block.kind
+        yield from keywords(block_words(block))
+        for one in SNIPPETS.get(block, ()):
+            yield Candidate(one.label, "snippet", one.meaning, one.text, rank=2)
+
+    def statement(self) -> Iterator[Candidate]:
+        match self._context.word(0):
+            case "component":
+                yield from self._import()
+            case "requirement":
+                yield from self._requirement()
+            case "assume":
+                yield from self._assumption()
+            case "prefer":
+                yield from self._preference()
+            case "stop" if self._context.last == "stop":
+                yield from keywords(("with",))
+            case "stop":
+                yield from self._candidates.communications(("request",))
+            case "provide":
+                yield from self._provide()
+            case "datatype":
+                yield from self._datatype()
+            case "interface":
+                yield from self._interface()
+            case "constant" | "parameter" | "condition" | "function":
+                yield from self.value()
+
+    def value(self) -> Iterator[Candidate]:
+        """A constant, a parameter or a named condition."""
+        words, last = self._context.words, self._context.last
+        if last == ":":
+            yield from self._candidates.types(variable=True)
+            yield Candidate("duration", "keyword", "built-in type")
+        elif last == "=":
+            type_ = self._candidates.type_named(self._context.behind(":"))
+            yield from self._candidates.expression(type_)
+        elif "=" in words:
+            yield from self._candidates.expression_or_more()
+        elif ":" in words or self._context.word(0) == "condition":
+            yield from keywords(("=",) if len(words) > 1 else ())
+
+    def _import(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        if last == "from":
+            for name in self._candidates.workspace.libraries(self._candidates.path):
+                yield Candidate(name, "library")
+        elif last == "import":
+            library = self._context.behind("from")
+            for contents in self._library(library):
+                for name in contents.scope.components:
+                    yield Candidate(name, "component", f"component of {library}", rank=0)
+        elif len(words) == 2:
+            yield from keywords(("from",))
+        elif self._context.word(-2) == "from":
+            yield from keywords(("import",))
+        elif self._context.word(-2) == "import":
+            yield Candidate("with prefix:", "keyword", text='with prefix: "')
+            yield from self._candidates.next_declaration()
+        elif last in ("with", ",") and "with" in words:
+            if "prefix" not in words:
+                yield Candidate("prefix:", "keyword", text='prefix: "', rank=0)
+            yield from self._arguments()
+        elif "with" in words:
+            yield from self._candidates.next_declaration()
+
+    def _arguments(self) -> Iterator[Candidate]:
+        """What an import can set of a component: what it has not set yet."""
+        words = self._context.words
+        for contents in self._library(self._context.behind("from")):
+            owner = contents.instances.get(self._context.behind("import"))
+            for name in owner.types.values.settable if owner is not None else ():
+                if name not in words[words.index("with") :]:
+                    yield Candidate(f"{name}:", "constant", text=f"{name}: ")
+
+    def _library(self, name: str) -> Iterator[FileContents]:
+        """The libraries of a name among the files that may have to do with this one."""
+        for file in self._candidates.workspace.all_files(self._candidates.path):
+            analysis = self._candidates.workspace.analysis(file)
+            contents = analysis.contents if analysis is not None else None
+            if contents is not None and contents.scope.node.name.text == name:
+                yield contents
+
+    def _requirement(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        if len(words) == 1:
+            yield from self._candidates.communications(SENT, rank=0)
+            yield ALL_COMMANDS
+            yield from keywords(("never", "always", "possible"))
+            yield from self._candidates.expression(None)
+            return
+        if (
+            "needs" not in words
+            and "disables" not in words
+            and self._context.word(1) not in ("never", "always", "possible")
+        ):
+            if ends_operand(last):
+                yield from keywords(("needs", "disables"), rank=0)
+                yield from keywords(("except",))
+            if len(words) == 2:
+                return
+        elif last == "disables":
+            yield from self._candidates.communications(SENT)
+            yield ALL_COMMANDS
+            return
+        yield from self._candidates.expression_or_more()
+
+    def _assumption(self) -> Iterator[Candidate]:
+        words = self._context.words
+        if len(words) == 1:
+            yield from self._candidates.communications(("response",), rank=0)
+            yield from keywords(("never", "always"))
+        elif "needs" in words or self._context.word(1) in ("never", "always"):
+            yield from self._candidates.expression_or_more()
+        else:
+            yield from keywords(("needs",), rank=0)
+
+    def _preference(self) -> Iterator[Candidate]:
+        if self._context.last in ("prefer", "over", "except"):
+            yield from self._candidates.communications(SENT)
+            yield ALL_COMMANDS
+        elif "over" not in self._context.words:
+            yield from keywords(("over", "except"))
+        else:
+            yield from keywords(("except",))
+            yield from self._candidates.next_declaration()
+
+    def _provide(self) -> Iterator[Candidate]:
+        words = self._context.words
+        if len(words) == 1:
+            yield from self._candidates.communications(("request",))
+        elif "with" not in words:
+            yield from keywords(("with",))
+        elif self._context.word(-1) == "with":
+            yield Candidate("{ }", "keyword", text="{ $0 }")
+            yield from self._candidates.expression(self.request(words[1 : words.index("with")]))
+        elif "if" not in words and ends_operand(self._context.word(-1)):
+            yield from keywords(("if",))
+            yield from self._candidates.next_declaration()
+        else:
+            yield from self._candidates.expression_or_more()
+
+    def _datatype(self) -> Iterator[Candidate]:
+        words = self._context.words
+        if len(words) == 1:
+            yield from keywords(("object", "enum"))
+        elif self._context.word(1) == "enum" and len(words) > 2:
+            if self._context.word(-1) == "from":
+                yield from self._candidates.types(sources=True)
+            else:
+                yield from keywords(("to",) if "from" in words else ("from",))
+
+    def _interface(self) -> Iterator[Candidate]:
+        words, last = self._context.words, self._context.last
+        definitions = self._candidates.workspace.definitions(self._candidates.path)
+        if last == "use":
+            for package, type_, folder in offered_types(definitions):
+                yield Candidate(
+                    type_, "ROS type", f"{package} ({folder})", f"{type_} from {package}"
+                )
+        elif last == "from" and len(words) > 3:
+            for package, type_, folder in offered_types(definitions):
+                if type_ in (self._context.word(3), self._context.word(3).removesuffix("Action")):
+                    yield Candidate(package, "ROS package", f"{type_}.{folder}", rank=0)
+                else:
+                    yield Candidate(package, "ROS package", rank=2)
+        elif len(words) == 2:
+            yield from keywords(("use",))
+        elif len(words) == 4:
+            yield from keywords(("from",))
+        elif len(words) > 5:
+            yield from self._candidates.next_declaration()
+
+    def request(self, words: tuple[str, ...]) -> Type | None:
+        info = self._candidates.communication_of(words)
+        if info is None:
+            *call, answer = (word for word in words if word != ".") if words else ("",)
+            info = self._candidates.communication_of(tuple(call))
+            if info is not None and answer == EventKind.PROGRESS.word:
+                info = info.feedback_command()
+        return info.sent if info is not None else None

@@ -1,0 +1,218 @@
+"""Expressions as the text of a model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator
+from typing import Any
+
+from robosc.expr.traversal import fold, walk, without_last
+from robosc.expr.tree import (
+    Aggregate,
+    Call,
+    ChoiceRef,
+    Convert,
+    Count,
+    ElementRef,
+    Expr,
+    Holds,
+    Leaf,
+    Literal,
+    Made,
+    Operation,
+    ParameterRef,
+    Part,
+    PhaseRef,
+    ReasonRef,
+    StateRef,
+    TestRef,
+    ValueRef,
+    VariableRef,
+)
+from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType, Type
+from robosc.expr.undefined_data import asked_for, with_presence_written
+from robosc.language.keywords import escape
+from robosc.language.operators import BINARY, UNARY, Spelled
+from robosc.model.automata import HOLDING
+from robosc.model.entities import Robot
+from robosc.names import copy_name
+from robosc.plant.counting import copies_of, with_counts
+from robosc.plant.logic import exact
+from robosc.runtime.values import NOW
+
+_ATOM = 9
+_UNARY_LEVEL = UNARY["!"].level
+
+
+def to_dsl(
+    expr: Expr,
+    robot: Robot,
+    spelled: Callable[[Leaf], str | None] = lambda leaf: None,
+    *,
+    is_part: bool = False,
+    element: tuple[str, str] = ("", ""),
+) -> str:
+    """Return the expression as model text, as in a requirement.
+
+    Tests of the plant are written as the model has them. ``spelled`` may give a leaf another text.
+    ``is_part``: the text is to be used within a requirement, not as the whole condition.
+    ``element`` is a component, and the variable that stands for it.
+    """
+    component_names = {component.name for component in robot.components}
+    lasting = {condition.name for condition in robot.lasting}
+
+    def owner(component: str) -> str:
+        return element[1] if component == element[0] else escape(component)
+
+    def leaf(node: Leaf) -> str:
+        match node:
+            case _ if (text := spelled(node)) is not None:
+                return text
+            case TestRef(name=name) | ChoiceRef(path=(str(name),)):
+                return name
+            case ReasonRef():
+                return "reason"
+            case StateRef(component=component, state=name) if component in lasting:
+                path = ".".join(map(escape, component.split(".")))
+                return path if name == HOLDING else f"!{path}"
+            case (
+                VariableRef(component=component, variable=name)
+                | StateRef(component=component, state=name)
+            ):
+                path = ".".join(map(escape, name.replace(" ", ".").split(".")))
+                return f"{owner(component)}.{path}"
+            case ParameterRef(parameter=parameter):
+                return ".".join(escape(part) for part in parameter.key.split("."))
+            case PhaseRef(communication=key, phase=phase):
+                name = robot.display_names[key]
+                component, _, own = key.partition(".")
+                if component == element[0] or name in component_names:
+                    name = f"{owner(component)}.{escape(own)}"
+                else:
+                    name = ".".join(escape(part) for part in name.split("."))
+                # In models, a message that has never been heard is silent, too.
+                return (
+                    f"({name}.heard and {name}.silent)" if phase == "silent" else f"{name}.{phase}"
+                )
+            case ValueRef(path=path):
+                return "value" + _parts(path)
+            case ElementRef(variable=name, path=path):
+                return escape(name) + _parts(path)
+
+    def of_leaf(node: Literal | Leaf) -> Spelled:
+        if isinstance(node, Count):
+
+            def text(one: Expr, element: tuple[str, str]) -> str:
+                return to_dsl(one, robot, spelled, is_part=True, element=element)
+
+            return _count_text(node, text, component_names)
+        if not isinstance(node, Literal):
+            return Spelled(leaf(node), _ATOM)
+        negative = not isinstance(node.value, bool | str) and str(node.value)[0] == "-"
+        return Spelled(_constant_text(node.value, node.type), _UNARY_LEVEL if negative else _ATOM)
+
+    def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
+        match node:
+            case Convert(argument=argument, type=enum):
+                if _is_element(argument, enum):
+                    return operands[0]
+                own = enum.origin == robot.name
+                name = enum.name if own else f"{escape(enum.origin)}.{enum.name}"
+                return Spelled(f"{name}({operands[0].text})", _ATOM)
+            case Part(path=path):
+                return Spelled(f"{operands[0]:{_ATOM}}{_parts(path)}", _ATOM)
+            case Made(names=names):
+                parts = [text.text for text in operands]
+                named = [f"{escape(n)}: {p}" for n, p in zip(names, parts, strict=False)]
+                listed = f"{{ {', '.join(named)} }}" if names else f"[{', '.join(parts)}]"
+                return Spelled(listed, _ATOM)
+            case Holds():
+                return Spelled(f"defined({text_of(asked_for(node))})", _ATOM)
+            case Call(operator="sector", operands=(ranges, *_)) if scan := without_last(ranges):
+                operands = (Spelled(text_of(scan), _ATOM), *operands[-2:])
+        return node.operation.text.of(operands)
+
+    def of_aggregate(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
+        names = ", ".join(filter(None, (node.position, node.variable)))
+        through = f"{visit(node.element).text} for {names} in {array.text}"
+        condition = "" if node.condition is None else f" if {visit(node.condition).text}"
+        return node.operation.text.of([Spelled(f"{through}{condition}", _ATOM)])
+
+    def text_of(written: Expr) -> str:
+        return fold(written, of_leaf, of_operation, bound=of_aggregate).text
+
+    return text_of(with_presence_written(exact(with_counts(expr)), not is_part))
+
+
+def _is_element(argument: Expr, enum: EnumType) -> bool:
+    """Whether it is an element of an array of an enum: the model does not write its conversion."""
+    return (
+        isinstance(argument, Call)
+        and argument.operator == "element"
+        and argument.operands[0].type == ArrayType(enum)
+    )
+
+
+def _count_text(
+    count: Count, text: Callable[[Expr, tuple[str, str]], str], components: Collection[str]
+) -> Spelled:
+    """``count(s.served for s in Station[1..3]) < 2``, or ``count(x for x in [A.busy, …]) < 2``."""
+    copies = copies_of(count)
+    shown = count.conditions[: 1 if copies else None]
+    taken = {*components, *(name for one in shown for name in _bare_names(one))}
+    letter = "x" if copies is None else copies[0][0].lower()
+    name = next(n for n in (letter * length for length in range(1, 99)) if n not in taken)
+    if copies is None:
+        texts = ", ".join(text(one, ("", "")) for one in shown)
+        inner = f"({name} for {name} in [{texts}])"
+    else:
+        kind, low = copies
+        high = low + len(count.conditions) - 1
+        is_whole = {copy_name(kind, low - 1), copy_name(kind, high + 1)}.isdisjoint(components)
+        array = escape(kind) if is_whole else f"{escape(kind)}[{low}..{high}]"
+        inner = f"({text(shown[0], (copy_name(kind, low), name))} for {name} in {array})"
+    if count.least in (1, len(count.conditions)):
+        function = "any" if count.least == 1 else "all"
+        return Spelled("!" * count.negated + function + inner, _UNARY_LEVEL)
+    sign = "<" if count.negated else ">="
+    return Spelled(f"count{inner} {sign} {count.least}", BINARY[sign].level)
+
+
+def _bare_names(expr: Expr) -> Iterator[str]:
+    """The names in the text of a condition that stand behind no component's."""
+    for part in walk(exact(expr)):
+        match part:
+            case Literal(value=str() as name) | ElementRef(variable=name):
+                yield name
+            case ParameterRef(parameter=parameter):
+                yield from parameter.key.split(".")
+            case Aggregate(variable=name, position=position):
+                yield from (name, position)
+
+
+def _parts(path: tuple[str | int, ...]) -> str:
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{escape(part)}" for part in path)
+
+
+def _constant_text(value: Any, type_: Type) -> str:
+    if isinstance(value, dict):
+        fields = dict(type_.properties) if isinstance(type_, ObjectType) else {}
+        parts = (f"{escape(n)}: {_constant_text(v, fields[n])}" for n, v in value.items())
+        return "{ " + ", ".join(parts) + " }"
+    if isinstance(value, tuple):
+        element = type_.element if isinstance(type_, ArrayType) else type_
+        return f"[{', '.join(_constant_text(v, element) for v in value)}]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if value is NOW:
+        return str(value)
+    if isinstance(value, str):
+        if isinstance(type_, StringType):
+            escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+            return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
+        return escape(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return f"({0 if value != value else math.copysign(1.0, value):g} / 0)"
+    text = repr(value)
+    # Exponents as people write them: 1E16, not 1e+16.
+    return text.replace("e+", "E").replace("e-", "E-") if isinstance(value, float) else text

@@ -1,0 +1,277 @@
+"""A bag through the runtime monitor: what the recorded robot and its controller did, judged.
+
+The monitor judges as a generated supervisor does. Its clock is that of the recording.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from robosc.emit.supervisor.command_recognition import CommandMatch, command_matches
+from robosc.emit.supervisor.commuting import not_commuting
+from robosc.errors import UsageError
+from robosc.language.events import Kind
+from robosc.model.declarations.servers import shared_servers
+from robosc.model.entities import Communication, Robot
+from robosc.progress import Progress
+from robosc.runtime.matching import command_patterns
+from robosc.runtime.monitor_engine import MonitorEngine
+from robosc.runtime.observation import Handler, SeenAction, SeenActionOfRos2, SeenServiceOfRos2
+from robosc.runtime.recorder import Entry
+from robosc.runtime.seen import MonitorPort
+from robosc.runtime.settings import Settings
+from robosc.simulate.bags.bag_files import Bag
+from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names
+from robosc.simulate.bags.recorded_types import demand_type, types_of
+from robosc.simulate.faults import InvalidLine
+from robosc.simulate.machines.execute import read_settings
+from robosc.simulate.machines.generated import make_controller
+from robosc.simulate.start import parameters
+from robosc.supervisor import Supervisor
+
+
+@dataclass
+class Track:
+    """A topic in a recording: times in seconds since 1970, ``longest`` is the longest silence that
+    was ended, ``age`` the largest by a stamp."""
+
+    count: int = 0
+    first: float = 0.0
+    last: float = 0.0
+    longest: float = 0.0
+    age: float | None = None
+
+    def take(self, time: float, message: Any) -> None:
+        if self.count:
+            self.longest = max(self.longest, time - self.last)
+        else:
+            self.first = time
+        self.count += 1
+        self.last = time
+        stamp = getattr(getattr(message, "header", None), "stamp", None)
+        if stamp is not None:
+            seconds = stamp.sec + stamp.nanosec * 1e-9
+            if seconds:
+                self.age = max(self.age or 0.0, time - seconds)
+
+
+class _BagPort(MonitorPort):
+    """The clock of a recording, and its types."""
+
+    def __init__(self, bag: Bag) -> None:
+        self.time = bag.start
+        self.corrected = bag.corrected  # type: ignore[method-assign]
+
+    def now(self) -> float:
+        return self.time
+
+    def log(self, level: str, text: str) -> None:
+        """What matters is in the recorder."""
+
+
+class _BagEngine(MonitorEngine):
+    """An engine whose unexpected exceptions end the replay, which would meet them again for
+    ever."""
+
+    def _unexpected(self, error: Exception) -> None:
+        raise error
+
+
+@dataclass
+class _Heard:
+    """The topics that matter, each with those who take its messages."""
+
+    handlers: dict[str, list[Handler]] = field(default_factory=dict)
+    absent: list[str] = field(default_factory=list)
+    unseen: list[str] = field(default_factory=list)
+
+
+def settings_of(robot: Robot, given: Sequence[str] = ()) -> Settings:
+    """The settings of a robot's node; ``given`` are parameters as ``NAME=VALUE``.
+
+    Raises:
+        UsageError: one is no parameter, or has a wrong value.
+    """
+    stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
+    try:
+        return read_settings(robot, {**stop, **parameters(given)})
+    except InvalidLine as fault:
+        raise UsageError(str(fault)) from None
+
+
+class BagRun:
+    """A recording that is followed once. ``whole`` values are recorded, or short forms; ``names``
+    are those that the robot had in it.
+
+    Raises:
+        ModelError: commands of one topic cannot be told apart by their data.
+        UsageError: a topic of the robot has messages of another type.
+    """
+
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        bag: Bag,
+        settings: Settings,
+        *,
+        described: bool = False,
+        names: RecordedNames | None = None,
+    ) -> None:
+        robot = supervisor.plant.robot
+        self.supervisor = supervisor
+        self.bag = bag
+        self.settings = settings
+        self.tracks: dict[str, Track] = {}
+        self._port = _BagPort(bag)
+        controller = make_controller(supervisor)
+        controller.configure(settings.more)
+        self.engine = _BagEngine(controller, self._port, settings, self._port.now)
+        self.engine.recorder.now = self._port.now
+        if described:
+            self.engine.describe = lambda message: message
+        self._heard = _Heard()
+        self._matches = {
+            match.key: match for found in command_matches(robot, False).values() for match in found
+        }
+        self._names = names or recorded_names(robot)
+        self._connect()
+
+    @property
+    def hears(self) -> bool:
+        """Whether the bag has a topic of the robot."""
+        return bool(self._heard.handlers)
+
+    @property
+    def absent(self) -> Sequence[str]:
+        """Topics of the model without messages in the bag."""
+        return self._heard.absent
+
+    @property
+    def unseen(self) -> Sequence[str]:
+        """The names of the communications that a bag cannot show, or this one does not."""
+        names = self.supervisor.plant.robot.display_names
+        return [names[key] for key in self._heard.unseen]
+
+    @property
+    def unjudged(self) -> Sequence[tuple[str, str]]:
+        """The commands, by name and kind, that depend on what is not seen."""
+        names = self.supervisor.plant.robot.display_names
+        return [(names[key], kind) for key, kind in self.engine.unjudged]
+
+    def entries(self, progress: Progress) -> Iterator[Entry]:
+        """Follow the recording; the events, with the verdicts on them."""
+        engine, port = self.engine, self._port
+        engine.begin()
+        handlers = self._heard.handlers
+        tracks = {topic: self.tracks.setdefault(topic, Track()) for topic in handlers}
+        for topic, time, message in self.bag.messages(handlers, progress):
+            self._wait(time)
+            tracks[topic].take(time, message)
+            for handle in handlers[topic]:
+                handle(message)
+            engine.cycle()
+            yield from engine.recorder.take()
+        self._wait(port.time + engine.tolerance)
+        engine.cycle()
+        yield from engine.recorder.take()
+
+    def _wait(self, time: float) -> None:
+        """Let the clock go on, as a node would wake up."""
+        engine, port = self.engine, self._port
+        while True:
+            delay = engine.time_to_deadline()
+            if delay is None or port.time + delay > time:
+                break
+            port.time = max(port.time + delay, math.nextafter(port.time, math.inf))
+            engine.cycle()
+        port.time = max(port.time, time)
+
+    # --- who listens to what ---------------------------------------------------------------------
+
+    def _connect(self) -> None:
+        robot = self.supervisor.plant.robot
+        shared = {c.key for together in shared_servers(robot) for c in together}
+        heard: dict[str, list[str]] = {}
+        commands: dict[str, list[CommandMatch]] = {}
+        for one in robot.communications.values():
+            if one.kind is Kind.OUTGOING:
+                heard.setdefault(self._topic(one), []).append(one.key)
+            elif one.kind is Kind.INCOMING:
+                commands.setdefault(self._topic(one), []).append(self._matches[one.key])
+            elif one.key in shared or one.kind in (Kind.SERVED_SERVICE, Kind.SERVED_ACTION):
+                # Requests do not say whose they are, and whoever is called is not followed.
+                self._heard.unseen.append(one.key)
+            elif one.kind is Kind.ACTION:
+                self._connect_action(one)
+            else:
+                self._connect_service(one)
+        for topic, keys in heard.items():
+            if topic in self.bag.topics:
+                self._demand_type(topic, robot.communications[keys[0]])
+                self._add(topic, self.engine.poster(keys))
+                continue
+            self._heard.absent.append(topic)
+            # Of one that should come all the time it is not known when it did.
+            self._heard.unseen += [k for k in keys if robot.communications[k].timeout is not None]
+        for topic, matches in commands.items():
+            if topic in self.bag.topics:
+                self._demand_type(topic, robot.communications[matches[0].key])
+                self._connect_commands(topic, matches)
+            else:
+                self._heard.absent.append(topic)
+        self.engine.leave_out(self._heard.unseen)
+        self.engine.order_matters(not_commuting(self.supervisor))
+
+    def _connect_commands(self, topic: str, matches: Sequence[CommandMatch]) -> None:
+        rows = [(m.key, m.exact, m.field) for m in sorted(matches, key=lambda m: not m.exact)]
+        patterns = command_patterns(rows, self.bag.make(self.bag.topics[topic]))  # type: ignore[arg-type]
+        self._add(topic, lambda message: self.engine.offer(topic, patterns, message, None))
+
+    def _connect_action(self, action: Communication) -> None:
+        if self.bag.ros_1:
+            self._add_parts(action, SeenAction(self.engine, action.key).handlers)
+        elif self._reads_ends(action) or self._reads_goals(action):
+            self._heard.unseen.append(action.key)
+        else:
+            self._add_parts(action, SeenActionOfRos2(self.engine, action.key).handlers)
+
+    def _reads_ends(self, action: Communication) -> bool:
+        """Whether the model reads the goal's result, which a bag of ROS 2 does not have."""
+        rows = self.engine.controller.INPUTS
+        return any(
+            r.key == action.key and r.kind == "response" and r.read is not None for r in rows
+        )
+
+    def _reads_goals(self, action: Communication) -> bool:
+        """Whether the model decides on the data of goals, which a bag of ROS 2 does not have."""
+        rows = self.engine.controller.COMMANDS
+        return any(r.key == action.key and r.read is not None for r in rows)
+
+    def _connect_service(self, service: Communication) -> None:
+        handlers = SeenServiceOfRos2(self.engine, service.key).handlers
+        if not self._add_parts(service, handlers):
+            self._heard.unseen.append(service.key)
+
+    def _add_parts(self, owner: Communication, handlers: Mapping[str, Handler]) -> bool:
+        """Whether the bag has one of these topics below a name."""
+        name = self._topic(owner)
+        there = [part for part in handlers if name + part in self.bag.topics]
+        for part in there:
+            self._demand_type(name, owner, part)
+            self._add(name + part, handlers[part])
+        if not there:
+            self._heard.absent.append(name)
+        return bool(there)
+
+    def _demand_type(self, name: str, owner: Communication, part: str = "") -> None:
+        expected = types_of(owner, self.bag.ros_1)[part]
+        demand_type(self.bag.path, name, part, self.bag.types[name + part], expected)
+
+    def _add(self, topic: str, handler: Handler) -> None:
+        self._heard.handlers.setdefault(topic, []).append(handler)
+
+    def _topic(self, communication: Communication) -> str:
+        return self._names.of(communication.identifier)

@@ -1,0 +1,196 @@
+"""A judgement as text, as JSON and as JUnit XML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from robosc.errors import counted
+from robosc.runtime.verdicts import Sort
+from robosc.simulate.bags.judgement import Finding, Goals, Judgement
+from robosc.simulate.script.junit import Outcome, suite_text
+
+_TITLES: dict[Sort, str] = {
+    "violation": "violated",
+    "blocked": "a supervisor would have blocked",
+    "corrected": "a supervisor would have corrected",
+    "departure": "leaves the model",
+}
+_DONE = {"request": "was sent", "cancel": "was cancelled"}
+
+
+def judgement_text(judgement: Judgement) -> str:
+    """What ``robosc replay`` prints for a bag."""
+    seconds = judgement.end - judgement.start
+    lines = [
+        f"{judgement.bag}: ROS {judgement.ros}, {seconds:.1f} s,"
+        f" {counted(judgement.messages, 'message')},"
+        f" {sum(t.count for t in judgement.tracks.values()):,} of them of {judgement.robot.name}"
+    ]
+    lines += [_line(judgement, finding) for finding in judgement.findings]
+    lines += _tables(judgement)
+    lines += _notes(judgement)
+    lines.append(f"{judgement.robot.name}: {_verdict(judgement)}")
+    return "\n".join(lines) + "\n"
+
+
+def _line(judgement: Judgement, finding: Finding) -> str:
+    seconds = finding.time - judgement.start
+    return f"{seconds:10.3f} s  {_TITLES[finding.sort]}: {_said(judgement, finding)}"
+
+
+def _said(judgement: Judgement, finding: Finding) -> str:
+    times = ""
+    if finding.count > 1:
+        times = f" {finding.count} times until {finding.until - judgement.start:.3f} s"
+    reasons = "; ".join(finding.reasons)
+    if finding.kind == "state":
+        return f"{reasons}{times}"
+    name = finding.name or "a message"
+    what = f"{name} {_DONE[finding.kind]}" if finding.kind in _DONE else finding.event
+    return f"{what}{times}: {reasons}"
+
+
+def _tables(judgement: Judgement) -> Iterator[str]:
+    for topic, track in judgement.tracks.items():
+        if not track.count:
+            continue
+        span = track.last - track.first
+        rate = f", {(track.count - 1) / span:.3g} Hz" if span > 0 else ""
+        silence = f", longest silence {track.longest:.3f} s" if track.count > 1 else ""
+        age = "" if track.age is None else f", oldest by its stamp {track.age:.3f} s"
+        yield f"  {topic}: {counted(track.count, 'message')}{rate}{silence}{age}"
+    for name, count in judgement.silences.items():
+        yield f"  {name}: fell silent {counted(count, 'time')}"
+    for name, goals in judgement.goals.items():
+        yield f"  {name}: {_goals(goals)}"
+
+
+def _goals(goals: Goals) -> str:
+    ends = [
+        f"{number} {word}"
+        for number, word in (
+            (goals.succeeded, "succeeded"),
+            (goals.failed, "failed"),
+            (goals.cancelled, "cancelled"),
+            (int(goals.since is not None), "still going on"),
+        )
+        if number
+    ]
+    return f"{counted(goals.count, 'goal')}: {', '.join(ends)}; the longest {goals.longest:.3f} s"
+
+
+def _notes(judgement: Judgement) -> Iterator[str]:
+    if judgement.absent:
+        yield f"not in the bag: {', '.join(judgement.absent)}"
+    if judgement.unseen:
+        yield f"not followed, since the bag does not show it: {', '.join(judgement.unseen)}"
+    if judgement.unjudged:
+        names = ", ".join(_event(name, kind) for name, kind in judgement.unjudged)
+        yield f"not judged, since it depends on that: {names}"
+
+
+def _event(name: str, kind: str) -> str:
+    return name if kind == "request" else f"{name}.{kind}"
+
+
+def _verdict(judgement: Judgement) -> str:
+    events = counted(judgement.events, "event")
+    kinds: tuple[tuple[Sort, str, str], ...] = (
+        ("violation", "violation", ""),
+        ("blocked", "command", " blocked beyond the requirements"),
+        ("corrected", "command", " to correct"),
+        ("departure", "place", " outside the model"),
+    )
+    said = [
+        f"{counted(number, noun)}{what}"
+        for sort, noun, what in kinds
+        if (number := len(judgement.of(sort)))
+    ]
+    return f"{events}: {', '.join(said) if said else 'follows the model'}"
+
+
+def judgement_document(judgement: Judgement) -> dict[str, Any]:
+    """``replay --json`` for a bag, version 1."""
+    return {
+        "version": 1,
+        "robot": judgement.robot.name,
+        "bag": judgement.bag,
+        "ros": judgement.ros,
+        "start": round(judgement.start, 6),
+        "seconds": round(judgement.end - judgement.start, 6),
+        "messages": judgement.messages,
+        "events": judgement.events,
+        "commands": judgement.commands,
+        "crossed": judgement.crossed,
+        "reordered": judgement.reordered,
+        "findings": [
+            {
+                "sort": f.sort,
+                "time": round(f.time - judgement.start, 6),
+                "until": round(f.until - judgement.start, 6),
+                "count": f.count,
+                "event": {"kind": f.kind, "name": f.name},
+                "reasons": f.reasons,
+            }
+            for f in judgement.findings
+        ],
+        "topics": [
+            {
+                "topic": topic,
+                "messages": t.count,
+                "longest_silence": round(t.longest, 6),
+                "oldest": None if t.age is None else round(t.age, 6),
+            }
+            for topic, t in judgement.tracks.items()
+        ],
+        "silences": judgement.silences,
+        "actions": [
+            {
+                "name": name,
+                "goals": g.count,
+                "succeeded": g.succeeded,
+                "failed": g.failed,
+                "cancelled": g.cancelled,
+                "longest": round(g.longest, 6),
+            }
+            for name, g in judgement.goals.items()
+        ],
+        "absent": list(judgement.absent),
+        "not_followed": list(judgement.unseen),
+        "not_judged": [{"kind": kind, "name": name} for name, kind in judgement.unjudged],
+    }
+
+
+def judgement_junit(judgement: Judgement) -> str:
+    """A test case for each requirement, for synthesis, for corrections, and for the model."""
+    robot = judgement.robot
+    outcomes = [
+        Outcome(
+            requirement.text,
+            [
+                _said_at(judgement, f)
+                for f in judgement.of("violation")
+                if requirement.text in f.about
+            ],
+            str(requirement.span.source.path),
+            requirement.span.line,
+        )
+        for requirement in robot.requirements
+    ]
+    outcomes.append(
+        Outcome("what synthesis forbids", [_said_at(judgement, f) for f in judgement.of("blocked")])
+    )
+    if robot.corrected:
+        corrected = [_said_at(judgement, f) for f in judgement.of("corrected")]
+        outcomes.append(Outcome("what a supervisor corrects", corrected))
+    outcomes.append(
+        Outcome(
+            "the run follows the model", [_said_at(judgement, f) for f in judgement.of("departure")]
+        )
+    )
+    return suite_text(judgement.bag, robot.name, outcomes)
+
+
+def _said_at(judgement: Judgement, finding: Finding) -> str:
+    return f"{finding.time - judgement.start:.3f} s: {_said(judgement, finding)}"

@@ -1,0 +1,395 @@
+"""Single events: the supervised system, one event at a time, none of them the controller's choice.
+
+What is possible is what ``robosc explore`` lists. Data-only variables, which no state of the plant
+has, are kept beside it.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from robosc import limits
+from robosc.expr.evaluation import evaluate
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Binary, Expr, Leaf, Literal, TestRef, ValueRef, VariableRef
+from robosc.expr.types import DoubleType, IntegerType, Value, domain
+from robosc.expr.undefined_data import condition_on_data
+from robosc.language.operators import MIRRORED
+from robosc.plant.acceptance import components_of, phase_of
+from robosc.plant.automaton import (
+    Edge,
+    Event,
+    EventParameter,
+    Plant,
+    PlantState,
+    VariableKind,
+)
+from robosc.plant.data.classes import Classes
+from robosc.plant.data.terms import value_of
+from robosc.plant.model_text import to_dsl
+from robosc.plant.step import Values, taken_edge
+from robosc.runtime.values import Undefined, widen
+from robosc.simulate.faults import InvalidLine, Refused
+from robosc.simulate.machines.machine import (
+    Choice,
+    CommandState,
+    Happening,
+    draw_values,
+    is_typed,
+    label,
+    typed_text,
+    with_preferences,
+)
+from robosc.simulate.machines.reasons import reasons
+from robosc.simulate.machines.state import SystemState, sent_data, state_of
+from robosc.simulate.values.drawn_values import completed
+from robosc.simulate.values.event_data import (
+    Given,
+    by_path,
+    given_json,
+    given_text,
+    hint,
+    is_test,
+    part_given,
+)
+from robosc.supervisor import Step, Supervisor
+from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
+from robosc.synthesis.controlled_system import tau_values
+from robosc.synthesis.formatting import step_text
+
+_Moment = tuple[PlantState, Mapping[str, Value | None]]
+
+
+class SingleEvents:
+    """A :class:`~robosc.simulate.machines.machine.Machine` of the supervised system."""
+
+    time = None
+    stopped = None
+    beginning: Sequence[Happening] = ()
+
+    def __init__(self, supervisor: Supervisor) -> None:
+        self.supervisor = supervisor
+        self._stepper = Stepper(supervisor.plant)
+        self._numbers = {event.identity: n for n, event in enumerate(self.plant.events)}
+        self._guards = {guard.event.identity: guard for guard in supervisor.guards}
+        self._controlled: dict[int, CompiledEvent] = {}
+        self._data = {
+            key: variable
+            for key, variable in self.plant.robot.variables.items()
+            if not variable.in_state or domain(variable.type) is None
+        }
+        self._past: list[_Moment] = []
+        self.restart()
+
+    @property
+    def plant(self) -> Plant:
+        return self.supervisor.plant
+
+    @property
+    def typeable(self) -> Sequence[Event]:
+        return self.plant.events
+
+    @property
+    def plant_state(self) -> PlantState:
+        return self._now[0]
+
+    @property
+    def state(self) -> SystemState:
+        return state_of(self.plant, *self._now)
+
+    def restart(self) -> None:
+        self._now: _Moment = (
+            self.plant.initial,
+            {key: variable.initial for key, variable in self._data.items()},
+        )
+        self._past.clear()
+
+    def undo(self, count: int) -> None:
+        if count:
+            self._now = self._past[-count]
+            del self._past[-count:]
+
+    # --- what can happen -------------------------------------------------------------------------
+
+    def _under_control(self, event: Event) -> CompiledEvent:
+        number = self._numbers[event.identity]
+        if number not in self._controlled:
+            guard = self._guards.get(event.identity)
+            condition = None if guard is None else guard.expr
+            self._controlled[number] = self._stepper.compiled(number, condition)
+        return self._controlled[number]
+
+    def _target(self, event: Event, values: Values) -> PlantState | None:
+        """Where an event leads under control; None if it cannot happen."""
+        one = replace(self._under_control(event), values=[values])
+        return next((after for _, after in one.targets(self.plant_state)), None)
+
+    def can(self, event: Event, given: Given | None) -> bool:
+        if given is not None:
+            values = self._values(event, given)
+            event = _case_of(self._cases(event), values)
+            return _known(event, values) and self._target(event, values) is not None
+        if event.known:
+            return any(map(self._happens, self._cases(event)))
+        return self._happens(event)
+
+    def _cases(self, event: Event) -> Sequence[Event]:
+        """The events for all data of a request that another controller sends."""
+        return [e for e in self.plant.events if e.whole is event.whole] if event.known else [event]
+
+    def _happens(self, event: Event) -> bool:
+        """Whether an event can happen, with some value."""
+        phase = phase_of(event)
+        if phase is not None and self.plant_state[phase.variable] not in phase.sources:
+            return False  # whatever its value, and these may be very many
+        return any(True for _ in self._under_control(event).targets(self.plant_state))
+
+    def choices(self) -> list[Choice]:
+        found = []
+        for event in self.plant.events:
+            if not is_typed(self.plant.robot, event):
+                possible = self._under_control(event).targets(self.plant_state)
+                found += [self._choice(event, values, after) for values, after in possible]
+            elif self.can(event, None):
+                found.append(Choice(event, None, label(event), hint(self.plant.robot, event)))
+        return found
+
+    def _choice(self, event: Event, values: Values, after: PlantState) -> Choice:
+        given = by_path(event, values)
+        if event.kind.of_component:
+            (path,) = tau_values(self.plant, event, self.plant_state, after)
+            return Choice(event, {}, f"{label(event)} ({path})")
+        if any(p.labels is not None or p.test is not None for p in event.parameters):
+            return Choice(event, given, step_text(Step(event, values)))
+        return Choice(event, given, typed_text(event, given))
+
+    def commands(self) -> list[CommandState]:
+        state = self.state
+        commands = [
+            CommandState(
+                event,
+                reasons(self.supervisor, guard, self.plant_state, state),
+                self._sent(event, state),
+            )
+            for event in self.plant.events
+            if (guard := self._guards.get(event.identity)) is not None
+        ]
+        return with_preferences(commands, self.plant.robot, self.state.phases)
+
+    def _sent(self, event: Event, state: SystemState) -> dict[str, Any] | None:
+        """What a request carries now; None for other events."""
+        is_request = event.kind.sent and not self.plant.robot.supervises
+        return sent_data(self.plant.robot, event.command, state) if is_request else None
+
+    def _lookup(self, given: Given) -> Callable[[Leaf], Value | None]:
+        """What leaves of expressions are now, and with the value of an event."""
+        state = self.state
+        return lambda leaf: (
+            part_given(given, leaf.path, leaf.type)
+            if isinstance(leaf, ValueRef)
+            else state.look(leaf)
+        )
+
+    def _values(self, event: Event, given: Given) -> Values:
+        """The value of each parameter; tests come to what the data say, unless they are given."""
+        look = self._lookup(given)
+
+        def value(parameter: EventParameter) -> Value | None:
+            if parameter.path in given:
+                return given[parameter.path]
+            if parameter.test is None:  # a part of what was given as a whole, or nothing was
+                whole = any(parameter.path[: len(path)] == path for path in given)
+                whole &= not is_test(parameter.path)
+                return (
+                    part_given(given, parameter.path, parameter.type)
+                    if whole
+                    else parameter.values[0]
+                )
+            try:
+                return value_of(parameter.test, look)
+            except Undefined:
+                return None
+
+        return tuple(value(parameter) for parameter in event.parameters)
+
+    # --- what happens ----------------------------------------------------------------------------
+
+    def fire(self, event: Event, given: Given) -> list[Happening]:
+        values = self._values(event, given)
+        event = _case_of(self._cases(event), values)
+        before, data = self._now
+        if not _known(event, values):
+            raise Refused(f"{label(event)} cannot carry {given_text(given)}: outside its range")
+        after = self._target(event, values)
+        if after is None:
+            raise Refused(f"{label(event)} cannot happen now: {self._why_not(event)}")
+        value = given_json(given)
+        if event.kind.of_component:
+            (value,) = tau_values(self.plant, event, before, after)
+        elif event.kind.sent and not self.plant.robot.supervises:
+            value = self._sent(event, self.state)
+        assigned = dict(self._assigned(event, {**by_path(event, values), **given}))
+        self._past.append(self._now)
+        self._now = after, {**data, **assigned}
+        number = event.index if event.kind.of_component else 0
+        return [
+            Happening(event.kind.word, event.name, value, number, controllable=event.controllable)
+        ]
+
+    def _why_not(self, event: Event) -> str:
+        guard = self._guards.get(event.identity)
+        if guard is None:
+            phase = phase_of(event)
+            if phase is None:
+                return "no state allows it"
+            if self.plant_state[phase.variable] in phase.sources:
+                return "no component takes it"
+            return f"it is {self.state.phases[event.key]}"
+        return "; ".join(map(str, reasons(self.supervisor, guard, self.plant_state, self.state)))
+
+    def _assigned(self, event: Event, given: Given) -> Iterator[tuple[str, Value]]:
+        """What the event does to data: the right-hand sides see the state before."""
+        look = self._lookup(given)
+        for automaton in components_of(event.whole or event):
+            edge = taken_edge(automaton, self.plant_state, look)
+            if edge is not None:
+                yield from self._data_of(automaton.component, edge, look)
+
+    def _data_of(
+        self, component: str, edge: Edge, look: Callable[[Leaf], Value | None]
+    ) -> Iterator[tuple[str, Value]]:
+        for assignment in edge.assignments:
+            variable = self._data.get(f"{component}.{assignment.variable}")
+            if variable is None:
+                continue
+            try:
+                value = evaluate(assignment.value, look)
+            except Undefined:
+                continue  # an array was too short: the variable stays as it was
+            match variable.type:
+                case IntegerType(bounds=(low, high)) if not low <= value <= high:  # type: ignore[operator]
+                    continue
+                case DoubleType():
+                    value = widen(value)
+            yield variable.key, value
+
+    def wait(self, seconds: float) -> list[Happening]:
+        raise InvalidLine("time does not matter for single events: wait needs --execute")
+
+    # --- where to --------------------------------------------------------------------------------
+
+    def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
+        # The graph is made while it is searched, and the search ends at the first hit: networkx
+        # would have to be given all of it before.
+        test = self._stepper.test(self._of_the_plant(condition))
+        start = self.plant_state
+        if test(start):
+            return []
+        ways = self._stepper.controlled(self.supervisor.guards)
+        came: dict[PlantState, tuple[PlantState, int, Values] | None] = {start: None}
+        queue = deque([start])
+        tried = 0
+        while queue:
+            state = queue.popleft()
+            for way in ways:
+                for values, target in way.some_targets(state):
+                    tried += 1
+                    if tried > limits.PATH_EVENTS:
+                        raise Refused(f"no path was found by trying {limits.PATH_EVENTS:,} events")
+                    if target in came:
+                        continue
+                    came[target] = state, way.number, values
+                    if test(target):
+                        return self._trace(came, target)
+                    queue.append(target)
+                    if len(came) > limits.PATH_STATES:
+                        raise Refused(f"no path was found within {limits.PATH_STATES:,} states")
+        if sampled := [self.plant.events[way.number] for way in ways if way.is_sampled]:
+            names = ", ".join(map(label, sampled))
+            raise Refused(f"no path was found; not all values of {names} were tried")
+        return None
+
+    def _of_the_plant(self, condition: Expr) -> Expr:
+        """The condition over states of the plant, which knows data by what the model asks of them.
+
+        Raises:
+            InvalidLine: the plant does not determine where it holds.
+        """
+        found = self.plant.view.expression(condition_on_data(condition))
+        for part in walk(found):
+            known = True
+            match part:
+                case VariableRef(component=component, variable=name):
+                    known = (VariableKind.DATA, f"{component}.{name}") in self.plant.variable_index
+                case TestRef(name=name):
+                    known = (VariableKind.TEST, name) in self.plant.variable_index
+                case Binary(operator=operator) if operator in MIRRORED:
+                    known = self._tells_apart(part)
+            if not known:
+                text = to_dsl(part, self.plant.robot)
+                raise InvalidLine(
+                    "a path can be found only to what decides about commands, not to data:"
+                    f" '{text}' does not decide"
+                )
+        return found
+
+    def _tells_apart(self, comparison: Binary) -> bool:
+        """Whether the plant knows where a comparison of data with a constant holds."""
+        operator, term, constant = comparison.operator, comparison.left, comparison.right
+        if isinstance(term, Literal):
+            operator, term, constant = MIRRORED[operator], constant, term
+        index = self.plant.variable_index
+        match term:
+            case VariableRef(component=component, variable=name):
+                found = index.get((VariableKind.DATA, f"{component}.{name}"))
+            case TestRef(name=name):
+                found = index.get((VariableKind.TEST, name))
+            case _:
+                return True
+        classes = None if found is None else self.plant.variables[found].values
+        if not isinstance(classes, Classes) or not isinstance(constant, Literal):
+            return found is not None
+        return classes.tell(operator, constant.value)
+
+    def _trace(
+        self, came: Mapping[PlantState, tuple[PlantState, int, Values] | None], end: PlantState
+    ) -> list[tuple[Event, Given]]:
+        trace: list[tuple[Event, Given]] = []
+        step = came[end]
+        while step is not None:
+            before, number, values = step
+            event = self.plant.events[number]
+            trace.append((event, self._filled(event, values)))
+            step = came[before]
+        return trace[::-1]
+
+    def _filled(self, event: Event, values: Values) -> Given:
+        """A value of the plant with the parts that only data reads."""
+        return completed(self.plant.robot, event, by_path(event, values), label(event))
+
+    def draw(self, rng: random.Random) -> tuple[Event, Given] | None:
+        able = [event for event in self.plant.events if self.can(event, None)]
+        if not able:
+            return None
+        event = rng.choice(able)
+        values = draw_values(event, rng)
+        while self._target(event, values) is None:  # some value is possible
+            values = draw_values(event, rng)
+        given = completed(self.plant.robot, event, by_path(event, values), label(event), rng)
+        return event, given
+
+
+def _case_of(cases: Sequence[Event], values: Values) -> Event:
+    """The one for these values; the first if they are in no range."""
+    return next((event for event in cases if _known(event, values)), cases[0])
+
+
+def _known(event: Event, values: Values) -> bool:
+    """Whether the values are among those that the parameters can have."""
+    return all(
+        value in parameter.values for value, parameter in zip(values, event.parameters, strict=True)
+    )

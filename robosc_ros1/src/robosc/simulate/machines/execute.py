@@ -1,0 +1,374 @@
+"""The controller as it executes: the generated code, its engine, a clock that is turned by hand.
+
+Nothing happens between two lines. What the robot sends is taken at once, with all that it makes the
+controller do; commands that are repeated at ``rate`` wait until the clock goes on. Requests to
+services stay open until they are answered, or until their deadline. Goals are accepted at once, and
+open until they are answered, even if they were cancelled.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+from robosc import limits
+from robosc.emit.package.config import declared_communications, playable_parameters
+from robosc.expr.traversal import path_text
+from robosc.expr.tree import REASON, Expr
+from robosc.expr.types import IntegerType, ObjectType
+from robosc.language.events import EventKind, Kind
+from robosc.model.decisions import decides
+from robosc.model.entities import Robot
+from robosc.plant.acceptance import phase_of
+from robosc.plant.automaton import Event, Plant
+from robosc.plant.event_values import value_parts, value_type
+from robosc.plant.step import valuations
+from robosc.runtime import model as runtime
+from robosc.runtime.calls import FAILED, Failure
+from robosc.runtime.engine import Engine
+from robosc.runtime.model import Controller
+from robosc.runtime.port import Data, Port
+from robosc.runtime.reasons import blocked_by
+from robosc.runtime.recorder import Entry
+from robosc.runtime.served import WaitingCall
+from robosc.runtime.settings import ParameterError, Settings, read
+from robosc.runtime.values import Undefined, in_range
+from robosc.simulate.faults import InvalidLine, Refused
+from robosc.simulate.machines.generated import make_controller, state_of_controller
+from robosc.simulate.machines.machine import (
+    Choice,
+    CommandState,
+    Happening,
+    Reason,
+    is_typed,
+    label,
+    typed_text,
+    with_preferences,
+)
+from robosc.simulate.machines.state import SystemState
+from robosc.simulate.values.drawn_values import random_raw
+from robosc.simulate.values.event_data import Given, by_path, complete, hint
+from robosc.supervisor import Supervisor
+
+_ROUNDING = 1e-9
+"""Seconds by which the sum of many periods may miss the end of a wait and still be in it."""
+
+_Step: TypeAlias = tuple[Event, Given] | float
+
+
+class Clockwork(Port):
+    """The clock, and the requests that are open."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.open: dict[str, int] = {}
+        self.withdrawn: set[int] = set()
+        self.accept: Callable[[str, int], None] = lambda key, token: None
+        self.ended: Callable[[str, int], None] = lambda key, token: None
+
+    def now(self) -> float:
+        return self.time
+
+    def send(self, key: str, data: Data) -> None:
+        """The recorder has it already."""
+
+    def call(self, key: str, data: Data, token: int, timeout: float) -> None:
+        self.open[key] = token
+
+    def start(self, key: str, data: Data, token: int, timeout: float) -> None:
+        """Only the latest goal of an action can be typed to end: one that is replaced ends now."""
+        replaced = self.open.get(key)
+        self.open[key] = token
+        self.accept(key, token)
+        if replaced is not None:
+            self.ended(key, replaced)
+
+    def cancel(self, key: str, token: int) -> None:
+        self.withdrawn.add(token)
+
+    def abandon(self, key: str, token: int) -> None:
+        if self.open.get(key) == token:
+            del self.open[key]
+
+    def log(self, level: str, text: str) -> None:
+        """What matters is in the recorder."""
+
+
+class _Call(WaitingCall):
+    """A call of which the recorder has how it ended; ``accepted`` keeps it if it is taken."""
+
+    def __init__(self, accepted: dict[str, WaitingCall], key: str) -> None:
+        self._accepted = accepted
+        self._key = key
+
+    def accept(self) -> None:
+        self._accepted[self._key] = self
+
+    def report(self, data: Any) -> None:
+        pass
+
+    def answer(self, data: Any) -> None:
+        pass
+
+    def refuse(self, text: str, data: Any = None) -> None:
+        pass
+
+
+class Execution:
+    """A :class:`~robosc.simulate.machines.machine.Machine` that executes the controller."""
+
+    def __init__(self, supervisor: Supervisor, settings: Settings) -> None:
+        self.supervisor = supervisor
+        self._events = {
+            (e.key, e.kind.word): e for e in self.plant.events if not e.kind.of_component
+        }
+        self._inputs = tuple(e for e in self.plant.events if not (e.controllable or e.kind.clocked))
+        self._settings = settings._replace(whole_values=True)
+        self._past: list[_Step] = []
+        self._begin()
+
+    @property
+    def plant(self) -> Plant:
+        return self.supervisor.plant
+
+    @property
+    def typeable(self) -> Sequence[Event]:
+        return self._inputs
+
+    @property
+    def state(self) -> SystemState:
+        return state_of_controller(self._controller)
+
+    @property
+    def time(self) -> float:
+        return self._clock.time
+
+    @property
+    def stopped(self) -> str | None:
+        return self._engine.stopped
+
+    def restart(self) -> None:
+        self._past.clear()
+        self._begin()
+
+    def undo(self, count: int) -> None:
+        """An engine cannot go back; another one does the same again, but for the last steps."""
+        steps = self._past[: len(self._past) - count]
+        self.restart()
+        for step in steps:
+            if isinstance(step, float):
+                self.wait(step)
+            else:
+                self.fire(*step)
+
+    def _make(self) -> Engine:
+        """The engine, with a clock and a controller in its initial state."""
+        self._clock = Clockwork()
+        self._controller = make_controller(self.supervisor)
+        read_given(self._controller, self.plant)
+        engine = Engine(self._controller, self._clock, self._settings, self._clock.now)
+        engine.recorder.now = self._clock.now
+        return engine
+
+    def _begin(self) -> None:
+        self._engine = self._make()
+        self._called: dict[str, WaitingCall] = {}  # the latest that was accepted, by key
+        self._clock.accept = lambda key, token: self._engine.report(key, token, "accepted")
+        replaced = Failure("replaced")
+        self._clock.ended = lambda key, token: self._engine.report(
+            key, token, EventKind.CANCELLED.word, replaced
+        )
+        self._engine.begin()
+        self._engine.cycle()
+        self.beginning: Sequence[Happening] = self._happened()
+
+    # --- what can happen -------------------------------------------------------------------------
+
+    def can(self, event: Event, given: Given | None) -> bool:
+        if event.controllable or event.kind.clocked:
+            return False
+        if event.kind is EventKind.CALL:  # the node refuses it where no component takes it
+            return True
+        if event.kind is EventKind.RECALL:
+            return self._phase(event) in self._sources(event)
+        calling = self.plant.robot.communications[event.key].kind in (Kind.SERVICE, Kind.ACTION)
+        return not calling or self._may_end(event)
+
+    def _may_end(self, event: Event) -> bool:
+        """Whether a service or an action can answer so: a goal that missed a deadline was cancelled
+        by the node, too."""
+        if event.key not in self._clock.open:
+            return False
+        if event.kind is EventKind.CANCELLED:
+            return self._clock.open[event.key] in self._clock.withdrawn
+        return self._phase(event) in self._sources(event)
+
+    def _phase(self, event: Event) -> str:
+        return self.state.phases[event.key]
+
+    def _sources(self, event: Event) -> list[str]:
+        phase = phase_of(event)
+        assert phase is not None
+        phases = self.plant.variables[phase.variable].values
+        return [str(phases[source]) for source in phase.sources]
+
+    def choices(self) -> list[Choice]:
+        found = []
+        robot = self.plant.robot
+        for event in self._inputs:
+            if not self.can(event, None):
+                continue
+            if is_typed(robot, event) or any(p.test for p in event.parameters):
+                found.append(Choice(event, None, label(event), hint(robot, event)))
+                continue
+            for values in valuations(event):
+                given = by_path(event, values)
+                found.append(Choice(event, given, typed_text(event, given)))
+        return found
+
+    def commands(self) -> list[CommandState]:
+        counts = self._engine.snapshot()["counts"]
+        commands = [
+            CommandState(
+                self._events[c.key, c.kind],
+                self._reasons(c),
+                None if c.data is None else _data(c.data, self._controller),
+                counts[c.key, c.kind],
+            )
+            for c in self._controller.COMMANDS
+        ]
+        return with_preferences(commands, self.plant.robot, self.state.phases)
+
+    def _reasons(self, command: runtime.Command) -> tuple[Reason, ...]:
+        found = [Reason(**r) for r in blocked_by(self._controller, command)]
+        if self.stopped is not None:
+            found.insert(0, Reason("stopped", "there was a safe stop"))
+        return tuple(found)
+
+    # --- what happens ----------------------------------------------------------------------------
+
+    def fire(self, event: Event, given: Given) -> list[Happening]:
+        if not self.can(event, given):
+            raise Refused(f"{label(event)} cannot happen now: {event.name} is {self._phase(event)}")
+        if event.kind is EventKind.CALL:
+            self._engine.serve(event.key, given, _Call(self._called, event.key))
+        elif event.kind is EventKind.RECALL:
+            self._engine.recall(event.key, self._called[event.key])
+        else:
+            self._report(event, given)
+        self._engine.cycle()
+        self._past.append((event, given))
+        return self._happened()
+
+    def _report(self, event: Event, given: Given) -> None:
+        """Pass on a message, or what becomes of a request."""
+        payload: Any = given
+        if event.kind in (EventKind.ERROR, EventKind.CANCELLED):
+            word = str(given.get(REASON) or FAILED)
+            payload = Failure("simulated", given, word)
+        token = self._clock.open.get(event.key)
+        if phase_of(event) is None or token is None:
+            self._engine.post(event.key, event.kind.word, payload)
+        else:
+            if event.kind is not EventKind.FEEDBACK:
+                del self._clock.open[event.key]
+            self._engine.report(event.key, token, event.kind.word, payload)
+
+    def wait(self, seconds: float) -> list[Happening]:
+        if not 0.0 < seconds <= limits.WAIT_SECONDS:
+            raise InvalidLine(f"wait for more than 0 and at most {limits.WAIT_SECONDS:g} seconds")
+        happenings = []
+        end = self._clock.time + seconds
+        while True:
+            delay = self._engine.time_to_deadline()
+            if delay is None or self._clock.time + delay > end + _ROUNDING:
+                break
+            # Adding a difference may end just short of its goal: the clock must go on all the same.
+            onward = math.nextafter(self._clock.time, math.inf)
+            self._clock.time = max(self._clock.time + delay, onward)
+            self._engine.cycle()
+            happenings += self._happened()
+        self._clock.time = max(self._clock.time, end)
+        self._engine.cycle()
+        self._past.append(seconds)
+        return happenings + self._happened()
+
+    def _happened(self) -> list[Happening]:
+        return [self._happening(e) for e in self._engine.recorder.take()]
+
+    def _happening(self, entry: Entry) -> Happening:
+        decided = decides(self.plant.robot, entry.kind, entry.name)
+        told = (entry.kind, entry.name, entry.value, entry.tau, entry.outcome, entry.detail)
+        return Happening(*told, entry.time, decided)
+
+    def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
+        raise InvalidLine("goto is for single events: here the controller decides where it goes")
+
+    def draw(self, rng: random.Random) -> tuple[Event, Given] | float | None:
+        """An input that the robot can give, or as often some time in which it gives none."""
+        able = [event for event in self._inputs if self.can(event, None)]
+        if not able or rng.random() < 0.5:
+            return round(rng.uniform(0.01, 0.5), 2)
+        event = rng.choice(able)
+        robot = self.plant.robot
+        return event, complete(robot, event, random_raw(robot, event, rng), label(event))
+
+
+def _data(data: Callable[[Controller], Any], controller: Controller) -> Any:
+    """What a command would carry; None if nothing has come of it yet."""
+    try:
+        return data(controller)
+    except Undefined:
+        return None
+
+
+def read_settings(robot: Robot, parameters: Mapping[str, Any]) -> Settings:
+    """The settings of the robot's node, from parameters by name.
+
+    Raises:
+        InvalidLine: one of them is unknown or has a wrong value.
+    """
+    try:
+        communications = declared_communications(robot)
+        settings, _ = read(communications, parameters, playable_parameters(robot), strict=True)
+    except ParameterError as error:
+        raise InvalidLine(str(error)) from None
+    return settings
+
+
+def read_given(controller: Controller, plant: Plant) -> None:
+    """Let the controller read given values in place of messages of ROS.
+
+    What a message says was found out before, by the same rules; that a value lies in its range is
+    for the controller to check. Given values have no stamp: they are as young as the model asks.
+    """
+    controller.COMMUNICATIONS = tuple(c._replace(max_age=None) for c in controller.COMMUNICATIONS)
+    events = {(e.key, e.kind.word): e for e in plant.events}
+    controller.INPUTS = tuple(
+        entry
+        if entry.read is None
+        else entry._replace(read=_reader(plant, events[entry.key, entry.kind]))
+        for entry in controller.INPUTS
+    )
+    controller.COMMANDS = tuple(
+        row if row.read is None else row._replace(read=_reader(plant, events[row.key, row.kind]))
+        for row in controller.COMMANDS
+    )
+
+
+def _reader(plant: Plant, event: Event) -> Callable[[Controller, Given], Any]:
+    whole = value_type(plant.robot, event)
+    parts = value_parts(plant.robot, event)
+
+    def read_given(_: Controller, given: Given) -> Any:
+        given = given or {}  # an error may have no result
+        for path, type_ in {(): whole, **parts}.items():
+            if isinstance(type_, IntegerType) and type_.bounds and given.get(path) is not None:
+                in_range(given[path], *type_.bounds, "the value")
+        if not isinstance(whole, ObjectType):
+            return given.get(())
+        return {path_text(path): given.get(path) for path in parts}
+
+    return read_given

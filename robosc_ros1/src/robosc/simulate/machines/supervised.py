@@ -1,0 +1,171 @@
+"""A supervisor as it executes: the generated code, between a robot and a controller that are typed.
+
+A request that is typed is what the controller sends: it passes as it is, corrected, or not at all,
+and what becomes of it is the outcome. So it is with answers to what the robot calls. Nothing is
+sent by itself but the command of ``stop``.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from robosc.expr.traversal import path_text
+from robosc.language.events import EventKind, Kind
+from robosc.plant.automaton import Event
+from robosc.plant.event_values import value_parts
+from robosc.runtime.calls import Failure
+from robosc.runtime.engine import Engine
+from robosc.runtime.matching import CommandPattern
+from robosc.runtime.offers import Reasons
+from robosc.runtime.reasons import reason_text
+from robosc.runtime.recorder import Entry
+from robosc.runtime.settings import Settings
+from robosc.runtime.supervisor_engine import SupervisorEngine, SupervisorPort
+from robosc.runtime.values import jsonable
+from robosc.simulate.machines.execute import Clockwork, Execution, read_given
+from robosc.simulate.machines.generated import make_controller
+from robosc.simulate.machines.machine import CommandState, Happening, label
+from robosc.simulate.values.drawn_values import random_raw
+from robosc.simulate.values.event_data import Given, complete
+from robosc.simulate.values.literals import Path
+from robosc.supervisor import Supervisor
+
+
+class _Port(Clockwork, SupervisorPort):
+    """The clock, the requests that are open, and what was blocked."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.documents: list[dict[str, Any]] = []
+
+    def blocked(self, text: str) -> None:
+        self.documents.append(json.loads(text))
+
+    def corrected(self, message: Any, data: dict[str, Any]) -> Any:
+        return {**message, **dict(_leaves(data))}
+
+    def composed(self, key: str, data: dict[str, Any] | None) -> Any:
+        return dict(_leaves(data or {}))
+
+
+class _Engine(SupervisorEngine):
+    """Typed values have no fields but those that the model reads, by path."""
+
+    def _changes(self, sent: Any, made: Any, data: dict[str, Any]) -> dict[str, dict[str, Any]]:
+        return {
+            path_text(path): {"sent": jsonable(sent.get(path, type(value)())),
+                              "made": jsonable(value)}
+            for path, value in made.items()
+            if value != sent.get(path, type(value)())
+        }  # fmt: skip
+
+    def _unfit(self, message: Any) -> Reasons:
+        return super()._unfit({path_text(path): value for path, value in message.items()})
+
+
+class SupervisedExecution(Execution):
+    """A :class:`~robosc.simulate.machines.machine.Machine` that executes the supervisor."""
+
+    def __init__(self, supervisor: Supervisor, settings: Settings) -> None:
+        super().__init__(supervisor, settings)
+        asked = {
+            (e.key, e.kind): e
+            for e in self.plant.events
+            if e.controllable and not e.kind.of_component
+        }
+        self._inputs = (*self._inputs, *asked.values())
+
+    def _make(self) -> Engine:
+        self._port = _Port()
+        self._clock = self._port
+        self._controller = make_controller(self.supervisor)
+        read_given(self._controller, self.plant)
+        engine = _Engine(self._controller, self._port, self._settings, self._port.now)
+        engine.recorder.now = self._port.now
+        return engine
+
+    def can(self, event: Event, given: Given | None) -> bool:
+        if event.kind is EventKind.REQUEST and event.controllable:
+            return True
+        if event.controllable and (event.kind is EventKind.CANCEL or event.kind.served):
+            return event.key in self._port.open
+        return super().can(event, given)
+
+    def commands(self) -> list[CommandState]:
+        return [
+            CommandState(c.event, c.reasons, None, c.count, c.waits_for) for c in super().commands()
+        ]
+
+    def fire(self, event: Event, given: Given) -> list[Happening]:
+        if not event.controllable:
+            return super().fire(event, given)
+        engine, key = self._engine, event.key
+        assert isinstance(engine, SupervisorEngine)
+        if event.kind.served:
+            self._answer(event, given)
+        elif event.kind is EventKind.CANCEL:
+            engine.withdraw(key)
+        elif self.plant.robot.communications[key].kind is Kind.INCOMING:
+            engine.offer(key, [CommandPattern(key)], given, given)
+        else:
+            engine.request(key, given, given, lambda *_: None)
+        engine.cycle()
+        self._past.append((event, given))
+        return self._happened()
+
+    def _answer(self, event: Event, given: Given) -> None:
+        """Let the controller answer a call of the robot."""
+        token = self._port.open[event.key]
+        payload: Any = given
+        if event.kind is EventKind.REFUSAL:
+            payload = Failure("simulated")
+        if event.kind is not EventKind.PROGRESS:
+            del self._port.open[event.key]
+        self._engine.report(event.key, token, event.kind.word, payload)
+
+    def _happened(self) -> list[Happening]:
+        blocked = [self._blocked(document) for document in self._port.documents]
+        self._port.documents.clear()
+        return [*super()._happened(), *blocked]
+
+    def _happening(self, entry: Entry) -> Happening:
+        if entry.correction is None:
+            return super()._happening(entry)
+        return super()._happening(entry._replace(detail=_told(entry.correction)))
+
+    def _blocked(self, document: Mapping[str, Any]) -> Happening:
+        event = document["event"]
+        texts = [reason_text(reason) for reason in document["blocked_by"]]
+        if "corrected" in document:
+            texts.insert(0, _told(document["corrected"]))
+        detail = "; ".join(texts)
+        told = (event["kind"], event["name"], event["value"], 0, "blocked", detail)
+        return Happening(*told, self._port.time, True)
+
+    def draw(self, rng: random.Random) -> tuple[Event, Given] | float | None:
+        drawn = super().draw(rng)
+        if isinstance(drawn, float) and rng.random() < 0.5:
+            asked = [e for e in self._inputs if e.controllable and self.can(e, None)]
+            if asked:
+                event, robot = rng.choice(asked), self.plant.robot
+                raw = random_raw(robot, event, rng) if value_parts(robot, event) else None
+                return event, complete(robot, event, raw, label(event))
+        return drawn
+
+
+def _told(correction: Mapping[str, Any]) -> str:
+    fields = correction["fields"].items()
+    changes = ", ".join(f"{path} {f['sent']} becomes {f['made']}" for path, f in fields)
+    return f"corrected: {changes} ({correction['place']})"
+
+
+def _leaves(data: Mapping[str, Any], path: Path = ()) -> Iterator[tuple[Path, Any]]:
+    """The fields of nested data by path; that of a message with one field is ``()``."""
+    for name, value in data.items():
+        if isinstance(value, dict):
+            yield from _leaves(value, (*path, name))
+        else:
+            yield ((*path, name) if name and (path or name != "data") else ()), value

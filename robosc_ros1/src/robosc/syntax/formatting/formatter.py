@@ -1,0 +1,383 @@
+"""The layout of each kind of node, as a document for the pretty printer."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from robosc.language.attributes import ATTRIBUTES
+from robosc.language.operators import BINARY
+from robosc.language.tokens import Tokens
+from robosc.syntax.formatting.pretty_printing import Doc, Indent, Line
+from robosc.syntax.formatting.words import Words
+from robosc.syntax.nodes import (
+    Access,
+    ActionNode,
+    AfterNode,
+    AggregateNode,
+    ArrayNode,
+    AssignmentNode,
+    AssumeNode,
+    BehaviourNode,
+    BinaryNode,
+    CallNode,
+    ComponentNode,
+    ConditionNode,
+    ConstantNode,
+    DataNode,
+    DataObjectNode,
+    DurationNode,
+    EffectNode,
+    ElementNode,
+    ElseNode,
+    EnumNode,
+    EnumRuleNode,
+    ExceptNode,
+    ExprNode,
+    FileNode,
+    ForNode,
+    FunctionNode,
+    Group,
+    ImportNode,
+    InNode,
+    InterfaceNode,
+    MemberNode,
+    MessageNode,
+    Name,
+    ObjectNode,
+    ParameterNode,
+    PerformsNode,
+    PossibleNode,
+    PreferNode,
+    PropertyNode,
+    ProvideNode,
+    RateNode,
+    RequirementNode,
+    ResultTransitionNode,
+    RetryNode,
+    ServedActionNode,
+    ServedServiceNode,
+    ServiceNode,
+    SliceNode,
+    StateNode,
+    StopNode,
+    TauNode,
+    UnaryNode,
+    VariableNode,
+)
+
+WIDTH = 100
+"""Columns of a line; longer ones are broken where the layout allows it."""
+
+_HARD = Line(hard=True)
+_LINE = Line()
+_TIGHT = Line(flat="")
+
+_INDEXED = ("component {name}", "?[{indexes}]")
+_EFFECT = ("? | do {assignments}", "? | goto {goto}")
+_CLAUSES = ("? | if {guard}", *_EFFECT)
+_STATE = ("?{initial} ", "?{marked} ", "state {name}")
+_LAYOUTS: Mapping[type, tuple[str, ...]] = {
+    FileNode: ("{kind} {name} {declarations}",),
+    ComponentNode: (*_INDEXED, " {items}"),
+    ImportNode: (*_INDEXED, " | from {library} import {component}", "? | with {given}"),
+    ObjectNode: ("datatype object {name} {properties}",),
+    PropertyNode: ("{name}: {type}",),
+    EnumNode: ("datatype enum {name} from {source} to {rules}",),
+    EnumRuleNode: ("{condition} | -> {value}",),
+    InterfaceNode: ("interface {name} | use {type} | from {package}",),
+    MessageNode: ("{direction} message {name} with > {attributes}", "? links {links}"),
+    ServedServiceNode: ("outgoing service {name} with > {attributes}", "? links {links}"),
+    ServedActionNode: ("outgoing action {name} with > {attributes}", "? links {links}"),
+    ServiceNode: ("service {name} with > {attributes}", "? links {links}"),
+    ActionNode: ("action {name} with > {attributes}", "? links {links}"),
+    ConstantNode: ("constant {name}: {type} = | {value}",),
+    ParameterNode: ("parameter {name}: {type}", "? = | {value}"),
+    FunctionNode: ("function {name}{parameters}: {type} = | {value}",),
+    ConditionNode: ("condition {name} = | {value}", "? | for {duration}"),
+    BehaviourNode: ("behaviour {items}",),
+    VariableNode: ("variable {name}: {type}", "? | = {initial}"),
+    StateNode: (*_STATE, " {items}"),
+    ResultTransitionNode: ("on {events} from {communications}", *_CLAUSES),
+    AfterNode: ("after {duration}", *_CLAUSES),
+    TauNode: ("transition", *_CLAUSES),
+    RetryNode: ("retry", "? {times} times", "? | every {every}", "? | goto {goto}", "?{finally_}"),
+    EffectNode: (" | else", *_EFFECT),
+    AssignmentNode: ("{target} := {value}",),
+    PossibleNode: ("requirement possible {condition}", "? | from {origin}", "? | while {along}"),
+    PreferNode: ("prefer {preferred} | over {over}",),
+    StopNode: ("stop with {communication}",),
+    ForNode: ("for {variable} in {indexes} {statements}",),
+    UnaryNode: ("-{operand}",),
+    DurationNode: ("{amount} {unit}",),
+    RateNode: ("{hertz} Hz",),
+    CallNode: ("{function}{arguments}",),
+    InNode: ("{operand} in {values}",),
+    ElementNode: ("{array}[{index}]",),
+    SliceNode: ("{array}[{first}..{last}]",),
+    ArrayNode: ("{elements}",),
+}
+"""The layout of each kind of node, in segments.
+
+A word or sign is one token, whatever it is in the text, and ``{field}`` the tokens of a field of
+the node. Blanks are printed; ``|`` is a possible line break. What follows it, or the blank ``>``,
+is indented. A segment that begins with ``?`` is left out if its field is absent.
+"""
+
+_REQUIREMENTS = {
+    "needs": ("requirement {communications} | needs {condition}",),
+    "disables": ("requirement {condition} | disables {communications}",),
+    "never": ("requirement never {condition}",),
+    "always": ("requirement always {condition}",),
+}
+_ASSUMPTIONS = {
+    "needs": ("assume {communication} | needs {condition}",),
+    "never": ("assume never {condition}",),
+    "always": ("assume always {condition}",),
+}
+_ELSE = ("on {events} from {communications}", " | else", *_EFFECT)
+_PERFORMS = (" performs {communication}", "? with {data}")
+_THEN = (" | then", "? do {assignments}", "? goto {goto}")
+_DEFAULT_RULE = ("default | -> {value}",)
+_OBJECT_CONSTANT = ("constant {name}: {type} = {value}",)
+_OBJECT_PARAMETER = ("parameter {name}: {type} = {value}",)
+_PROVIDE, _PROVIDE_IF = ("provide {communication} with {data}",), ("? | if {condition}",)
+
+_PART = re.compile(r"\{(?P<field>\w+)\}|(?P<line> [|>] )|(?P<blank> )|(?P<token>[^ {]+)")
+_BLOCKS = ("declarations", "items", "properties", "rules", "statements")
+
+
+class Formatter:
+    """Builds the document of each kind of node, taking the words of the text in order."""
+
+    def __init__(self, tokens: Tokens) -> None:
+        self.words = Words(tokens)
+        self._forms: dict[str | None, Callable[[Any], Doc]] = {
+            **dict.fromkeys(_BLOCKS, self._block),
+            **dict.fromkeys(("given", "attributes"), self._labelled),
+            **dict.fromkeys(("communications", "preferred", "over"), self._names),
+            **dict.fromkeys(("arguments", "values", "elements", "parameters"), self._listed),
+            **dict.fromkeys(("index", "first", "last"), self._tight),
+            "assignments": self._assignments,
+            "events": self._events,
+        }
+
+    def file(self, node: FileNode) -> Doc:
+        """The document of the whole file."""
+        head = self.words.beginning(first=True)
+        body = self._filled(node, _LAYOUTS[FileNode])
+        return [*head, *body, *self.words.comments(first=False)]
+
+    # --- layouts ---
+
+    def _filled(self, node: Any, layout: Sequence[str]) -> list[Doc]:
+        """The document of a node in a layout."""
+        docs: list[Doc] = []
+        clauses: list[Doc] = []
+        for part in _parts(node, layout):
+            if part["line"]:
+                clauses.append(_LINE if part["line"] == " | " else " ")
+            else:
+                (clauses if clauses else docs).append(self._part(node, part))
+        return [*docs, Indent(clauses)] if clauses else docs
+
+    def _part(self, node: Any, part: re.Match[str]) -> Doc:
+        if part["blank"]:
+            return " "
+        name = part["field"]
+        value = _field(node, name) if name else part["token"]
+        if isinstance(value, str | int | float):
+            return self.words.take()
+        return self._forms.get(name, self._data)(value)
+
+    def _declaration(self, node: Any) -> Doc:
+        begin = self.words.index
+        match node:
+            case ProvideNode():
+                docs = self._filled(node, _PROVIDE)
+                begin = self.words.index
+                return [*docs, self.words.group(begin, self._filled(node, _PROVIDE_IF))]
+            case AssumeNode(kind=kind):
+                docs = self._filled(node, _ASSUMPTIONS[kind])
+            case RequirementNode(kind=kind):
+                end = (" | to start",) if node.to_start else ()
+                docs = self._filled(node, (*_REQUIREMENTS[kind], *end))
+            case ResultTransitionNode(guard=ElseNode()):
+                docs = self._filled(node, _ELSE)
+            case EnumRuleNode(condition=None):
+                docs = self._filled(node, _DEFAULT_RULE)
+            case ConstantNode(value=DataObjectNode()):
+                docs = self._filled(node, _OBJECT_CONSTANT)
+            case ParameterNode(value=DataObjectNode()):
+                docs = self._filled(node, _OBJECT_PARAMETER)
+            case StateNode(performs=PerformsNode() as performs):
+                docs = [*self._filled(node, _STATE), *self._filled(performs, _PERFORMS)]
+                begin = self.words.index
+                docs.append(self.words.group(begin, self._filled(performs, _THEN)))
+                if self.words.next_is("{"):
+                    docs += [" ", self._block(node.items)]
+            case _:
+                docs = self._filled(node, _LAYOUTS[type(node)])
+        has_block = any(hasattr(node, name) for name in _BLOCKS)
+        return docs if has_block else self.words.group(begin, docs)
+
+    def _block(self, nodes: Sequence[Any]) -> Doc:
+        """``{ … }`` with each node on lines of its own."""
+        docs: list[Doc] = [self.words.take()]
+        inside: list[Doc] = []
+        for node in nodes:
+            inside += self.words.beginning(first=not inside)
+            inside.append(self._declaration(node))
+        inside += self.words.comments(first=not inside)
+        if inside:
+            docs += [Indent(inside), _HARD]
+        return [*docs, self.words.take()]
+
+    def _labelled(self, values: Sequence[DataNode]) -> Doc:
+        """``label: value`` for each value, separated by commas."""
+        docs: list[Doc] = []
+        for value in values:
+            docs += [self.words.take(), _LINE] if docs else []
+            docs += [self.words.take(), self.words.take(), " ", self._data(value)]
+        return docs
+
+    def _assignments(self, nodes: Sequence[AssignmentNode]) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = []
+        for node in nodes:
+            docs += [self.words.take(), _LINE] if docs else []
+            docs += self._filled(node, _LAYOUTS[AssignmentNode])
+        return self.words.group(begin, [Indent(docs)])
+
+    def _events(self, nodes: Sequence[Name]) -> Doc:
+        docs: list[Doc] = []
+        for _ in nodes:
+            docs += [self.words.take(), " "] if docs else []
+            docs.append(self.words.take())
+        return docs
+
+    def _names(self, nodes: Group) -> Doc:
+        """One communication, perhaps in parentheses, or several in braces, and what is left out."""
+        match nodes:
+            case (*items, ExceptNode(communications=others)):
+                group = self._names(tuple(items))
+                return [group, " ", self.words.take(), " ", self._names(others)]
+            case (Access() as only,) if not self.words.next_is("{"):
+                return self._expression(only)
+        begin = self.words.index
+        docs: list[Doc] = [self.words.take()]
+        inside: list[Doc] = []
+        for node in nodes:
+            inside += [self.words.take()] if inside else []
+            inside += [_LINE, *self.words.until(node.span.end)]
+        return self.words.group(begin, [*docs, Indent(inside), _LINE, self.words.take()])
+
+    # --- data and expressions ---
+
+    def _data(self, node: DataNode) -> Doc:
+        if not isinstance(node, DataObjectNode):
+            return self._expression(node)
+        begin = self.words.index
+        expanded = bool(node.fields) and self.words.line_ends_behind
+        docs: list[Doc] = [self.words.take()]
+        inside: list[Doc] = []
+        for field in node.fields:
+            inside += [self.words.take()] if inside else []
+            inside += [_LINE, self.words.take(), self.words.take(), " ", self._data(field.value)]
+        if inside:
+            docs += [Indent(inside), _LINE]
+        return self.words.group(begin, [*docs, self.words.take()], broken=expanded)
+
+    def _expression(self, node: ExprNode) -> Doc:
+        """The expression, with the parentheses that it has in the text; also a name or a type."""
+        begin = self.words.index
+        docs: list[Doc] = []
+        while self.words.start < node.span.start:
+            docs.append(self.words.take())
+        count = len(docs)
+        match node:
+            case BinaryNode(operator=operator):
+                inside: list[Doc] = []
+                self._chain(node, BINARY[operator].level, inside)
+                docs.append(self.words.group(begin, inside if count else [Indent(inside)]))
+            case AggregateNode():
+                docs.append(self._aggregate(node))
+            case MemberNode(object=inner):
+                docs += [self._expression(inner), *self.words.until(node.span.end)]
+            case _ if layout := _LAYOUTS.get(type(node)):
+                docs += self._filled(node, layout)
+            case _:
+                docs += self.words.until(node.span.end)
+        return [*docs, *(self.words.take() for _ in range(count))]
+
+    def _chain(self, node: ExprNode, level: int, docs: list[Doc]) -> None:
+        """Add the operands and operators of a chain of one level of precedence to ``docs``."""
+        bare = self.words.start >= node.span.start
+        if bare and isinstance(node, BinaryNode) and BINARY[node.operator].level == level:
+            self._chain(node.left, level, docs)
+            docs += [_LINE, self.words.take(), " "]
+            self._chain(node.right, level, docs)
+        else:
+            docs.append(self._expression(node))
+
+    def _listed(self, nodes: Sequence[DataNode]) -> Doc:
+        """A list in brackets, separated by commas."""
+        begin = self.words.index
+        docs: list[Doc] = [self.words.take()]
+        inside: list[Doc] = []
+        for node in nodes:
+            inside += [self.words.take(), _LINE] if inside else [_TIGHT]
+            inside.append(self._data(node))
+        if inside:
+            docs += [Indent(inside), _TIGHT]
+        return self.words.group(begin, [*docs, self.words.take()])
+
+    def _aggregate(self, node: AggregateNode) -> Doc:
+        begin = self.words.index
+        docs: list[Doc] = [self.words.take()]
+        if node.function.text != "[":
+            docs.append(self.words.take())
+        inside = [_TIGHT, *self._filled(node, ("{element}",)), _LINE]
+        names = "{position}, {variable}" if node.position else "{variable}"
+        inside += self._filled(node, (f"for {names} in {{array}}",))
+        if node.condition is not None:
+            inside += [_LINE, *self._filled(node, ("if {condition}",))]
+        return self.words.group(begin, [*docs, Indent(inside), _TIGHT, self.words.take()])
+
+    def _tight(self, node: ExprNode) -> Doc:
+        """An index, without blanks if it is arithmetic only."""
+        simple = all(character not in node.span.text for character in ",{")
+        return self.words.until(node.span.end) if simple else self._expression(node)
+
+
+def _parts(node: Any, layout: Sequence[str]) -> Iterator[re.Match[str]]:
+    """The parts of all segments of a layout that are not left out."""
+    for segment in layout:
+        parts = _split(segment.removeprefix("?"))
+        optional = (
+            next(part["field"] for part in parts if part["field"]) if segment[0] == "?" else ""
+        )
+        if not optional or _field(node, optional):
+            yield from parts
+
+
+@cache
+def _split(segment: str) -> tuple[re.Match[str], ...]:
+    return tuple(_PART.finditer(segment))
+
+
+def _field(node: Any, name: str) -> Any:
+    """A field of a node; ``attributes`` and ``given`` are the values behind its ``with``, in order.
+
+    An attribute ``type`` that stands for several is there once.
+    """
+    if name not in ("attributes", "given"):
+        return getattr(node, name)
+    if isinstance(node, ImportNode):
+        values = [*(argument.value for argument in node.arguments), node.prefix]
+    else:
+        values = [getattr(node, attribute.name, None) for attribute in ATTRIBUTES]
+    by_place = {value.span.start: value for value in values if value is not None}
+    return [by_place[start] for start in sorted(by_place)]

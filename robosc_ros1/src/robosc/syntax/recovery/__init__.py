@@ -1,0 +1,1 @@
+"""What a syntax error may mean, and where the parser goes on behind it."""
