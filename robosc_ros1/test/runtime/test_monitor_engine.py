@@ -8,6 +8,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from emit.generated_code import controller_class, supervisor_of
+from emit.golden_packages import GOLDEN
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
 
@@ -277,16 +279,17 @@ def test_an_end_whose_result_was_not_recorded(bench: Bench, ended: int) -> None:
     assert bench.controller.arm_busy and bench.found() == []
 
 
+def listed(*goals: tuple[int, int]) -> Any:
+    """A status of ROS 2: goals, by number, with the status of each."""
+    infos = (SimpleNamespace(goal_id=SimpleNamespace(uuid=[n] * 16)) for n, _ in goals)
+    rows = zip(infos, goals, strict=True)
+    return SimpleNamespace(
+        status_list=[SimpleNamespace(goal_info=info, status=s) for info, (_, s) in rows]
+    )
+
+
 def test_a_goal_that_vanishes_in_ros_2_is_lost(bench: Bench) -> None:
     listen = SeenActionOfRos2(bench.monitor, ARM).handlers["/_action/status"]
-
-    def listed(*goals: tuple[int, int]) -> Any:
-        infos = (SimpleNamespace(goal_id=SimpleNamespace(uuid=[n] * 16)) for n, _ in goals)
-        rows = zip(infos, goals, strict=True)
-        return SimpleNamespace(
-            status_list=[SimpleNamespace(goal_info=info, status=s) for info, (_, s) in rows]
-        )
-
     bench.hear(BLOCKED)
     listen(listed((1, 2)))
     bench.monitor.cycle()
@@ -295,6 +298,37 @@ def test_a_goal_that_vanishes_in_ros_2_is_lost(bench: Bench) -> None:
     bench.monitor.cycle()
     assert bench.controller.arm_busy and bench.found() == []
     assert bench.told.count(("error", "reach", "applied")) == 1
+
+
+def test_a_replaced_goal_that_ends_does_not_end_the_action_of_one_that_waits() -> None:
+    text = (GOLDEN / "models" / "courier.rscd").read_text()
+    class_, _ = controller_class(supervisor_of(text.replace("expect: value.distance < 5.0,", "")))
+    port, controller = SilentPort(), class_()
+    monitor = MonitorEngine(controller, port, Settings(), lambda: port.time)
+    listen = SeenActionOfRos2(monitor, "Base.go").handlers["/_action/status"]
+    monitor.begin()
+
+    def want(wanted: bool) -> None:
+        monitor.poster(["Desk.wanted"])(SimpleNamespace(data=wanted))
+        monitor.cycle()
+
+    def told() -> list[tuple[str, str]]:
+        monitor.cycle()
+        events = (e for e in monitor.recorder.take() if e.name == "go")
+        return [(e.kind, e.outcome) for e in events]
+
+    want(True)
+    listen(listed((1, 2)))
+    assert told() == [("request", "applied")]
+    want(False)
+    port.time += 2 * TOLERANCE
+    listen(listed((1, 2), (2, 2), (3, 2)))
+    listen(listed((1, 6), (2, 4), (3, 2)))
+    assert told() == []
+    want(True)
+    assert told() == [("request", "applied")] * 2
+    listen(listed((1, 6), (2, 4), (3, 4)))
+    assert told() == [("response", "applied")]
 
 
 def test_the_end_of_a_cancelled_goal_crosses_the_next_goal(bench: Bench) -> None:

@@ -67,12 +67,11 @@ class MonitorEngine(JudgingEngine):
         """Returns what is recorded of the message of a command."""
         self.recorder.counters.update(crossed=0)
         self._findings = FindingReports(self._parts, port.found)
-        self._crossings = Crossings(
-            self._parts, lambda: self.tolerance, lambda: self._pending.oldest
-        )
+        tolerance, oldest = (lambda: self.tolerance), (lambda: self._pending.oldest)
+        self._crossings = Crossings(self._parts, tolerance, oldest)
         self._allowances = Allowances(self._parts, self._objections)
         self._invariants = Invariants(controller)
-        self._goals = SeenGoals(self._parts, lambda: self.tolerance)
+        self._goals = SeenGoals(self._parts, tolerance)
         self._own = ""  # the topic of the command that is being applied
         self._is_explained = False  # the last input is one that came in another order
 
@@ -208,11 +207,11 @@ class MonitorEngine(JudgingEngine):
     def _take_answer(self, entry: BoundInput, message: Any, former: bool) -> None:
         waits = self._pending.holds(entry.key)
         if former:
-            if waits:  # it crossed the request that waits for it; else another one took its place
+            # It crossed the request that waits for it; else another goal has taken its place.
+            if waits and not self._scheduled[entry.key, "request"].possible:
                 self._answer(entry, message)
         elif waits or self._goals.may_cross(entry):
-            now = self._now()
-            stamp = self.recorder.now()
+            now, stamp = self._now(), self.recorder.now()
             self._pending.add(Seen(entry.key, entry.kind, message, now, stamp, entry=entry))
         else:
             self._answer(entry, message)
