@@ -2,7 +2,7 @@
 second on /emergency_stop whether its emergency stop is pressed, which /press does.
 
 Start it with ``python3 simulated_base_ros2.py``. Parameters: speed (simulated seconds per second),
-failures (so many drives get stuck first).
+failures (so many drives fail first).
 """
 
 import contextlib
@@ -53,7 +53,7 @@ class SimulatedBase(Node):
 
     def drive(self, goal):
         self.get_logger().info(f"driving to {goal.request.x:g}, {goal.request.y:g}")
-        drive = Drive(self.base, goal.request.x, goal.request.y, self.failures > 0)
+        drive = Drive(self.base, goal.request.x, goal.request.y, self.failures)
         self.failures -= 1
         ended = None
         while ended is None:

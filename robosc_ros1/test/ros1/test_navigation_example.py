@@ -13,14 +13,16 @@ NODE = "/navigation_controller"
 
 @pytest.fixture
 def person(example_workspace: Workspace, roscore: Master) -> Iterator[Puppet]:
-    """Clicks, presses the stop, and watches; the first drive of the base gets stuck."""
+    """Clicks, presses the stop, and watches; the first drive takes half the way for the whole, the next gets
+    stuck."""
     stage = Stage(example_workspace, roscore)
-    launch = ("roslaunch", "navigation_example", "navigation.launch", "speed:=10.0", "failures:=1")
+    launch = ("roslaunch", "navigation_example", "navigation.launch", "speed:=10.0", "failures:=2")
     with stage.puppet() as puppet:
         puppet.do("listen", topic=f"{NODE}/state", type="std_msgs/String")
         puppet.do("listen", topic="/pose", type="geometry_msgs/Pose2D")
         with example_workspace.start(*launch, master=roscore):
             puppet.hears(f"{NODE}/state")
+            puppet.do("listen", topic=f"{NODE}/events", type="std_msgs/String")
             yield puppet
 
 
@@ -39,10 +41,12 @@ def is_in(person: Puppet, component: str, state: str, since: int) -> None:
 
 def test_it_drives_to_the_click_and_tries_again_after_an_error(person: Puppet) -> None:
     click(person, 3.0, 4.0)
+    for reason in ("refused", "failed"):
+        person.hears(f"{NODE}/events", lambda e, reason=reason: e.get("reason") == reason)
     arrives(person, 3.0, 4.0)
     person.hears(
         f"{NODE}/state",
-        lambda s: s["counters"]["errors"] == 1 and s["components"]["Operator"] == "content",
+        lambda s: s["counters"]["errors"] == 2 and s["components"]["Operator"] == "content",
     )
 
 

@@ -25,16 +25,18 @@ class Base:
 
 
 class Drive:
-    """One goal; every drive of which ``fails`` is called gets stuck halfway."""
+    """One goal. ``failures``: how many drives fail, this one included; halfway they get stuck, or,
+    where the number is even, take that for the place."""
 
-    def __init__(self, base, x, y, fails):
+    def __init__(self, base, x, y, failures):
         self._base = base
         self._place = (x, y)
-        self._stuck_at = math.hypot(x - base.x, y - base.y) / 2.0 if fails else -1.0
+        self._failure = "stuck" if failures % 2 else "arrived"
+        self._fails_at = math.hypot(x - base.x, y - base.y) / 2.0 if failures > 0 else -1.0
 
     def step(self, seconds):
         """What is left of the way, and how it ended: "arrived", "stuck", or None while it lasts."""
         left = self._base.step(*self._place, seconds)
-        if left <= self._stuck_at:
-            return left, "stuck"
+        if left <= self._fails_at:
+            return left, self._failure
         return left, "arrived" if left < 1e-6 else None
