@@ -9,6 +9,7 @@ import subprocess
 from xml.etree import ElementTree
 
 import pytest
+from nested_models import PARTS
 from random_models import random_model
 from synthesis.subject import robot_of
 
@@ -104,6 +105,25 @@ def test_arrows_have_the_words_of_the_model() -> None:
         "level.response(range > 2.0)", "level.response(!(range > 2.0))",
         "Lamp: off->lit.low", "Lamp: lit.low->lit.high", "Lamp: lit.high->lit.low",
     }  # fmt: skip
+
+
+RETRYING = """
+initial marked state idle { on response from near goto going }
+state going performs go then goto idle {
+    on error from go if last and !go.cancelling goto idle
+    retry 2 times goto resting else goto idle
+}
+state resting { after 1 s goto going }
+"""
+
+
+def test_retries_are_told_by_their_count_alone() -> None:
+    """That they are about goals that nobody cancelled goes without saying; what is written stays."""
+    text = dot_text(robot_of(f"robot Test {{ {PARTS % RETRYING} }}"))
+    (resting,) = re.findall(r'"P.going" -> "P.resting" \[label="(.*?)"', text)
+    assert resting == r"go.error\n[!(P.last and !go.cancelling) and P.going.retries < 2]"
+    (idle,) = re.findall(r'"P.going" -> "P.idle" \[label="(.*?)"', text)
+    assert r"go.error\n[P.last and !go.cancelling]" in idle
 
 
 COUNTER = """

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from robosc.expr.tree import Expr
+from robosc.expr.traversal import operands
+from robosc.expr.tree import Expr, PhaseRef, Unary
 from robosc.language.events import EventKind
 from robosc.model.automata import Behaviour, Transition
 from robosc.model.entities import Robot
+from robosc.plant.formulas import conjunction
 from robosc.plant.model_text import to_dsl
 from robosc.runtime.places import DUE, place_of
+from robosc.source import Span
 
 
 def pictured(behaviour: Behaviour) -> Iterator[tuple[str | None, Transition]]:
@@ -31,8 +34,23 @@ def pictured(behaviour: Behaviour) -> Iterator[tuple[str | None, Transition]]:
             continue
         guard = transition.guard
         if source != stage and guard is not None:
-            guard = replace(guard, span=None)  # what the performing asks for is not in the text
+            guard = _told(guard, transition.span)
         yield source, replace(transition, goto=target, guard=guard, assignments=assigned)
+
+
+def _told(guard: Expr, span: Span) -> Expr | None:
+    """A guard of a state that performs a command, without a text: what the performing asks for is
+    not in it. ``span`` is that of the transition: a ``retry`` is about goals that nobody cancelled,
+    which is left out.
+    """
+    parts = operands(guard, "and")
+    told = [part for part in parts if not (_is_of_cancelling(part) and part.span == span)]
+    return replace(conjunction(told), span=None) if told else None
+
+
+def _is_of_cancelling(part: Expr) -> bool:
+    asked = part.operand if isinstance(part, Unary) else None
+    return isinstance(asked, PhaseRef) and asked.phase == "cancelling"
 
 
 _BETWEEN_STAGES = (EventKind.ERROR, EventKind.CANCELLED, EventKind.AFTER)
