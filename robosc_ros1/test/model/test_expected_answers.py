@@ -13,12 +13,14 @@ from simulate.players import play, session
 
 from robosc.emit.package.config import declared_communications, declared_parameters
 from robosc.language.events import EventKind
+from robosc.model.resolve import load
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.plant.step import Verdict, outcome, valuations
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.settings import Settings, declared, read
 from robosc.simulate.faults import Refused
+from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis.verify.verification import verify
 
@@ -200,6 +202,18 @@ DATA = "} datatype object D { a: double }"
 def test_what_is_wrong_with_them(line: str, found: list[tuple[str, str]]) -> None:
     told = faults(HEAD + line + DATA)
     assert [entry for entry in told if entry[0] != "package-not-found"] == found
+
+
+def test_a_response_without_a_value_is_told() -> None:
+    action = "action go with request: none, response: none, feedback: D links l"
+    assumed = f"robot R {{ {HEAD} {action} {DATA} assume go needs value.a > 1.0 }}"
+    expected = (
+        f"robot R {{ {HEAD} {action.replace('with', 'with expect: value.a > 1.0,')} {DATA} }}"
+    )
+    for text in (assumed, expected):
+        _, diagnostics = load(Source("model.rscd", text))
+        (told,) = (d.message for d in diagnostics if d.code == "value-not-allowed")
+        assert told == "the response of go carries no value"
 
 
 def test_attributes_stand_in_any_order() -> None:

@@ -10,7 +10,7 @@ from robosc.expr.tree import Expr, PhaseRef, Unary
 from robosc.language.events import EventKind
 from robosc.model.automata import Behaviour, Transition
 from robosc.model.entities import Robot
-from robosc.plant.formulas import conjunction
+from robosc.plant.logic import conjunction
 from robosc.plant.model_text import to_dsl
 from robosc.runtime.places import DUE, place_of
 from robosc.source import Span

@@ -27,7 +27,7 @@ from robosc.model.ros.links import Binder, Payload, is_legal
 from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.value_word import EXPECTATION, Incoming, no_value
+from robosc.model.typing.value_word import EXPECTATION, no_value, response_of
 from robosc.names import ros_name_fault, snake_case
 from robosc.source import Span
 from robosc.syntax.nodes import (
@@ -295,9 +295,7 @@ def _expectation(info: CommunicationInfo, node: ExprNode | None, report: Report)
     """What an ``expect:`` says of a response; None if there is none, or after an error."""
     if node is None:
         return None
-    incoming = Incoming(info.response, known=info.response is not None)
-    if isinstance(info.response, NoneType):
-        incoming = no_value(f"the response of {info.name} carries no value")
+    incoming = response_of(info.name, info.response)
     found = Typer(report, info.instance.types, None, incoming).check(node, BOOLEAN, EXPECTATION)
     return None if found is None else condition_on_data(found)
 

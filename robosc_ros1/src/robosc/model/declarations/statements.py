@@ -39,7 +39,7 @@ from robosc.model.typing.command_values import (
 from robosc.model.typing.data import DataTyper
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.value_word import Incoming, no_value
+from robosc.model.typing.value_word import Incoming, no_value, response_of
 from robosc.source import Span
 from robosc.syntax.nodes import (
     AssumeNode,
@@ -180,7 +180,7 @@ class StatementResolver:
                 self._report.add("assumption-on-command", node.communication.span, message, _ASSUME)
                 return None
             key = info.key
-            incoming = Incoming(info.response, known=info.response is not None)
+            incoming = response_of(info.name, info.response)
             typer = Typer(self._report, self._types, self._symbols, incoming)
         condition = typer.check(node.condition, BOOLEAN, "an assumption")
         if condition is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from robosc.expr.types import EnumType, StringType, Type
+from robosc.expr.types import EnumType, NoneType, StringType, Type
 from robosc.language.events import Kind
 from robosc.language.reasons import reasons_of
 from robosc.syntax.nodes import Access
@@ -39,6 +39,13 @@ def reasons_type(kind: Kind) -> EnumType | None:
 def no_value(reason: str) -> Incoming:
     """A place without a value; the reason is a message for the user."""
     return Incoming(None, reason)
+
+
+def response_of(name: str, type_: Type | None) -> Incoming:
+    """The response of a communication; None: its type has an error."""
+    if isinstance(type_, NoneType):
+        return no_value(f"the response of {name} carries no value")
+    return Incoming(type_, known=type_ is not None)
 
 
 def is_value(access: Access) -> bool:
