@@ -168,7 +168,7 @@ def test_own_steps_that_were_left_out(tmp_path: Path) -> None:
     assert replay(supervisor, write(tmp_path / "all.log", lines_of(run))).exit_code == 0
     without = lines_of([h for h in run if h.kind != "tau"])
     (departure,) = replay(supervisor, write(tmp_path / "some.log", without)).departures
-    assert departure.reason == "Sensor had to take its internal transition 1 before"
+    assert departure.reason == "Sensor had to take its transition quiet->loud before"
 
 
 def test_mismatches_are_counted_and_not_applied(tmp_path: Path) -> None:

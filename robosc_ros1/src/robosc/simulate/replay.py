@@ -97,6 +97,9 @@ class Follower:
             for key, variable in supervisor.plant.robot.variables.items()
         }
         self._plant = supervisor.plant
+        self._paths = {
+            (e.key, e.index): e.path for e in self._plant.events if e.kind is EventKind.TAU
+        }
         self._events = {(e.name, e.kind.word): e for e in self._plant.events}
         self._controller: Controller | None = None
         self._stopped = False
@@ -208,7 +211,8 @@ class Follower:
         owed = next((t for t in controller.TAUS if _can_step(controller, t)), None)
         # Steps that never end are broken off by a stop: some are still owed then.
         if owed is not None and not self._stopped:
-            return f"{owed.component} had to take its internal transition {owed.number} before"
+            path = self._paths[owed.component, owed.number]
+            return f"{owed.component} had to take its transition {path} before"
         if entry.kind == EventKind.AFTER.word:
             after = self._afters.get((entry.name, entry.index))
             return _step(controller, after, entry.value)
