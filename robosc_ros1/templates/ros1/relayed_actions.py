@@ -230,7 +230,10 @@ class ActionRelay(GoalCaller):
         """Report the end of a goal, with ``_lock``."""
         del self._goals[goal.id]
         kind, payload = end_of(status, result, "", goal.cancelled, goal.accepted)
-        if status == GoalStatus.LOST:
+        if status == GoalStatus.LOST and kind == "cancelled":
+            # For the controller it may be on its way yet: to this node, which goes on.
+            self._end_for_controller(goal, GoalStatus.RECALLED, "its server does not have it")
+        elif status == GoalStatus.LOST:
             goal.told = True  # by the status, which the controller gets, too
         elif result is None:
             payload = "it ended, but its result did not arrive"

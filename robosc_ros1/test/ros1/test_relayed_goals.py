@@ -44,11 +44,15 @@ def guard(stage: Stage, server: Puppet, other: Puppet) -> Iterator[Node]:
 
 def begins(server: Puppet) -> None:
     """Have the server be there, and somebody want goals."""
+    is_there(server)
+    server.publish("/wanted", "std_msgs/Bool", True)
+
+
+def is_there(server: Puppet) -> None:
     lists(server)
     for part in ("feedback", "result"):
         type_ = f"robot_common/NavigateAction{part.title()}"
         server.do("publish", topic=f"{GO}/{part}", type=type_, fields={})
-    server.publish("/wanted", "std_msgs/Bool", True)
 
 
 def goal_id(name: str) -> dict[str, Any]:
@@ -229,3 +233,22 @@ def test_so_it_may_for_a_controller(stage: Stage, server: Puppet) -> None:
         mark = ear.mark
         ends(server, name, PREEMPTED)
         node.tells(event("cancelled", "go"), since=mark)
+
+
+def test_a_cancelled_goal_that_a_new_server_does_not_have_ends_for_the_controller(
+    stage: Stage, guard: Node, server: Puppet, other: Puppet
+) -> None:
+    """It may not wait for the goal to come: that was on its way to another server."""
+    sends(other, "late")
+    asked(server, "late")
+    server.publish("/wanted", "std_msgs/Bool", False)
+    guard.shows(lambda s: not s["variables"]["Desk.open"], since=other.mark)
+    cancels(other, "late")
+    cancelled(server, "late", 1)
+    server.process.kill()
+    with stage.puppet() as new:
+        is_there(new)
+        lists(new, late=RECALLING)
+        lists(new)
+        guard.tells(event("cancelled", "go"))
+        assert answer_of(other, "late") == RECALLED
