@@ -11,7 +11,7 @@ from simulate.test_replay import lines_of, run_of, write
 
 from robosc.simulate.replay import replay
 from robosc.simulate.script.documents import command_document
-from robosc.simulate.script.render import Style, session_text
+from robosc.simulate.script.render import Style, happenings_text, session_text
 
 WATCH = """robot Watch {
     component Front {
@@ -44,6 +44,13 @@ def test_silence_ends_what_needs_a_fresh_message() -> None:
     assert ("timeout", "free", 0.5) in [(h.kind, h.name, h.time) for h in done.happenings]
     play(player, "expect free.silent", "expect Front.blind", "expect disabled drive")
     assert set(sent(play(player, "wait 1"))) == {"halt"}
+
+
+def test_a_transition_after_a_delay_is_told_as_in_a_trace() -> None:
+    player = session(supervisor_of(WATCH), execute=True)
+    play(player, "free false", "wait 0.6", "expect Front.blind")
+    told = happenings_text(play(player, "wait 2").happenings, Style(False))
+    assert "    2.500 s    Front: blind->watching\n" in told
 
 
 @pytest.mark.parametrize("execute", [False, True])

@@ -140,8 +140,8 @@ def happening_text(happening: Happening, style: Style) -> str:
     h = happening
     time = "" if h.time is None else style(DIM, f"{h.time:9.3f} s  ")
     sign = "!" if h.controllable else " "
-    if h.kind == "tau":
-        text = f"{h.name}.tau{h.index} {h.value}"
+    if h.kind in ("tau", "after"):
+        text = f"{h.name}: {h.value}"
     else:
         text = f"{h.name}.{h.kind}" if h.name else h.kind
         if h.value is not None:
