@@ -82,3 +82,36 @@ def test_only_assumptions_that_leave_nothing_together_are_told(engine: str) -> N
         "'assume level needs value > 2.0' and 'assume level needs value < 1.5' leave no response of"
         " level: the robot is assumed never to send one"
     )
+
+
+@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize(
+    ("condition", "told"),
+    [
+        ("A.tries = 1", ["say.request breaks 'assume never A.tries = 1': after near.response"]),
+        ("A.far > 2.0", []),
+        ("A.word = 'far'", []),
+        ("A.scan[0] > 1.0", []),
+    ],
+)
+def test_data_that_no_answer_changes_may_be_assumed_of(
+    engine: str, condition: str, told: list[str]
+) -> None:
+    """Commands change the count, and nothing the others: no event is restricted by them."""
+    text = f"""robot Odd {{
+        component A {{
+            outgoing message near with type: boolean
+            incoming message say with type: none
+            behaviour {{
+                variable tries: integer
+                variable far: double
+                variable word: string
+                variable scan: array(double)
+                initial marked state p {{ on response from near goto q }}
+                state q {{ on request to say do tries := 1 goto p }}
+            }}
+        }}
+        assume never {condition}
+    }}"""
+    found = synthesize(lower(robot_of(text)), engine)
+    assert [d.message for d in found.diagnostics if d.code == "assumption-broken"] == told

@@ -57,6 +57,13 @@ def restrictions(robot: Robot) -> Restrictions:
     return {event: assumed for event, assumed in restricted.items() if assumed}
 
 
+def conditions_of_states(robot: Robot) -> Iterator[tuple[Expr, int]]:
+    """The conditions of the assumptions that are about states, each with its index."""
+    for index, assumption in enumerate(robot.assumptions):
+        if assumption.communication is None:
+            yield known_condition(assumption.condition), index
+
+
 def _restrictions_of(
     robot: Robot, communication: Communication, kind: EventKind
 ) -> Iterator[Restriction]:

@@ -24,7 +24,7 @@ from robosc.model.automata import HOLDING, RESTING, Transition, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
 from robosc.plant.acceptance import acceptance, is_left_to_components
 from robosc.plant.answers import divided_phase
-from robosc.plant.assumptions import Restrictions, joined, restrictions
+from robosc.plant.assumptions import Restrictions, conditions_of_states, joined, restrictions
 from robosc.plant.automaton import (
     ASSUMPTIONS,
     Edge,
@@ -64,9 +64,8 @@ def lower(robot: Robot) -> Plant:
     )
     goals = (_goal(goal, lowering.view, n) for n, goal in enumerate(robot.goals))
     lasting = (
-        (lowering.view.expression(known_condition(assumption.condition)), index)
-        for index, assumption in enumerate(robot.assumptions)
-        if assumption.communication is None
+        (lowering.view.expression(condition), index)
+        for condition, index in conditions_of_states(robot)
     )
     plant = lowering.variables, tuple(events), invariants, lowering.view, tuple(goals)
     return Plant(robot, *plant, tuple(lasting), lowering.restrictions)

@@ -34,7 +34,7 @@ from robosc.language.events import EventKind
 from robosc.language.operators import EXACT_IN_DOUBLE, MIRRORED
 from robosc.model.automata import Transition
 from robosc.model.entities import Component, Robot
-from robosc.plant.assumptions import Restrictions
+from robosc.plant.assumptions import Restrictions, conditions_of_states
 from robosc.plant.data.classes import Classes, Comparison
 from robosc.plant.data.disjoint_sets import DisjointSets
 from robosc.plant.data.terms import (
@@ -161,6 +161,7 @@ class ViewBuilder:
         yield from ((None, expr) for goal in self.robot.goals for expr in goal.conditions)
         for event, assumed in self.restrictions.items():
             yield from ((event, restriction.condition) for restriction in assumed)
+        yield from ((None, condition) for condition, _ in conditions_of_states(self.robot))
         yield from (((kind, key), reset.kept) for (kind, key, _), reset in resets(self.robot))
         for provide in self.robot.provides:
             if provide.condition is not None and not provide.corrects:
