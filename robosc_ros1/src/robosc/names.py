@@ -35,6 +35,13 @@ class Copy:
     def name(self) -> str:
         return copy_name(self.family, self.index)
 
+    @classmethod
+    def of(cls, name: str) -> Copy | None:
+        """The copy with this name; None if it is that of any other component."""
+        family, _, index = name.partition("[")
+        # A lasting condition of a copy, Station[1].still, is no copy.
+        return cls(family, int(index[:-1])) if index.endswith("]") else None
+
 
 def copy_name(family: str, index: int) -> str:
     """The name of one copy of an indexed component: ``Station[3]``."""

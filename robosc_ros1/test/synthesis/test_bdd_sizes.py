@@ -133,3 +133,39 @@ def test_automata_that_read_each_other() -> None:
     assert symbolic.controlled_states == dense.controlled_states == 2 * 2**count
     assert symbolic.controlled_transitions == dense.controlled_transitions
     assert symbolic.guards == dense.guards
+
+
+@pytest.mark.slow
+def test_a_guard_reads_more_variables_than_a_sum_of_products_may() -> None:
+    """No two of a pair may be on when the second of two messages comes, which nobody prevents."""
+    pairs = range(101)
+    switch = """
+        component {0} {{
+            incoming message on_{0} with type: none
+            incoming message off_{0} with type: none
+            behaviour {{
+                initial marked state off {{ on request to on_{0} goto lit }}
+                marked state lit {{ on request to off_{0} goto off }}
+            }}
+        }}
+    """
+    both = " or ".join(f"A{i}.lit and B{i}.lit" for i in pairs)
+    text = f"""
+        {"".join(switch.format(f"{side}{i}") for i in pairs for side in "AB")}
+        component Press {{
+            incoming message go with type: none
+            outgoing message near with type: none
+            outgoing message down with type: none
+            outgoing message up with type: none
+            behaviour {{
+                initial marked state open {{ on request to go goto closing }}
+                state closing {{ on response from near goto near_ }}
+                state near_ {{ on response from down goto closed }}
+                state closed {{ on response from up goto open }}
+            }}
+        }}
+        requirement never Press.closed and ({both})
+    """
+    guard, status = guard_text(synthesize_bdd(plant_of(text)), "go.request")
+    assert status == "restricted"
+    assert sorted(guard.split(" and ")) == sorted(f"(A{i}.off or B{i}.off)" for i in pairs)

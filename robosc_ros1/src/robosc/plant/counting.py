@@ -30,6 +30,7 @@ from robosc.expr.tree import (
     VariableRef,
 )
 from robosc.expr.types import BooleanType
+from robosc.names import Copy
 
 _LEAST_COPIES = 3
 """Conditions on fewer components are listed one by one."""
@@ -266,9 +267,10 @@ def _literal(expr: Expr) -> tuple[_Kind, int] | None:
     negated = isinstance(expr, Unary) and expr.operator == "!"
     inner = expr.operand if isinstance(expr, Unary) and negated else expr
     if isinstance(inner, StateRef):  # as most are
-        name, index = _family_and_index(inner.component)
-        kind = replace(inner, component=name)
-        return None if index is None else ((negated, name, kind), index)
+        copy = Copy.of(inner.component)
+        if copy is None:
+            return None
+        return (negated, copy.family, replace(inner, component=copy.family)), copy.index
     if isinstance(inner, Binary) and inner.operation.is_lazy:
         return None
     if len(list(islice(walk(inner), _MOST_PARTS + 1))) > _MOST_PARTS or may_be_undefined(inner):
@@ -277,17 +279,9 @@ def _literal(expr: Expr) -> tuple[_Kind, int] | None:
 
     def named(component: str) -> str:
         components.add(component)
-        return _family_and_index(component)[0]
+        copy = Copy.of(component)
+        return component if copy is None else copy.family
 
     shared = with_component(inner, named)
-    if len(components) != 1:
-        return None
-    name, index = _family_and_index(components.pop())
-    return None if index is None else ((negated, name, shared), index)
-
-
-def _family_and_index(name: str) -> tuple[str, int | None]:
-    """``Station[3]`` → ``Station`` and 3, any other component's name with None."""
-    family, _, index = name.partition("[")
-    # A lasting condition of a copy, Station[1].still, is no copy.
-    return (family, int(index[:-1])) if index.endswith("]") else (name, None)
+    copy = Copy.of(components.pop()) if len(components) == 1 else None
+    return None if copy is None else ((negated, copy.family, shared), copy.index)

@@ -107,6 +107,12 @@ def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
 
 
 def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
+    """Return a short condition that separates a care set.
+
+    Each kind of candidate has models in the tests whose guards are long without it: counts, and
+    what stands beside them, lamps that fade (``test_steep_families``), preconditions its tokens,
+    budgets and conveyors, comparisons those of ``test_guards``.
+    """
     rank = _variable_order(plant, event)
     candidates = chain(_counts(plant, event), _comparisons(plant, event))
     conditions = [one for one in candidates if care_set.separates(one)][:1]
