@@ -75,6 +75,8 @@ class _Region:
 
     def __post_init__(self) -> None:
         events = self.stepper.required()
+        work = sum(weight(event) for event in self.stepper.plant.events)  # in each state
+        most = min(limits.REGION_STATES, limits.EXPLAINING_STEPS // work)
         numbers = {self.start: 0}
         self.states, self.before, self.into = [self.start], [0], [[]]
         for number, state in enumerate(self.states):  # appended to below
@@ -86,7 +88,7 @@ class _Region:
                         self.before.append(number)
                         self.into.append([])
                     self.into[numbers[target]].append(number)
-            if len(self.states) > limits.REGION_STATES:
+            if len(self.states) > most:
                 return
         self.complete = True
 
