@@ -76,7 +76,7 @@ class _Region:
     def __post_init__(self) -> None:
         events = self.stepper.required()
         work = sum(weight(event) for event in self.stepper.plant.events)  # in each state
-        most = min(limits.REGION_STATES, limits.EXPLAINING_STEPS // work)
+        most = min(limits.REGION_STATES, limits.EXPLAINING_STEPS // max(work, 1))
         numbers = {self.start: 0}
         self.states, self.before, self.into = [self.start], [0], [[]]
         for number, state in enumerate(self.states):  # appended to below
