@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from robosc.progress import Progress
     from robosc.supervisor import Supervisor
     from robosc.synthesis.explore import Graph
-    from robosc.synthesis.verify.findings import VerifyReport
+    from robosc.synthesis.verify.verify_report import VerifyReport
 
 Target: TypeAlias = Literal["ros1", "ros2"]
 

@@ -18,7 +18,7 @@ from robosc.synthesis.formatting import event_text, step_text, trace_text
 if TYPE_CHECKING:
     from robosc.pipeline import Generated
     from robosc.synthesis.explore import Graph
-    from robosc.synthesis.verify.findings import VerifyReport
+    from robosc.synthesis.verify.verify_report import VerifyReport
 
 Document = dict[str, Any]
 

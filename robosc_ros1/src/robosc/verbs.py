@@ -169,7 +169,7 @@ def _explore(args: Arguments) -> int:
 def _verify(args: Arguments) -> int:
     from robosc import report
     from robosc.synthesis.documents import step_document
-    from robosc.synthesis.verify.findings import verify_document
+    from robosc.synthesis.verify.verify_report import verify_document
 
     verified = pipeline.verify(_load(args), args.progress)
     _show(args, lambda r: verify_document(r, step_document), report.verify_text, verified)

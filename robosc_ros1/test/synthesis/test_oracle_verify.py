@@ -19,8 +19,8 @@ from robosc.model.entities import EventKind
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.verify import verification
-from robosc.synthesis.verify.findings import VerifyReport, verify_document
 from robosc.synthesis.verify.verification import verify
+from robosc.synthesis.verify.verify_report import VerifyReport, verify_document
 
 pytestmark = pytest.mark.slow
 

@@ -17,8 +17,8 @@ from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE
 from robosc.report import verify_text
 from robosc.supervisor import Supervisor
-from robosc.synthesis.verify.findings import VerifyReport, verify_document
 from robosc.synthesis.verify.verification import verify
+from robosc.synthesis.verify.verify_report import VerifyReport, verify_document
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
 

@@ -17,7 +17,7 @@ from robosc.emit.controller.naming import file_of
 from robosc.emit.package.model_document import model_document
 from robosc.errors import UsageError
 from robosc.language.events import EventKind
-from robosc.model.decisions import decides
+from robosc.model.deciders import decides
 from robosc.model.entities import Robot
 from robosc.runtime.model import Controller
 from robosc.runtime.telemetry import dump, event_document, state_document

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from robosc.language.events import EventKind
-from robosc.model.decisions import decides
+from robosc.model.deciders import decides
 from robosc.model.entities import Robot
 
 

@@ -3,7 +3,7 @@
 
 import math
 
-from decisions import atoms_of
+from condition_coverage import atoms_of
 from expressions import trees_of, variables_of
 from message_fields import scalars
 from operations import ARITHMETIC, Undefined

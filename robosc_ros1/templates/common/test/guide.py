@@ -2,17 +2,17 @@
 """The guide of the package's test: it leads the robot to cases that are not covered yet.
 
 Random inputs seldom reach a state in which one atomic condition of a requirement decides. The guide
-searches the model for a shortest path to an uncovered *case* (``cases.py``): one atomic condition
-of a requirement alone allows or forbids a command, at, just below or just above the number compared
-with; a component alone blocks it; one atomic condition selects a ``provide`` statement or a
-transition.
+searches the model for a shortest path to an uncovered *case* (``coverage_cases.py``): one atomic
+condition of a requirement alone allows or forbids a command, at, just below or just above the
+number compared with; a component alone blocks it; one atomic condition selects a ``provide``
+statement or a transition.
 """
 
 import contextlib
 from collections import Counter, deque
 
-from cases import Cases
-from decisions import abstraction, nearness
+from condition_coverage import abstraction, nearness
+from coverage_cases import Cases
 from delays import stands_in, told_path
 from expressions import reads_value
 from message_fields import part_of

@@ -19,7 +19,7 @@ from robosc.expr.traversal import path_text
 from robosc.expr.tree import REASON, Expr
 from robosc.expr.types import IntegerType, ObjectType
 from robosc.language.events import EventKind, Kind
-from robosc.model.decisions import decides
+from robosc.model.deciders import decides
 from robosc.model.entities import Robot
 from robosc.plant.acceptance import phase_of
 from robosc.plant.automaton import Event, Plant

@@ -30,6 +30,7 @@ from robosc.plant.event_values import values_read
 from robosc.plant.logic import junction
 from robosc.plant.partial_evaluation import PartValues, assigned, holds
 from robosc.plant.support import support
+from robosc.synthesis.dense.image_stages import stages_of
 from robosc.synthesis.dense.merging import (
     ALWAYS,
     Condition,
@@ -40,7 +41,6 @@ from robosc.synthesis.dense.merging import (
     Writes,
     as_writes,
 )
-from robosc.synthesis.dense.stages import stages_of
 from robosc.synthesis.event_parameters import choices, weight
 from robosc.synthesis.vectorised import Bools, IndexArrays, evaluate_vectorised
 

@@ -17,9 +17,9 @@ from robosc.plant.support import support
 from robosc.runtime.places import path_of
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import remedy
-from robosc.synthesis.verify.findings import MISSING, Check, Findings, event_phrase
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
 from robosc.synthesis.verify.steps import Coding, EventSteps, Successors, condition, grouped
+from robosc.synthesis.verify.verify_report import MISSING, Check, Findings, event_phrase
 
 _Work: TypeAlias = tuple[int, Successors, bool, bool]
 """One event in one state: its first label, its successors, whether its guard allows it, and whether

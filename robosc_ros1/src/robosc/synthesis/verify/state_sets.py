@@ -26,8 +26,8 @@ from robosc.plant.step import Values, Verdict, lookup, outcome, valuations
 from robosc.plant.support import support
 from robosc.synthesis.bdd.manager import Bdd, Manager, Renaming
 from robosc.synthesis.bdd.order import ordered
-from robosc.synthesis.verify.findings import event_phrase
 from robosc.synthesis.verify.steps import read_by
+from robosc.synthesis.verify.verify_report import event_phrase
 
 _FEW_ROWS: Final = 1 << 10  # above, operands are combined by value: sums have few values
 

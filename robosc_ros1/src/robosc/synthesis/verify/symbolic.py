@@ -24,8 +24,8 @@ from robosc.progress import Progress
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.verify.closures import Closure, place_of
-from robosc.synthesis.verify.findings import MISSING, Check, Findings, event_phrase
 from robosc.synthesis.verify.state_sets import Relation, StateSets
+from robosc.synthesis.verify.verify_report import MISSING, Check, Findings, event_phrase
 
 _SECONDS: Final = 0.05
 """Between two reports of progress."""

@@ -40,7 +40,7 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import usable
 from robosc.synthesis.time_limit import processor_time
 from robosc.synthesis.verify.explicit import ExplicitVerifier
-from robosc.synthesis.verify.findings import Check, Findings, VerifyReport, event_phrase
+from robosc.synthesis.verify.verify_report import Check, Findings, VerifyReport, event_phrase
 
 _MANY_STEPS: Final = 1 << 22  # above, symbolic search is faster, as measured
 

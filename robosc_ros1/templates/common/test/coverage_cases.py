@@ -3,13 +3,13 @@
 
 A case is a tuple. It starts with the element of the model: a command and a requirement, a
 ``provide`` statement, a transition. The rest is the atomic condition that decides alone (see
-``decisions.py``).
+``condition_coverage.py``).
 """
 
 import contextlib
 import functools
 
-from decisions import Decision, Places, differing, holds_in
+from condition_coverage import Decision, Places, differing, holds_in
 from delays import stands_in
 from expressions import trees_of, variables_of
 from message_fields import field_of, part_of, plain
