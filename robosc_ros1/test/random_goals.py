@@ -156,6 +156,25 @@ def check_monitor(events: Path, goals: Path, crossing: float | None) -> None:
     assert all(found.counts.values()), found.counts
 
 
+def check_order(events: Path) -> None:
+    """The log of who follows servers that are killed: nothing happens that was not possible, and no
+    goal is requested while one that was cancelled may go on."""
+    phase = "idle"
+    for line in events.read_text().splitlines():
+        document = json.loads(line)
+        kind, name = document["event"]["kind"], document["event"]["name"]
+        if name != "go":
+            continue
+        assert document["outcome"] == "applied", document
+        assert (kind, phase) != ("request", "cancelling"), document
+        phase = {"request": "busy", "cancel": "cancelling", "feedback": phase}.get(kind, "idle")
+
+
+def has_told(goals: Path, count: int) -> bool:
+    """Whether a server has told so much of its goals."""
+    return goals.is_file() and len(goals.read_text().splitlines()) >= count
+
+
 def at_rest(state: dict[str, Any]) -> bool:
     """Whether a node of the courier shows that nothing is wanted any more, and no goal runs."""
     is_over = state["communications"]["go"] == "idle" and not state["variables"]["Desk.open"]

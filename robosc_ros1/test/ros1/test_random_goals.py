@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import os
+import random
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from random_goals import GUARDED, at_rest, check, check_monitor
+import pytest
+from random_goals import GUARDED, at_rest, check, check_monitor, check_order, has_told
 from ros1.stage import Node, Puppet, Stage
 from ros_support import PYTHON, await_condition
 
 from robosc.runtime.settings import Settings
 
+NODE = str(Path(__file__).with_name("random_goals_node.py"))
 GOALS = int(os.environ.get("ROBOSC_GOALS", "300"))
 REMAP = [f"/{name}:=/supervised/{name}" for name in GUARDED]
 
@@ -33,9 +36,8 @@ def follower(
 def server(stage: Stage, folder: Path, listeners: int = 1) -> Iterator[Path]:
     """The robot of random goals, with so many nodes that listen to it; what it tells of them."""
     told = folder / "goals.txt"
-    node = str(Path(__file__).with_name("random_goals_node.py"))
     with stage.workspace.start(
-        str(PYTHON), node, "7", str(GOALS), str(told), str(listeners), master=stage.master
+        str(PYTHON), NODE, "7", str(GOALS), str(told), str(listeners), master=stage.master
     ) as process:
         yield told
         log: Path = process.log  # type: ignore[attr-defined]
@@ -71,3 +73,32 @@ def test_a_supervisor_and_a_monitor_follow_them_too(
     check(sent, told, GOALS)
     check(guarded, told, GOALS)
     check_monitor(seen, told, Settings().tolerance)
+
+
+@pytest.mark.parametrize("modes", [("controller",), ("supervisor", "controller")])
+def test_servers_that_are_killed_at_random(
+    stage: Stage, ear: Puppet, tmp_path: Path, modes: tuple[str, ...]
+) -> None:
+    moments = random.Random(len(modes))
+    settings = {"rate__go": 100.0, "server_lost_after": 1.0, "timeout__go": 2.0}
+    with contextlib.ExitStack() as running:
+        nodes, logs = [], []
+        for mode in modes:
+            remap = REMAP if mode == "controller" and len(modes) > 1 else []
+            followed = follower(stage, ear, tmp_path, mode, remap=remap, **settings)
+            node, log = running.enter_context(followed)
+            nodes.append(node)
+            logs.append(log)
+        for number in range(6):
+            told = tmp_path / f"goals_{number}.txt"
+            words = (str(PYTHON), NODE, str(number), "100000", str(told), "1")
+            with stage.workspace.start(*words, master=stage.master) as victim:
+                count = moments.randint(3, 60)
+                await_condition(lambda t=told, c=count: has_told(t, c), f"goals of server {number}")
+                victim.kill()
+        with server(stage, tmp_path):
+            pass
+        for node in nodes:
+            node.shows(at_rest, since=ear.mark)
+    for log in logs:
+        check_order(log)
