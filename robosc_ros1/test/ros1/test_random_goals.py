@@ -14,10 +14,10 @@ from random_goals import GUARDED, at_rest, check, check_monitor, check_order, ha
 from ros1.stage import Node, Puppet, Stage
 from ros_support import PYTHON, await_condition
 
-from robosc.runtime.settings import Settings
-
 NODE = str(Path(__file__).with_name("random_goals_node.py"))
 GOALS = int(os.environ.get("ROBOSC_GOALS", "300"))
+CROSSING = 0.5
+"""Seconds by which messages may cross: a busy machine has let the thread of a topic wait for 0.2."""
 REMAP = [f"/{name}:=/supervised/{name}" for name in GUARDED]
 
 
@@ -58,7 +58,7 @@ def test_a_supervisor_and_a_monitor_follow_them_too(
     stage: Stage, ear: Puppet, tmp_path: Path
 ) -> None:
     with (
-        follower(stage, ear, tmp_path, "monitor") as (_, seen),
+        follower(stage, ear, tmp_path, "monitor", tolerance=CROSSING) as (_, seen),
         follower(stage, ear, tmp_path, "supervisor") as (supervisor, guarded),
         follower(stage, ear, tmp_path, "controller", rate__go=100.0, remap=REMAP) as (
             controller,
@@ -72,7 +72,7 @@ def test_a_supervisor_and_a_monitor_follow_them_too(
             node.shows(at_rest, since=mark)
     check(sent, told, GOALS)
     check(guarded, told, GOALS)
-    check_monitor(seen, told, Settings().tolerance)
+    check_monitor(seen, told, CROSSING)
 
 
 @pytest.mark.parametrize("modes", [("controller",), ("supervisor", "controller")])
