@@ -15,12 +15,12 @@ from synthesis.subject import oracle_of
 
 from robosc.plant.build import lower
 from robosc.synthesis import compute, explore, synthesize
-from robosc.synthesis.dense import layout, operations, stages, transitions
+from robosc.synthesis.dense import image_stages, layout, operations, transitions
 
 pytestmark = pytest.mark.slow
 
 VARIANTS = {
-    "automata in turn": [(stages, "_MOST_CHOICES", 1)],
+    "automata in turn": [(image_stages, "_MOST_CHOICES", 1)],
     "conditions in cases": [(transitions, "_WIDE", 1)],
     "dependent state variables folded": [(compute, "_SMALL", 0)],
     "operations in small parts": [
