@@ -17,9 +17,6 @@ from .ros import RosPort
 from .ros_arriving import corrected, maker
 from .ros_backlog import BACKLOG
 
-_GATHERING = 0.002
-"""Seconds for which connections gather messages that come fast: little beside the tolerance."""
-
 
 class MonitorPort(RosPort):
     """The topics of a monitor, as in the tables of ``node.py``."""
@@ -28,7 +25,6 @@ class MonitorPort(RosPort):
 
     def __init__(self, tables, lifecycle):
         super().__init__(tables.heard_alone(), lifecycle)
-        BACKLOG.gathering = _GATHERING
         self._tables = tables
         self._findings = rospy.Publisher("~findings", String, queue_size=1000)
 
@@ -39,6 +35,8 @@ class MonitorPort(RosPort):
         self._findings.publish(text)
 
     def _connect_inputs(self, engine):
+        if engine.gathering:
+            BACKLOG.gathering = engine.tolerance / 10
         engine.leave_out(self._tables.unseen, self._tables.by_data)
         engine.order_matters(self._tables.orders)
         super()._connect_inputs(engine)

@@ -19,11 +19,13 @@ import rospy.impl.tcpros_base
 
 _RECEIVED = 128
 """The offset of ``tcpi_bytes_received`` in Linux's ``struct tcp_info``."""
+_LITTLE = 4096
+"""Bytes that are received at a time. What is more comes of large messages, and is not held up."""
 
 
 class _Connection:
     """How many bytes were taken before it was known, and since then; ``is_busy`` between two calls
-    that receive, ``latest`` the time of the machine at the end of the last one."""
+    that receive, ``latest`` the time of the machine when it received little (0.0: much)."""
 
     __slots__ = ("before", "is_busy", "latest", "taken")
 
@@ -37,8 +39,8 @@ class _Connection:
 class Backlog:
     """The connections of this process, and the bytes that they still have to take.
 
-    Where a connection has received less than ``gathering`` seconds ago, it waits for so long, to
-    take more at a time: waking up for each message costs more than reading it.
+    Where a connection has received little less than ``gathering`` seconds ago, it waits for so
+    long, to take more at a time: waking up for each small message costs more than reading it.
     """
 
     def __init__(self):
@@ -98,7 +100,7 @@ class Backlog:
             self._settle(sock, ended=True)
             raise
         connection.is_busy = True
-        connection.latest = time.monotonic()
+        connection.latest = time.monotonic() if count < _LITTLE else 0.0
         connection.taken += count
         # Only if this call began after it was counted what waits. What one that began before took
         # after that is counted too often, which ends when the socket is empty.

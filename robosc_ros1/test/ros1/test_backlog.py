@@ -8,6 +8,7 @@ import socket
 import struct
 import threading
 from importlib import import_module
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -24,7 +25,7 @@ def module(monkeypatch: pytest.MonkeyPatch) -> Any:
 class Reader:
     """A connection of which a thread hands over what it receives, as slowly as it is allowed to."""
 
-    def __init__(self, backlog: Any, chance: random.Random) -> None:
+    def __init__(self, backlog: Any, chance: random.Random, size: int | None = None) -> None:
         with socket.create_server(("127.0.0.1", 0)) as server:
             self.theirs = socket.create_connection(server.getsockname())
             self.ours, _ = server.accept()
@@ -33,7 +34,7 @@ class Reader:
         self.may_go_on = threading.Event()
         self.may_go_on.set()
         self._backlog = backlog
-        self._size = chance.choice([20, 100, 65536])
+        self._size = size or chance.choice([20, 100, 65536])
         self.thread = threading.Thread(target=self._read, daemon=True)
         self.thread.start()
 
@@ -118,3 +119,25 @@ def test_a_connection_that_ends_keeps_nobody_waiting(module: Any) -> None:
     reader.may_go_on.set()
     assert over.wait(20)
     other.theirs.close()
+
+
+def test_small_messages_are_gathered_and_large_ones_are_not_held_up(
+    module: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slept: list[float] = []
+    clock = SimpleNamespace(monotonic=lambda: 1.0, sleep=slept.append)
+    monkeypatch.setattr(module, "time", clock)
+    backlog = module.Backlog()
+    backlog.gathering = 0.5
+    reader = Reader(backlog, random.Random(0), size=65536)
+    for _ in range(3):
+        reader.send(20)
+        await_condition(lambda: reader.handed == reader.sent, "a small message")
+    assert slept == [0.5] * len(slept) and len(slept) >= 2
+    reader.send(65536)
+    await_condition(lambda: reader.handed == reader.sent, "the next message")
+    slept.clear()
+    for _ in range(20):
+        reader.send(16 * 65536)
+        await_condition(lambda: reader.handed == reader.sent, "a large message")
+    assert len(slept) <= 2
