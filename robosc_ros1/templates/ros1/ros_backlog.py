@@ -88,7 +88,7 @@ class Backlog:
             before = taken_bytes(sock, waiting_bytes(sock))
             connection = self._open[sock] = _Connection(before)
         connection.is_busy = False
-        if time.monotonic() - connection.latest < self.gathering:
+        if self.gathering and time.monotonic() - connection.latest < self.gathering:
             time.sleep(self.gathering)
         awaited = self._left
         if awaited:
@@ -100,7 +100,8 @@ class Backlog:
             self._settle(sock, ended=True)
             raise
         connection.is_busy = True
-        connection.latest = time.monotonic() if count < _LITTLE else 0.0
+        if self.gathering:
+            connection.latest = time.monotonic() if count < _LITTLE else 0.0
         connection.taken += count
         # Only if this call began after it was counted what waits. What one that began before took
         # after that is counted too often, which ends when the socket is empty.

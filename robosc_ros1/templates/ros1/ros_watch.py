@@ -56,8 +56,8 @@ class Watch(ConnectionWatch):
     def __init__(self, tables, allowed):
         simulated = not rospy.rostime.is_wallclock()
         own = rospy.get_name()
-        traffic = tables.traffic(own, rospy.resolve_name, allowed, simulated, "/status")
-        super().__init__(traffic, lambda text: rospy.logwarn("%s", text))
+        connections = tables.connections(own, rospy.resolve_name, allowed, simulated, "/status")
+        super().__init__(connections, lambda text: rospy.logwarn("%s", text))
         self._master = rosgraph.get_master_uri()
         self._gone = False
         self._services = ()
@@ -134,10 +134,10 @@ class Watch(ConnectionWatch):
     def _running(self, *tables):
         """Return the model's topics in each table, with the nodes that answer; the master also
         lists killed nodes."""
-        topics = self.traffic.topics
+        topics = self.connections.topics
         tables = [{topic: table.get(topic, ()) for topic in topics} for table in tables]
         names = {name for table in tables for nodes in table.values() for name in nodes}
-        running = {name for name in names - {self.traffic.node} if self._answers(name)}
+        running = {name for name in names - {self.connections.node} if self._answers(name)}
         return [
             {topic: [name for name in nodes if name in running] for topic, nodes in table.items()}
             for table in tables

@@ -25,8 +25,8 @@ class Watch(ConnectionWatch):
     def __init__(self, node, tables, allowed):
         own = node.get_fully_qualified_name()
         simulated, status = is_simulated(node), "/_action/status"
-        traffic = tables.traffic(own, node.resolve_topic_name, allowed, simulated, status)
-        super().__init__(traffic, lambda text: node.get_logger().warning(text))
+        connections = tables.connections(own, node.resolve_topic_name, allowed, simulated, status)
+        super().__init__(connections, lambda text: node.get_logger().warning(text))
         self._node = node
         self._due = 0.0
 
@@ -39,7 +39,7 @@ class Watch(ConnectionWatch):
 
     def _nodes(self):
         """Return the nodes that publish and those that subscribe to the model's topics."""
-        topics = set(self.traffic.topics)
+        topics = set(self.connections.topics)
         graph = self._node
         publishers = {t: _names(graph.get_publishers_info_by_topic(t)) for t in topics}
         return publishers, {t: _names(graph.get_subscriptions_info_by_topic(t)) for t in topics}

@@ -22,6 +22,8 @@ __all__ = ["NAMES", "PATIENCE", "Node", "Puppet", "Stage", "event", "master_pid"
 PATIENCE = 60.0
 """Seconds after which something that must come has not come, even on a machine that is busy."""
 
+_ACTIVE = 1  # of actionlib_msgs/GoalStatus, which is not there without ROS
+
 Json = dict[str, Any]
 
 
@@ -122,6 +124,13 @@ class Puppet:
 
         message: Json = self.wait(heard, f"a message on {topic}", **more)["message"]
         return message
+
+    def sees_a_goal_run(self, action: str) -> None:
+        """Wait until the server of an action has told everybody that a goal runs. What it has not
+        told that it has, it may never have got."""
+        topic = f"{action}/status"
+        self.do("listen", topic=topic, type="actionlib_msgs/GoalStatusArray")
+        self.hears(topic, lambda told: any(s["status"] == _ACTIVE for s in told["status_list"]))
 
     def all_heard(self, topic: str) -> list[Json]:
         with self._changed:

@@ -91,8 +91,8 @@ def _several(publishers: _Nodes, topic: str) -> str:
 class ConnectionWatch:
     """The results of the latest check of the other nodes, which are also logged."""
 
-    def __init__(self, traffic: Connections, warn: Callable[[str], None]) -> None:
-        self.traffic = traffic
+    def __init__(self, connections: Connections, warn: Callable[[str], None]) -> None:
+        self.connections = connections
         self.faults: List[str] = []
         """The current faults of other nodes, as texts."""
         self.unconnected: List[str] = []
@@ -105,9 +105,9 @@ class ConnectionWatch:
 
     def update(self, faults: Iterable[str], publishers: _Nodes, subscribers: _Nodes) -> None:
         """Replace the results by those of another check, which found these faults of nodes."""
-        self.faults = sorted({*faults, *self.traffic.second_publishers(publishers)})
+        self.faults = sorted({*faults, *self.connections.second_publishers(publishers)})
         before = self.unconnected
-        missing = list(self.traffic.unconnected(publishers, subscribers))
+        missing = list(self.connections.unconnected(publishers, subscribers))
         unserved = [UNSERVED % name for name in self.unserved()]
         self.unconnected = missing + unserved
         # Nodes may still be starting: a node is missing if two checks did not find it.

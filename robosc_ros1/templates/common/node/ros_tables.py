@@ -36,7 +36,7 @@ class Tables:
         topics = self.subscriptions
         return {names[key]: resolved(topic) for topic, _, keys in topics for key in keys}
 
-    def traffic(self, node, resolved, allowed, simulated, status):
+    def connections(self, node, resolved, allowed, simulated, status):
         """Return the topics of a node (given by its full name) whose other nodes are watched.
 
         ``resolved`` returns the full name of a topic; ``allowed`` is the parameter
@@ -106,9 +106,8 @@ class MonitorTables(Tables):
         keys = [(topic, [row[0] for row in rows]) for topic, _, rows in self.commands]
         return [*super().topics(), *keys]
 
-    def traffic(self, *words):
-        found = super().traffic(*words)
-        _, resolved, *_ = words
+    def connections(self, node, resolved, *more):
+        found = super().connections(node, resolved, *more)
         commands = (resolved(topic) for topic, _, _ in self.commands)
         return found._replace(heard=(*found.heard, *commands))
 
