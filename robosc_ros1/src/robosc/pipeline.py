@@ -121,8 +121,12 @@ def load(path: str | Path, options: Options = Options(), target: Target | None =
     return Loaded(robot, diagnostics)
 
 
-def check(path: str | Path, options: Options = Options()) -> Checked:
+def check(
+    path: str | Path, options: Options = Options(), explain_seconds: float | None = None
+) -> Checked:
     """Everything that is to be said about a robot or a library, synthesis included.
+
+    ``explain_seconds`` as in :func:`synthesize`.
 
     Raises UsageError if the file cannot be read; whatever is wrong with the model is in the result.
     """
@@ -134,7 +138,7 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
 
     try:
         with processor_time(limits.CHECK_SECONDS, options.progress) as progress:
-            supervisor = synthesize(robot, progress=progress)
+            supervisor = synthesize(robot, progress=progress, explain_seconds=explain_seconds)
     except StateSpaceError as error:
         return Checked((*diagnostics, unchecked(robot, error)))
     try:
@@ -155,8 +159,12 @@ def synthesize(
     engine: str = "auto",
     max_states: int | None = None,
     progress: Progress | None = None,
+    explain_seconds: float | None = None,
 ) -> Supervisor:
     """The supervisor of a robot; it may be empty.
+
+    ``explain_seconds`` of processor time may be spent on explanations; None: as long as synthesis
+    has taken, at least 1, at most 10.
 
     Raises:
         StateSpaceError: too large for the engine and the limit, or for the memory.
@@ -165,7 +173,8 @@ def synthesize(
     from robosc.synthesis import synthesize as compute
 
     try:
-        return compute(lower(robot), engine, max_states or limits.DENSE_STATES, progress)
+        most = max_states or limits.DENSE_STATES
+        return compute(lower(robot), engine, most, progress, explain_seconds)
     except MemoryError:
         raise StateSpaceError(OUT_OF_MEMORY) from None
 

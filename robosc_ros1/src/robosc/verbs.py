@@ -73,7 +73,7 @@ def _check_once(args: Arguments) -> int:
     unreadable: list[UsageError] = []
     for path in {os.path.realpath(path): path for path in models(args.models)}.values():
         try:
-            results.append(pipeline.check(path, _options(args)))
+            results.append(pipeline.check(path, _options(args), args.explain_seconds))
         except UsageError as error:
             unreadable.append(error)
     args.progress.clear()
@@ -141,7 +141,9 @@ def _synthesize(args: Arguments) -> int:
     from robosc.synthesis.documents import synthesize_document
 
     loaded = pipeline.load(args.model, _options(args))
-    supervisor = pipeline.synthesize(loaded.robot, args.engine, args.max_states, args.progress)
+    supervisor = pipeline.synthesize(
+        loaded.robot, args.engine, args.max_states, args.progress, args.explain_seconds
+    )
     args.progress.clear()
     # The explanations are part of the result; they are not printed twice.
     explained = {explanation.diagnostic for explanation in supervisor.explanations}
