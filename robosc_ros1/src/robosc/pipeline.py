@@ -45,12 +45,15 @@ Target: TypeAlias = Literal["ros1", "ros2"]
 class Options:
     """How a model is read: further folders with libraries, and whether a message definition that is
     not installed is an error; ``supervises``: another controller sends the commands. ``progress``
-    is called with what synthesis does, how far it is, and the most it can be."""
+    is called with what synthesis does, how far it is, and the most it can be. ``explaining``:
+    the processor seconds for explanations (None: as many as synthesis takes, at least 1, at most
+    10)."""
 
     library_path: tuple[Path, ...] = ()
     strict: bool = False
     supervises: bool = False
     progress: Progress | None = None
+    explaining: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,12 +124,8 @@ def load(path: str | Path, options: Options = Options(), target: Target | None =
     return Loaded(robot, diagnostics)
 
 
-def check(
-    path: str | Path, options: Options = Options(), explain_seconds: float | None = None
-) -> Checked:
+def check(path: str | Path, options: Options = Options()) -> Checked:
     """Everything that is to be said about a robot or a library, synthesis included.
-
-    ``explain_seconds`` as in :func:`synthesize`.
 
     Raises UsageError if the file cannot be read; whatever is wrong with the model is in the result.
     """
@@ -138,7 +137,7 @@ def check(
 
     try:
         with processor_time(limits.CHECK_SECONDS, options.progress) as progress:
-            supervisor = synthesize(robot, progress=progress, explain_seconds=explain_seconds)
+            supervisor = synthesize(robot, progress=progress, explaining=options.explaining)
     except StateSpaceError as error:
         return Checked((*diagnostics, unchecked(robot, error)))
     try:
@@ -159,12 +158,9 @@ def synthesize(
     engine: str = "auto",
     max_states: int | None = None,
     progress: Progress | None = None,
-    explain_seconds: float | None = None,
+    explaining: float | None = None,
 ) -> Supervisor:
-    """The supervisor of a robot; it may be empty.
-
-    ``explain_seconds`` of processor time may be spent on explanations; None: as long as synthesis
-    has taken, at least 1, at most 10.
+    """The supervisor of a robot; it may be empty. ``explaining`` as in :class:`Options`.
 
     Raises:
         StateSpaceError: too large for the engine and the limit, or for the memory.
@@ -173,8 +169,7 @@ def synthesize(
     from robosc.synthesis import synthesize as compute
 
     try:
-        most = max_states or limits.DENSE_STATES
-        return compute(lower(robot), engine, most, progress, explain_seconds)
+        return compute(lower(robot), engine, max_states, progress, explaining)
     except MemoryError:
         raise StateSpaceError(OUT_OF_MEMORY) from None
 

@@ -1,8 +1,6 @@
-"""The verbs of the command line.
+"""The verbs of the command line, each a small function from parsed arguments to an exit code.
 
-Each is a small function from parsed arguments to an exit code; the stages that it needs are loaded
-when it runs, so that ``robosc --help`` and ``check`` start at once. Results go to standard output,
-messages to standard error.
+The stages that it needs are loaded when it runs, so that ``robosc --help`` starts at once.
 """
 
 from __future__ import annotations
@@ -73,7 +71,7 @@ def _check_once(args: Arguments) -> int:
     unreadable: list[UsageError] = []
     for path in {os.path.realpath(path): path for path in models(args.models)}.values():
         try:
-            results.append(pipeline.check(path, _options(args), args.explain_seconds))
+            results.append(pipeline.check(path, _options(args)))
         except UsageError as error:
             unreadable.append(error)
     args.progress.clear()
@@ -354,17 +352,15 @@ def _supervise(args: Arguments, target: pipeline.Target | None = None) -> Superv
 
 def _options(args: Arguments, of_others: bool = False) -> pipeline.Options:
     guards = of_others or args.mode == "supervisor"  # commands of any controller
-    return pipeline.Options(tuple(args.library_path), args.strict, guards, args.progress)
+    seconds = getattr(args, "explain_seconds", None)
+    return pipeline.Options(tuple(args.library_path), args.strict, guards, args.progress, seconds)
 
 
 def _show(
     args: Arguments, document: Callable[[Any], Any], text: Callable[[Any], str], result: object
 ) -> None:
     """Print a result as JSON or as text."""
-    if args.json:
-        _print_json(document(result))
-    else:
-        print(text(result), end="")
+    _print_json(document(result)) if args.json else print(text(result), end="")
 
 
 def _print_json(document: object) -> None:

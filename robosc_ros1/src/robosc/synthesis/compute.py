@@ -53,7 +53,7 @@ _TOGETHER = {"dense": 2**6, "bdd": 2**60}
 def synthesize(
     plant: Plant,
     engine: str = "auto",
-    max_states: int = limits.DENSE_STATES,
+    max_states: int | None = None,
     progress: Progress | None = None,
     explain_seconds: float | None = None,
 ) -> Supervisor:
@@ -71,6 +71,7 @@ def synthesize(
     if prod(variable.size for variable in plant.variables) > _WHOLE:
         symbolic = engine == "bdd" or (engine == "auto" and usable())
         parts = independent_parts(plant, _TOGETHER["bdd" if symbolic else "dense"])
+    max_states = max_states or limits.DENSE_STATES
     explaining = ExplanationTime(explain_seconds)
     found = []
     try:
