@@ -48,7 +48,9 @@ async def main() -> None:
         import httpx2
 
         headers = {"Authorization": f"Bearer {sys.argv[2]}"}
-        transport = streamable_http_client(sys.argv[1], http_client=httpx2.AsyncClient(headers=headers))
+        transport = streamable_http_client(
+            sys.argv[1], http_client=httpx2.AsyncClient(headers=headers)
+        )
     else:
         server = StdioServerParameters(command=sys.argv[1], args=sys.argv[2:], env=dict(os.environ))
         transport = stdio_client(server)

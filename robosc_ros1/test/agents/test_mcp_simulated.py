@@ -56,7 +56,7 @@ def test_commands_are_sent_or_blocked_with_the_requirement(start_agent: StartAge
         assert allowed["move.request"]
         assert not allowed["grab.request"]
         events = agent.do(read="robosc://events")
-        assert ["distance", "move", "stop"] == [e["event"]["name"] for e in events][-3:]
+        assert [e["event"]["name"] for e in events][-3:] == ["distance", "move", "stop"]
 
 
 def test_what_if_tells_what_would_happen_and_changes_nothing(start_agent: StartAgent) -> None:

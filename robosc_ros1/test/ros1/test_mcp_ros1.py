@@ -29,7 +29,9 @@ def robot(guarded: Stage) -> Iterator[Puppet]:
 
 
 @contextmanager
-def running(stage: Stage, robot: Puppet, start: StartAgent, *more: str) -> Iterator[tuple[Node, Agent]]:
+def running(
+    stage: Stage, robot: Puppet, start: StartAgent, *more: str
+) -> Iterator[tuple[Node, Agent]]:
     environment = stage.workspace.environment(master=stage.master)
     with (
         stage.controller(robot, NODE, timeout__distance=600.0) as node,

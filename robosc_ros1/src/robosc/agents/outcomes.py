@@ -13,7 +13,7 @@ Json = Any
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CallOutcome:
     """``word``: "sent", "corrected", "blocked", "refused", "answered", "failed", "cancelled" or
     "unknown". ``more`` are the details: ``why`` as text, ``blocked_by`` and ``corrected`` as
     docs/schemas has them, ``answer``, the data of the robot."""
@@ -30,26 +30,26 @@ class Outcome:
         return {"outcome": self.word, **self.more}
 
 
-def sent(correction: Mapping[str, Json] | None = None, **more: Json) -> Outcome:
+def sent(correction: Mapping[str, Json] | None = None, **more: Json) -> CallOutcome:
     """A command that the supervisor let pass, as it was or corrected."""
     if correction is None:
-        return Outcome("sent", more)
-    return Outcome("corrected", {"corrected": dict(correction), **more})
+        return CallOutcome("sent", more)
+    return CallOutcome("corrected", {"corrected": dict(correction), **more})
 
 
-def blocked(reasons: Iterable[Mapping[str, Json]], **more: Json) -> Outcome:
+def blocked(reasons: Iterable[Mapping[str, Json]], **more: Json) -> CallOutcome:
     """A command that the supervisor did not let pass."""
     found = [dict(reason) for reason in reasons]
     texts = [reason_text(reason) for reason in found]
-    return Outcome("blocked", {"why": texts, "blocked_by": found, **more})
+    return CallOutcome("blocked", {"why": texts, "blocked_by": found, **more})
 
 
-def unsent(word: str, why: str) -> Outcome:
+def unsent(word: str, why: str) -> CallOutcome:
     """A call of which nothing reached the robot, or of which nobody knows whether it did."""
-    return Outcome(word, {"why": [why]})
+    return CallOutcome(word, {"why": [why]})
 
 
-class Watch:
+class CallWatch:
     """How a call in another thread reports progress, and learns that its client cancelled it."""
 
     def __init__(self, report: Callable[[Json], None]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from robosc.agents.outcomes import Watch
+from robosc.agents.outcomes import CallWatch
 from robosc.agents.running import End
 from robosc.runtime.shortening import Shortener
 from robosc.view.ros1 import Ros1
@@ -26,7 +26,7 @@ class Ros1Caller:
     def publish(self, topic: str, data: Any) -> None:
         self._listener.publish(topic, data)
 
-    def call(self, name: str, type_: str, data: Any, watch: Watch) -> End:
+    def call(self, name: str, type_: str, data: Any, watch: CallWatch) -> End:
         import roslib.message
         import rospy
 
@@ -41,7 +41,7 @@ class Ros1Caller:
             return "failed", str(error)
         return "answered", Shortener()(answer)
 
-    def goal(self, name: str, type_: str, data: Any, watch: Watch) -> End:
+    def goal(self, name: str, type_: str, data: Any, watch: CallWatch) -> End:
         import actionlib
         import rospy
         from actionlib_msgs.msg import GoalStatus

@@ -6,7 +6,7 @@ import importlib
 import time
 from typing import Any
 
-from robosc.agents.outcomes import Watch
+from robosc.agents.outcomes import CallWatch
 from robosc.agents.running import End
 from robosc.runtime.shortening import Shortener
 from robosc.view.ros2 import Ros2, filled
@@ -29,7 +29,7 @@ class Ros2Caller:
     def publish(self, topic: str, data: Any) -> None:
         self._listener.publish(topic, data)
 
-    def call(self, name: str, type_: str, data: Any, watch: Watch) -> End:
+    def call(self, name: str, type_: str, data: Any, watch: CallWatch) -> End:
         class_ = _class(type_, "srv")
         client = self._clients.get(name)
         if client is None:
@@ -45,7 +45,7 @@ class Ros2Caller:
             time.sleep(_LOOK)
         return "answered", Shortener()(future.result())
 
-    def goal(self, name: str, type_: str, data: Any, watch: Watch) -> End:
+    def goal(self, name: str, type_: str, data: Any, watch: CallWatch) -> End:
         from action_msgs.msg import GoalStatus
         from rclpy.action import ActionClient
 

@@ -14,11 +14,11 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
-from robosc.emit.supervisor.supervisor_package import controller_name
-from robosc.language.events import Kind
-from robosc.agents.outcomes import Outcome, Watch, blocked, sent, unsent
+from robosc.agents.outcomes import CallOutcome, CallWatch, blocked, sent, unsent
 from robosc.agents.simulated import reasons_of, what_if
 from robosc.agents.tools import WHOLE, Tool
+from robosc.emit.supervisor.supervisor_package import controller_name
+from robosc.language.events import Kind
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.script.session import MakeMachine
 from robosc.view.server import Unable
@@ -40,9 +40,9 @@ class Caller(Protocol):
 
     def publish(self, topic: str, data: Json) -> None: ...
 
-    def call(self, name: str, type_: str, data: Json, watch: Watch) -> End: ...
+    def call(self, name: str, type_: str, data: Json, watch: CallWatch) -> End: ...
 
-    def goal(self, name: str, type_: str, data: Json, watch: Watch) -> End: ...
+    def goal(self, name: str, type_: str, data: Json, watch: CallWatch) -> End: ...
 
     def close(self) -> None: ...
 
@@ -132,7 +132,7 @@ class Running:
         self._verdicts = verdicts
         self._make = make
         self._guarded = guarded
-        self._busy: dict[str, Watch] = {}
+        self._busy: dict[str, CallWatch] = {}
         self._lock = threading.Lock()
         self._judging = threading.Lock()
 
@@ -152,7 +152,7 @@ class Running:
         stopped: str | None = state.get("stopped")
         return stopped
 
-    def ask(self, tool: Tool, arguments: Mapping[str, Any], watch: Watch) -> Outcome:
+    def ask(self, tool: Tool, arguments: Mapping[str, Any], watch: CallWatch) -> CallOutcome:
         data = dict(tool.data if tool.data is not None else arguments)
         try:
             if tool.communication.kind is Kind.INCOMING:
@@ -161,7 +161,7 @@ class Running:
         except Unable as fault:
             return unsent("refused", str(fault))
 
-    def _send(self, tool: Tool, data: Json) -> Outcome:
+    def _send(self, tool: Tool, data: Json) -> CallOutcome:
         """Publish a command; one at a time, so that each verdict has its command."""
         with self._judging:
             since = self._verdicts.mark()
@@ -170,7 +170,7 @@ class Running:
             verdict = self._verdicts.await_verdict(since, name, data, _VERDICT)
         return _outcome(verdict)
 
-    def _call(self, tool: Tool, data: Json, watch: Watch) -> Outcome:
+    def _call(self, tool: Tool, data: Json, watch: CallWatch) -> CallOutcome:
         with self._lock:
             if tool.key in self._busy:
                 return unsent("refused", f"{tool.name} is under way: cancel it first, or wait")
@@ -190,10 +190,10 @@ class Running:
             verdict = self._verdicts.await_verdict(since, name, None, 0.2)
             if verdict is not None and "blocked_by" in verdict:
                 return _outcome(verdict)
-            return Outcome(word, {"why": [str(answer)]})
-        return Outcome(word, {"answer": answer})
+            return CallOutcome(word, {"why": [str(answer)]})
+        return CallOutcome(word, {"answer": answer})
 
-    def cancel(self, tool: Tool) -> Outcome:
+    def cancel(self, tool: Tool) -> CallOutcome:
         if tool.communication.kind not in (Kind.ACTION, Kind.SERVED_ACTION):
             return unsent("refused", f"{tool.name} is no action: there is nothing to cancel")
         with self._lock:
@@ -241,7 +241,7 @@ def _fields(data: Json) -> Json:
     return data[WHOLE] if set(data) == {WHOLE} else data
 
 
-def _outcome(verdict: Json) -> Outcome:
+def _outcome(verdict: Json) -> CallOutcome:
     if verdict is None:
         return unsent("unknown", "the supervisor says nothing of it: is it on these names?")
     more = {"corrected": verdict["corrected"]} if "corrected" in verdict else {}

@@ -22,7 +22,7 @@ import mcp_types as types
 from mcp.server.lowlevel import Server
 from mcp.server.stdio import stdio_server
 
-from robosc.agents.outcomes import Outcome, Watch, unsent
+from robosc.agents.outcomes import CallOutcome, CallWatch, unsent
 from robosc.agents.tools import Tool
 from robosc.runtime.shortening import Shortener, shortened_text
 from robosc.simulate.faults import LineFault
@@ -54,9 +54,9 @@ class Gateway(Protocol):
     def held(self) -> str | None:
         """Why nothing can be sent at all, or None."""
 
-    def ask(self, tool: Tool, arguments: Mapping[str, Any], watch: Watch) -> Outcome: ...
+    def ask(self, tool: Tool, arguments: Mapping[str, Any], watch: CallWatch) -> CallOutcome: ...
 
-    def cancel(self, tool: Tool) -> Outcome: ...
+    def cancel(self, tool: Tool) -> CallOutcome: ...
 
     def why(self, name: str) -> str: ...
 
@@ -112,7 +112,11 @@ class AgentServer:
             types.Tool(name=t.name, description=t.description, input_schema=t.schema)
             for t in commands
         ]
-        own = {**_READING, **({} if self._read_only else _ACTING), **(_PLAYING if self._plays else {})}
+        own = {
+            **_READING,
+            **({} if self._read_only else _ACTING),
+            **(_PLAYING if self._plays else {}),
+        }
         names = sorted(self._tools)
         for name, (description, properties) in own.items():
             schema = _own_schema(properties, names)
@@ -132,14 +136,14 @@ class AgentServer:
             outcome = unsent("refused", fault)
         else:
             outcome = await self._done(ctx, params.name, arguments)
-        document = outcome.document() if isinstance(outcome, Outcome) else outcome
-        failed = isinstance(outcome, Outcome) and outcome.is_error
+        document = outcome.document() if isinstance(outcome, CallOutcome) else outcome
+        failed = isinstance(outcome, CallOutcome) and outcome.is_error
         self._note(ctx, params.name, arguments, document)
         text = json.dumps(document, ensure_ascii=False)
         content: list[Any] = [types.TextContent(type="text", text=text)]
         return types.CallToolResult(content=content, structured_content=document, is_error=failed)
 
-    async def _done(self, ctx: Any, name: str, arguments: Mapping[str, Any]) -> Outcome | Json:
+    async def _done(self, ctx: Any, name: str, arguments: Mapping[str, Any]) -> CallOutcome | Json:
         """Do a call in a thread; a client that cancels it is heard there."""
         loop = asyncio.get_running_loop()
         numbers = itertools.count(1)
@@ -150,7 +154,7 @@ class AgentServer:
             told = ctx.session.report_progress(next(numbers), None, text)
             asyncio.run_coroutine_threadsafe(told, loop)
 
-        watch = Watch(report)
+        watch = CallWatch(report)
         async with anyio.create_task_group() as group:
 
             async def wait() -> None:
@@ -164,7 +168,7 @@ class AgentServer:
             group.cancel_scope.cancel()
         return found
 
-    def call(self, name: str, arguments: Mapping[str, Any], watch: Watch) -> Outcome | Json:
+    def call(self, name: str, arguments: Mapping[str, Any], watch: CallWatch) -> CallOutcome | Json:
         """Return what becomes of a call whose arguments fit their schema."""
         gateway = self._gateway
         try:
@@ -190,7 +194,7 @@ class AgentServer:
         except LineFault as fault:
             return unsent("refused", str(fault))
 
-    def _guarded(self, act: Callable[[], Outcome]) -> Outcome:
+    def _guarded(self, act: Callable[[], CallOutcome]) -> CallOutcome:
         if (reason := self._gateway.held()) is not None:
             return unsent("refused", f"the robot is stopped: {reason}")
         if not self._budget.take():
@@ -204,7 +208,9 @@ class AgentServer:
         who = getattr(getattr(ctx.session, "client_params", None), "client_info", None)
         line = {
             "time": round(time.time(), 6),
-            "client": short({"name": getattr(who, "name", ""), "version": getattr(who, "version", "")}),
+            "client": short(
+                {"name": getattr(who, "name", ""), "version": getattr(who, "version", "")}
+            ),
             "tool": tool,
             "arguments": short(dict(arguments)),
             "outcome": document.get("outcome", "read"),
@@ -301,14 +307,19 @@ class _Guarded:
             if not secrets.compare_digest(given, self._expected):
                 start = {"type": "http.response.start", "status": 401, "headers": []}
                 await send(start)
-                await send({"type": "http.response.body", "body": b"give the token that was printed\n"})
+                await send(
+                    {"type": "http.response.body", "body": b"give the token that was printed\n"}
+                )
                 return
         await self._app(scope, receive, send)
 
 
 _COMMAND = {"command": "command"}
 _READING: Mapping[str, tuple[str, Mapping[str, str]]] = {
-    "state": ("The state of the robot's model, and for each command whether it is allowed now.", {}),
+    "state": (
+        "The state of the robot's model, and for each command whether it is allowed now.",
+        {},
+    ),
     "why": ("Why a command is or is not allowed now, its guard and its requirements.", _COMMAND),
     "what_if": (
         "What would become of commands, one after the other, from the current state. Nothing is"
@@ -388,4 +399,3 @@ def short(document: Json) -> Json:
     if isinstance(document, str):
         return shortened_text(document, _CHARACTERS)
     return Shortener()(document)
-

@@ -6,10 +6,10 @@ import threading
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from robosc.agents.outcomes import CallOutcome, CallWatch, blocked, sent, unsent
+from robosc.agents.tools import WHOLE, Tool
 from robosc.expr.types import NoneType
 from robosc.language.events import EventKind
-from robosc.agents.outcomes import Outcome, Watch, blocked, sent, unsent
-from robosc.agents.tools import WHOLE, Tool
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_type
 from robosc.runtime.reasons import reason_text
@@ -49,14 +49,14 @@ class Simulated:
         """Why nothing can be sent at all, or None."""
         return self._session.machine.stopped
 
-    def ask(self, tool: Tool, arguments: Mapping[str, Any], watch: Watch) -> Outcome:
+    def ask(self, tool: Tool, arguments: Mapping[str, Any], watch: CallWatch) -> CallOutcome:
         """Do what a tool is for. What the robot answers is for :meth:`play`."""
         with self._lock:
             outcome, happenings = _fire(self._session.machine, tool, arguments)
             self._note(happenings)
         return outcome
 
-    def cancel(self, tool: Tool) -> Outcome:
+    def cancel(self, tool: Tool) -> CallOutcome:
         with self._lock:
             outcome, happenings = _fire(self._session.machine, tool, {}, cancels=True)
             self._note(happenings)
@@ -118,7 +118,7 @@ def _state(machine: Any) -> Json:
 
 def _fire(
     machine: Any, tool: Tool, arguments: Mapping[str, Any], *, cancels: bool = False
-) -> tuple[Outcome, list[Happening]]:
+) -> tuple[CallOutcome, list[Happening]]:
     robot = machine.plant.robot
     data = tool.data if tool.data is not None else arguments
     try:
@@ -134,7 +134,7 @@ def _fire(
 
 def _event(machine: Any, tool: Tool, cancels: bool) -> Event:
     kinds = (EventKind.CANCEL, EventKind.RECALL) if cancels else (EventKind.REQUEST, EventKind.CALL)
-    found = [e for e in machine.plant.events if e.key == tool.key and e.kind in kinds]
+    found: list[Event] = [e for e in machine.plant.events if e.key == tool.key and e.kind in kinds]
     if not found:
         raise Refused(f"{tool.title} cannot be cancelled")
     return found[0]
@@ -155,7 +155,7 @@ def _raw(data: Mapping[str, Any]) -> Raw:
     return found
 
 
-def _outcome(happenings: Sequence[Happening], event: Event) -> Outcome:
+def _outcome(happenings: Sequence[Happening], event: Event) -> CallOutcome:
     own = [h for h in happenings if h.name == event.name]
     for happening in own:
         judged = happening.judged or {}

@@ -11,11 +11,11 @@ from typing import Any
 
 import anyio
 
-from robosc.errors import UsageError
 from robosc.agents.running import Running, Verdicts
 from robosc.agents.server import AgentServer, Gateway
 from robosc.agents.simulated import Simulated
 from robosc.agents.tools import tools
+from robosc.errors import UsageError
 from robosc.simulate.start import machine_maker
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
@@ -42,7 +42,11 @@ def serve_simulated(
 
 
 def serve_running(
-    supervisor: Supervisor, node: str, environment: Mapping[str, str], service: Service, version: str
+    supervisor: Supervisor,
+    node: str,
+    environment: Mapping[str, str],
+    service: Service,
+    version: str,
 ) -> None:
     """Serve an agent that commands through a running node.
 

@@ -135,7 +135,7 @@ def comment_of(span: Span) -> str:
     """
     source = span.source
     lines = source.text.splitlines()
-    own = {number: text for number, text in _comments(source)}
+    own = dict(_comments(source))
     if span.line in own:
         return own[span.line]
     above: list[str] = []

@@ -6,7 +6,7 @@ component stands is ``leaving due``, ``leaving performing`` or ``leaving waiting
 read is ``leaving``, with ``Component.leaving performing`` as a variable beside it.
 """
 
-from typing import Any, Container, Dict, Iterable, Mapping
+from typing import Any, Dict, Iterable, Mapping
 
 DUE = "due"
 """The stage that is not told: the request may be sent."""
@@ -48,14 +48,3 @@ def stages(states: Mapping[str, str], names: Iterable[str]) -> Dict[str, Any]:
     """Return whether components are in stages, by ``Component.state stage``."""
     here = {"%s.%s" % item for item in states.items()}
     return {name: name in here for name in names}
-
-
-def staged(component: str, place: str, names: Iterable[str], told: Container[str]) -> str:
-    """Return where a component stands whose state is told as ``place``: the reverse of
-    :func:`places`. ``names`` are those of all stages that are told, ``told`` those that are true."""
-    for name in names:
-        state, _, stage = name.partition(".")[2].rpartition(" ")
-        if name.startswith(component + ".") and state == place and name in told:
-            return "%s %s" % (place, stage)
-    performs = any(name.rpartition(" ")[0] == "%s.%s" % (component, place) for name in names)
-    return "%s %s" % (place, DUE) if performs else place

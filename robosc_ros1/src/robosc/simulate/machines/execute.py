@@ -159,7 +159,7 @@ class Execution:
         Returns the names of variables of which the document has not all.
         """
         self._past.clear()
-        return restore(self._controller, state, self.plant.robot.display_names)
+        return restore(self._controller, self.plant, state)
 
     def undo(self, count: int) -> None:
         """An engine cannot go back; another one does the same again, but for the last steps."""

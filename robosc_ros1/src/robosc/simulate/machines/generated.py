@@ -9,8 +9,9 @@ from typing import Any
 from robosc.emit.controller.assembly import controller_context
 from robosc.emit.controller.naming import file_of
 from robosc.emit.package.rendering import render
+from robosc.plant.automaton import Plant, VariableKind
 from robosc.runtime.model import Controller
-from robosc.runtime.places import staged
+from robosc.runtime.places import places, stages
 from robosc.simulate.machines.state import SystemState
 from robosc.supervisor import Supervisor
 
@@ -27,27 +28,42 @@ def make_controller(supervisor: Supervisor) -> Controller:
     return controller
 
 
-def restore(controller: Controller, state: Mapping[str, Any], names: Mapping[str, str]) -> list[str]:
-    """Put a controller into a state as a document of ``~state`` has it; ``names`` are those of
-    communications, by key.
+def restore(controller: Controller, plant: Plant, state: Mapping[str, Any]) -> list[str]:
+    """Put a controller into a state as a document of ``~state`` has it.
 
     Returns the variables that remain as they were, because the document has not all of their value.
     """
-    told = {name for name in controller.STAGES if state["variables"].get(name) is True}
-    places = {
-        component: staged(component, place, controller.STAGES, told)
-        for component, place in state["components"].items()
-    }
+    told = state["variables"]
     partial = set(state.get("shortened", ()))
-    known = {**places, **{n: v for n, v in state["variables"].items() if n not in partial}}
+    known = {name: value for name, value in told.items() if name not in partial}
+    for variable in plant.variables:
+        if variable.kind is VariableKind.LOCATION:
+            values = [str(value) for value in variable.values]
+            place = state["components"][variable.name]
+            known[variable.name] = _standing(variable.name, values, place, told, controller.STAGES)
     for name, attribute in _attributes(controller).items():
         if name in known:
             setattr(controller, attribute, known[name])
+    names = plant.robot.display_names
     for communication in controller.COMMUNICATIONS:
         phase = state["communications"].get(names[communication.key])
         for flag, name in zip(communication.flags, communication.phases[1:], strict=True):
             setattr(controller, flag, name == phase)
     return sorted(partial)
+
+
+def _standing(
+    component: str, values: list[str], place: str, told: Mapping[str, Any], names: tuple[str, ...]
+) -> str:
+    """The one of a component's states that is told as ``place``, with these stages beside it."""
+    shown = {value: stages({component: value}, names) for value in values}
+    own = [name for name in names if any(found[name] for found in shown.values())]
+    return next(
+        value
+        for value, found in shown.items()
+        if places({component: value})[component] == place
+        and all(found[name] == bool(told.get(name)) for name in own)
+    )
 
 
 def _attributes(controller: Controller) -> dict[str, str]:
