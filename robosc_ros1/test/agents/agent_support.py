@@ -24,7 +24,10 @@ HERE = Path(__file__).resolve().parent
 def sdk() -> str:
     """A Python that has the official SDK, and sees ROS where there is one."""
     try:
-        return client_python(HERE / "requirements.txt", REPOSITORY / ".cache" / "mcp")
+        found = client_python(HERE / "requirements.txt", REPOSITORY / ".cache" / "mcp")
+        # rosrun looks for its executables in the whole checkout, and this has the name of a verb.
+        Path(found).with_name("mcp").unlink(missing_ok=True)
+        return found
     except Unavailable as reason:
         pytest.skip(f"no SDK of the Model Context Protocol: {reason}")
 
