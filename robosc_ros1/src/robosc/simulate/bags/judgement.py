@@ -14,7 +14,7 @@ from robosc.progress import Progress
 from robosc.runtime.reasons import reason_text
 from robosc.runtime.recorder import Entry
 from robosc.runtime.verdicts import DEPARTURE, Sort, verdicts
-from robosc.simulate.bags.bag_files import opened_bag
+from robosc.simulate.bags.bag_files import Bag, opened_bag
 from robosc.simulate.bags.bag_run import BagRun, Track, settings_of
 from robosc.simulate.bags.recorded_names import recorded_names
 from robosc.supervisor import Supervisor
@@ -112,10 +112,7 @@ def judge(
     with opened_bag(path) as bag:
         run = BagRun(supervisor, bag, settings, names=recorded_names(robot, remapped))
         if not run.hears:
-            raise UsageError(
-                f"{path} has no topic of {robot.name}: {_first(bag.topics)}; if names were"
-                f" remapped, give {_likely(run.absent, bag.topics)}"
-            )
+            raise UsageError(_no_topic(path, run, bag))
         judgement = Judgement(
             robot, str(path), 1 if bag.ros_1 else 2, bag.start, bag.end, sum(bag.counts.values())
         )
@@ -152,10 +149,18 @@ def _first(topics: Sequence[str] | dict[str, str]) -> str:
     return f"it has {', '.join(names[:5])}{more}" if names else "it is empty"
 
 
-def _likely(absent: Sequence[str], topics: dict[str, str]) -> str:
-    """How topics may have been remapped: into a namespace, for one."""
-    found = {name: t for name in absent for t in sorted(topics, reverse=True) if t.endswith(name)}
-    return " ".join(f"--remap {a}:={b}" for a, b in (found or {"FROM": "TO"}).items())
+def _no_topic(path: Path, run: BagRun, bag: Bag) -> str:
+    """Why nothing can be judged; names that look remapped, into a namespace for one, are told."""
+    robot = run.supervisor.plant.robot.name
+    if not run.absent:
+        return f"{path}: nothing could be judged: {robot} has no topic that a bag could have"
+    said = [f"{path} has no topic of {robot}: {_first(bag.topics)}", *bag.storage.notes]
+    topics = sorted(bag.topics, reverse=True)
+    found = {name: topic for name in run.absent for topic in topics if topic.endswith(name)}
+    if found:
+        rules = " ".join(f"--remap {name}:={topic}" for name, topic in found.items())
+        said.append(f"if names were remapped, give {rules}")
+    return "; ".join(said)
 
 
 class _Collector:
