@@ -3,7 +3,7 @@ corrected, places where the run leaves the model, and how often everything came.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -122,6 +122,8 @@ def judge(
         judgement.tracks = run.tracks
         judgement.absent, judgement.unseen = tuple(run.absent), tuple(run.unseen)
         judgement.unjudged = tuple(run.unjudged)
+        if run.undecided:
+            bag.storage.notes.append(_late(run.undecided))
         judgement.notes, judgement.missing = (
             tuple(bag.storage.notes),
             tuple(bag.storage.missing),
@@ -141,6 +143,14 @@ def _no_evidence(judgement: Judgement) -> str:
     if read:
         reason = f"the {counted(read, 'message')} of {topics} tell of no event of the model"
     return "; ".join((reason, *judgement.missing, *judgement.notes))
+
+
+def _late(undecided: Mapping[str, int]) -> str:
+    silences = ", ".join(f"{name} ({counted(n, 'time')})" for name, n in undecided.items())
+    return (
+        f"not counted as silent, since a message that was recorded late may have been in time:"
+        f" {silences}"
+    )
 
 
 def _first(topics: Sequence[str] | dict[str, str]) -> str:
