@@ -111,7 +111,7 @@ def _new(args: Arguments) -> int:
     if args.from_ros:
         text = running(name, os.environ)
     elif args.from_bag:
-        text = recorded(name, args.from_bag, args.progress)
+        text = recorded(name, args.from_bag)
     else:
         text = small(name)
     args.progress.clear()
