@@ -250,14 +250,14 @@ def test_empty_lists_of_others_are_no_fault(
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("{wanted: []}", "parameter wanted must be a number, not []"),
+        ("{rate: []}", "parameter rate must be a number, not []"),
         ("{use_sim_time: []}", "parameter use_sim_time must be true or false, not []"),
     ],
 )
 def test_an_empty_list_for_a_parameter_of_the_node_is_one_line(
-    thermostat: Callable[..., Process], tmp_path: Path, text: str, told: str
+    controller: Callable[..., Process], tmp_path: Path, text: str, told: str
 ) -> None:
-    node = thermostat("--params-file", parameter_file(tmp_path, text))
+    node = controller(arguments=("--params-file", parameter_file(tmp_path, text)))
     assert node.wait() == 2
     assert told in node.output
     assert "Traceback" not in node.output
