@@ -11,6 +11,7 @@ from robosc.expr.traversal import path_text
 from robosc.expr.tree import REASON
 from robosc.expr.types import Value
 from robosc.plant.automaton import Event, EventParameter
+from robosc.plant.data.classes import Classes
 from robosc.supervisor import Step
 
 _LONG = 120
@@ -45,6 +46,23 @@ def part_text(parameter: EventParameter, value: Value | None) -> str:
         return str(parameter.shown(value))
     name = "reason" if parameter.path == REASON else path_text(parameter.path)
     return f"{name}: {_value(value)}" if name else _value(value)
+
+
+def short_step_text(step: Step) -> str:
+    """Return the same with ranges of numbers as people write them: ``battery.response(charge 0.3 …
+    0.9)``."""
+    shown = map(_short_part, step.event.parameters, step.values)
+    return _name(step.event) + (f"({', '.join(shown)})" if step.values else "")
+
+
+def _short_part(parameter: EventParameter, value: Value | None) -> str:
+    classes = parameter.values
+    is_number = parameter.labels is not None and not parameter.renews
+    if is_number and isinstance(classes, Classes):
+        found = classes.range_text(classes.index(value))
+        if found:
+            return f"{path_text(parameter.path)} {found}".strip()
+    return part_text(parameter, value)
 
 
 def _value(value: Value | None) -> str:
