@@ -30,7 +30,7 @@ def diagnostics_page() -> Path | None:
 
 
 def section(page: str, code: str) -> str | None:
-    """What the page about diagnostics says of a code, as plain text; None if it does not have it."""
+    """What the page about diagnostics says of a code, as text; None if it does not have it."""
     found = re.search(rf"^### {re.escape(code)}\n(.*?)(?=^##|\Z)", page, re.DOTALL | re.MULTILINE)
     return None if found is None else f"{code}, {_plain(found.group(1)).strip()}"
 

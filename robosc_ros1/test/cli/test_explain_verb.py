@@ -24,9 +24,7 @@ def test_every_code_has_a_section() -> None:
 def test_meaning_example_and_remedy(robosc: Robosc) -> None:
     done = robosc("explain", "unexpected-brace")
     assert done.returncode == 0
-    assert done.stdout.startswith(
-        "unexpected-brace, error\n\nA closing brace has no opening one"
-    )
+    assert done.stdout.startswith("unexpected-brace, error\n\nA closing brace has no opening one")
     assert "\n\n    robot R { } }\n\n" in done.stdout
     assert done.stdout.endswith("Remove the extra brace.\n")
 

@@ -267,7 +267,9 @@ def test_files_are_listed_only_if_that_is_asked_for(folder: Path) -> None:
     model = str(folder / "good.rscd")
     short = run_robosc(["generate", model], folder, {}).stdout
     assert "package.xml" not in short and " written, 0 unchanged\n" in short
-    long = run_robosc(["generate", model, "--verbose", "--force", "--package", "x_controller"], folder, {})
+    long = run_robosc(
+        ["generate", model, "--verbose", "--force", "--package", "x_controller"], folder, {}
+    )
     assert "\n    package.xml\n" in long.stdout
 
 

@@ -92,7 +92,15 @@ def test_the_readme_documents_every_parameter(gauntlet: Supervisor, target: str)
             assert f"at least {parameter.minimum:g}" in meaning
 
 
-AT_LAUNCH = {"rate", "stop_command", "event_log", "publish_values", "shadow", "operate", "tolerance"}
+AT_LAUNCH = {
+    "rate",
+    "stop_command",
+    "event_log",
+    "publish_values",
+    "shadow",
+    "operate",
+    "tolerance",
+}
 
 
 def test_the_launch_file_takes_what_differs_between_launches() -> None:

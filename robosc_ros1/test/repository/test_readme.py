@@ -63,7 +63,9 @@ def test_mended_door_is_as_shown(robosc: Robosc, door: Path) -> None:
     )
 
 
-def test_demo_ends_as_shown(capsys: pytest.CaptureFixture[str]) -> None:
+def test_demo_ends_as_shown(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     (block,) = (b for b in BLOCKS if b.startswith("== What happened\n"))
     number = r"[\d.]+"
     pattern = re.compile(
@@ -74,6 +76,7 @@ def test_demo_ends_as_shown(capsys: pytest.CaptureFixture[str]) -> None:
     found = pattern.search(block)
     assert found is not None, block
     summary = {name: float(n) if "." in n else int(n) for name, n in found.groupdict().items()}
+    monkeypatch.syspath_prepend(str(REPOSITORY / "examples" / "line_follower"))
     demo = runpy.run_path(str(REPOSITORY / "examples" / "line_follower" / "demo.py"))
     demo["tell"]({**summary, "violations": {}}, REPOSITORY / ".cache" / "demo" / "path.png", 60.0)
     *told, _time = capsys.readouterr().out.strip("\n").splitlines()

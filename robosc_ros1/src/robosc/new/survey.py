@@ -78,7 +78,7 @@ def survey(graph: RosGraph) -> Survey:
     """Return what the nodes of the robot offer, without ROS's own and without controllers.
 
     A controller that robosc has generated is no part of the robot: what it publishes is what the
-    robot's nodes subscribe to. Neither is ``robosc view``, nor who listens to a controller's reports.
+    robot's nodes subscribe to. Neither is ``robosc view``, nor what listens to reports.
     """
     controllers = _controllers(graph.publishers)
     others = controllers | {node for node in _all_nodes(graph) if _is_tool(node)}

@@ -26,8 +26,9 @@ from robosc.synthesis.formatting import event_text
 
 @dataclass(frozen=True)
 class ParameterView:
-    """A private parameter; ``default`` as YAML, ``argument`` its name as a launch argument, empty if
-    it is only set in the parameter file.
+    """A private parameter; ``default`` as YAML, ``argument`` its name as a launch argument.
+
+    One that only the parameter file sets has no such name.
 
     ``wide`` says that it may be more than an integer of 32 bits can be. ``example`` is a value of
     one that must be given; ``in_file`` says whether the parameter file sets it.
@@ -63,9 +64,15 @@ def parameter_views(
         example = p.default if missing else None
         views.append(
             ParameterView(
-                p.name, arguments.get(p.name, ""), p.type, default, described(p),
-                wide=wide, in_file=not missing, example=example,
-            )  # fmt: skip
+                p.name,
+                arguments.get(p.name, ""),
+                p.type,
+                default,
+                described(p),
+                wide=wide,
+                in_file=not missing,
+                example=example,
+            )
         )
     return tuple(views)
 
