@@ -74,6 +74,9 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--speed", type=float, default=3.0, help="simulated seconds per second")
     parser.add_argument("--seed", type=int, default=1, help="decides which grabs fail")
     parser.add_argument("--metres", type=float, default=12.0, help="how far to drive")
+    parser.add_argument(
+        "--tolerance", type=float, default=0.1, help="seconds that messages may need"
+    )
     parser.add_argument("--seconds", type=float, default=90.0, help="end after this time anyway")
     args = parser.parse_args()
     default = ROOT / ".cache" / ("demo_ros2" if args.ros2 else "demo")
@@ -94,7 +97,9 @@ def drive(args: argparse.Namespace) -> dict[str, Any] | None:
     port = free_port()
     step(f"Drive {args.metres:g} m on a roscore of its own, port {port}")
     launch = ["roslaunch", "-p", str(port), "line_follower", "line_follower.launch"]
-    values = {name: getattr(args, name) for name in ("speed", "seed", "metres", "seconds")}
+    values = {
+        name: getattr(args, name) for name in ("speed", "seed", "metres", "seconds", "tolerance")
+    }
     launch += [f"{name}:={value}" for name, value in values.items()] + [f"report:={report}"]
     env = environment(args.folder) | {"ROS_MASTER_URI": f"http://localhost:{port}"}
     setup = args.folder / "devel" / "setup.sh"

@@ -67,7 +67,7 @@ def drive(args: argparse.Namespace, env: dict[str, str], python: str) -> dict[st
     controller = args.folder / "install" / CONTROLLER / "lib" / CONTROLLER / CONTROLLER
     robot, observer = (HERE / "nodes" / f"{n}_ros2.py" for n in ("simulated_robot", "observer"))
     given = {"speed": args.speed, "seed": args.seed, "listeners": 2}
-    asked = {"metres": args.metres, "seconds": args.seconds, "report": report}
+    asked = {n: getattr(args, n) for n in ("metres", "seconds", "tolerance")} | {"report": report}
     # Steer as often per simulated second, however fast the simulation runs.
     pace = {"rate": 10.0 * args.speed}
     setup = args.folder / "install" / "setup.sh"
