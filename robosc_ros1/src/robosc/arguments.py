@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import get_args
 
@@ -29,6 +30,16 @@ def _common(parser: argparse.ArgumentParser) -> None:
 
 def _json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print a JSON document")
+
+
+def _explain_seconds(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--explain-seconds",
+        metavar="N",
+        type=_seconds,
+        default=None,
+        help="processor time for explanations (default: as much as synthesis took, 1 to 10)",
+    )
 
 
 def _robot(parser: argparse.ArgumentParser) -> None:
@@ -71,6 +82,7 @@ def check(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="check again whenever a model is saved, until Ctrl-C",
     )
+    _explain_seconds(parser)
     _mode(parser)
     _common(parser)
 
@@ -109,6 +121,7 @@ def synthesize(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="largest product space for the dense engine (default: 2^28)",
     )
+    _explain_seconds(parser)
     _mode(parser)
     _common(parser)
 
@@ -297,6 +310,16 @@ def _port(text: str) -> int:
     if not 0 <= number <= 65535:
         raise argparse.ArgumentTypeError(f"{text!r} is not a port: 0 to 65535, 0 for any")
     return number
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds")
+    return value
 
 
 def _positive(text: str) -> int:

@@ -1,8 +1,6 @@
-"""The verbs of the command line.
+"""The verbs of the command line, each a small function from parsed arguments to an exit code.
 
-Each is a small function from parsed arguments to an exit code; the stages that it needs are loaded
-when it runs, so that ``robosc --help`` and ``check`` start at once. Results go to standard output,
-messages to standard error.
+The stages that it needs are loaded when it runs, so that ``robosc --help`` starts at once.
 """
 
 from __future__ import annotations
@@ -141,7 +139,9 @@ def _synthesize(args: Arguments) -> int:
     from robosc.synthesis.documents import synthesize_document
 
     loaded = pipeline.load(args.model, _options(args))
-    supervisor = pipeline.synthesize(loaded.robot, args.engine, args.max_states, args.progress)
+    supervisor = pipeline.synthesize(
+        loaded.robot, args.engine, args.max_states, args.progress, args.explain_seconds
+    )
     args.progress.clear()
     # The explanations are part of the result; they are not printed twice.
     explained = {explanation.diagnostic for explanation in supervisor.explanations}
@@ -352,17 +352,15 @@ def _supervise(args: Arguments, target: pipeline.Target | None = None) -> Superv
 
 def _options(args: Arguments, of_others: bool = False) -> pipeline.Options:
     guards = of_others or args.mode == "supervisor"  # commands of any controller
-    return pipeline.Options(tuple(args.library_path), args.strict, guards, args.progress)
+    seconds = getattr(args, "explain_seconds", None)
+    return pipeline.Options(tuple(args.library_path), args.strict, guards, args.progress, seconds)
 
 
 def _show(
     args: Arguments, document: Callable[[Any], Any], text: Callable[[Any], str], result: object
 ) -> None:
     """Print a result as JSON or as text."""
-    if args.json:
-        _print_json(document(result))
-    else:
-        print(text(result), end="")
+    _print_json(document(result)) if args.json else print(text(result), end="")
 
 
 def _print_json(document: object) -> None:

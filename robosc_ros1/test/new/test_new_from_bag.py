@@ -13,6 +13,7 @@ from ros_support import Completed
 
 from robosc.errors import UsageError
 from robosc.new.from_bag import read
+from robosc.simulate.bags.bag_files import opened_bag
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2")
 from rosbags.interfaces import (  # noqa: E402
@@ -140,7 +141,7 @@ def test_recording_of_ros_2(robosc: Robosc, tmp_path: Path, storage: str) -> Non
     assert 'service reset with identifier: "/reset", type: std_srvs/Empty' in text
     assert "rover_controller" not in text and "_action" not in text
     (file,) = [*bag.glob("*.mcap"), *bag.glob("*.db3")]
-    assert read(file, print) == read(bag, print)
+    assert read(file) == read(bag)
 
 
 @pytest.mark.parametrize("storage", ["ROS 1", "MCAP"])
@@ -169,7 +170,7 @@ def test_what_is_sent_for_those_who_come_later_has_no_timeout(tmp_path: Path, ve
     bag = (
         bag_of_ros_1(tmp_path, topics) if version == "1" else bag_of_ros_2(tmp_path, topics, "MCAP")
     )
-    graph, pauses = read(bag, print)
+    graph, pauses = read(bag)
     assert "/map" in graph.publishers and "/map" not in pauses
     assert pauses["/scan"].longest == pytest.approx(0.1)
 
@@ -184,7 +185,7 @@ def test_pauses_are_measured_at_the_beginning_of_long_recordings(tmp_path: Path)
             )
             for seconds in times:
                 writer.write(connection, START + seconds * SECOND, b"\x01")
-    graph, pauses = read(bag, print)
+    graph, pauses = read(bag)
     assert set(graph.publishers) == {"/scan", "/late"}
     assert {topic: p.longest for topic, p in pauses.items()} == {"/scan": 1.0}
 
@@ -210,10 +211,10 @@ def test_recording_by_ros_1_itself(robosc: Robosc, tmp_path: Path) -> None:
     [
         ("nowhere.bag", "cannot read nowhere.bag: there is no such file"),
         ("notes.txt", "notes.txt is no bag: .bag, .mcap, .db3, or the folder of a bag of ROS 2"),
-        ("folder", "cannot read folder as a bag of ROS 2: it has no metadata.yaml"),
+        ("folder", "cannot read folder as a bag of ROS 2: it has no file .mcap or .db3"),
         ("empty.bag", "empty.bag is no file of the format .bag: it is empty"),
         ("text.mcap", "text.mcap is no file of the format .mcap: it was not recorded by ROS"),
-        ("folder.bag", "cannot read folder.bag as a bag of ROS 2: it has no metadata.yaml"),
+        ("folder.bag", "cannot read folder.bag as a bag of ROS 2: it has no file .mcap or .db3"),
     ],
 )
 def test_what_is_no_bag(robosc: Robosc, tmp_path: Path, name: str, expected: str) -> None:
@@ -253,14 +254,19 @@ def test_damaged_recordings_are_refused_or_read(tmp_path: Path, kind: str) -> No
         for text in (content[:place], bytes(changed)):
             damaged.write_bytes(text)
             try:
-                read(damaged, print)
+                read(damaged)
             except UsageError as error:
                 messages.add(str(error))
-    assert any(re.match(r"cannot read .* as a bag: ", message) for message in messages)
+    assert any(re.match(r"cannot read .*: ", message) for message in messages)
 
 
 def test_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "rover.bag").touch()
-    monkeypatch.setitem(sys.modules, "rosbags", None)
-    with pytest.raises(UsageError, match="needs the Python library 'rosbags'"):
-        read(tmp_path / "rover.bag", print)
+    """The graph needs none; what unpacks messages is rosbags."""
+    file = bag_of_ros_1(tmp_path, ROBOT[:3], 0.5)
+    monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
+    assert "/scan" in read(file)[0].publishers
+    with (
+        opened_bag(file) as bag,
+        pytest.raises(UsageError, match="needs the Python library 'rosbags'"),
+    ):
+        next(bag.messages(["/scan"], lambda *_: None))

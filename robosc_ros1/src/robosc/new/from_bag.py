@@ -6,15 +6,13 @@ import re
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Set
 from pathlib import Path
-from typing import Any
 
 from robosc.new.survey import UNKNOWN_NODE, RosGraph, Spacing, pauses_of
-from robosc.progress import Progress
-from robosc.simulate.bags.bag_files import bag_errors, bag_reader
+from robosc.simulate.bags.bag_files import Bag, opened_bag
+from robosc.simulate.bags.storage import Channel
 
 _MEASURED = 60
 """Seconds from the beginning in which pauses are measured: bags may have many gigabytes."""
-_NANOSECONDS = 1_000_000_000
 
 _COMMAND_TYPES = re.compile(r"geometry_msgs/Twist(Stamped)?|ackermann_msgs/\w+|\w+/JointTrajectory")
 _COMMAND_NAMES = re.compile(r".*(/|_)(cmd|command|setpoint)s?(/|_|$).*")
@@ -25,7 +23,7 @@ _ROS_2_SERVICE = re.compile(r"(?P<service>.+)/_service_event (?P<type>\S+)_Event
 Nodes = Mapping[str, "list[str]"]
 
 
-def read(path: Path, progress: Progress) -> tuple[RosGraph, dict[str, Spacing]]:
+def read(path: Path) -> tuple[RosGraph, dict[str, Spacing]]:
     """Return the graph as far as it was recorded, and the pauses of each topic.
 
     A bag does not tell who receives a topic, and that of ROS 2 not who sends it. What is a command
@@ -34,38 +32,26 @@ def read(path: Path, progress: Progress) -> tuple[RosGraph, dict[str, Spacing]]:
     Raises:
         UsageError: it cannot be read, or rosbags is not installed.
     """
-    with bag_errors(path), bag_reader(path) as reader:
-        topics = [_topic(connection) for connection in reader.connections]
-        pauses = pauses_of(_arrivals(reader, progress))
+    with opened_bag(path) as bag:
+        topics = [_topic(channel) for channel in bag.storage.channels.values()]
+        pauses = pauses_of(_arrivals(bag))
     return _graph(topics), pauses
 
 
-def _arrivals(reader: Any, progress: Progress) -> dict[str, list[float]]:
+def _arrivals(bag: Bag) -> dict[str, list[float]]:
     """The seconds at which messages of each topic came, without those of latched topics."""
     arrivals = defaultdict[str, "list[float]"](list)
-    if not reader.message_count:
-        return arrivals
-    start = reader.start_time
-    often = [connection for connection in reader.connections if not _is_latched(connection)]
-    stop = start + _MEASURED * _NANOSECONDS
-    for connection, time, _ in reader.messages(often, stop=stop) if often else ():
-        seconds = (time - start) / _NANOSECONDS
-        arrivals[connection.topic].append(seconds)
-        progress("reading seconds", int(seconds), _MEASURED)
+    for number, channel in bag.storage.channels.items():
+        if not channel.latched:
+            times = bag.storage.times(number)
+            arrivals[channel.topic] += [time for time in times if time < _MEASURED]
     return {topic: sorted(times) for topic, times in arrivals.items()}
 
 
-def _is_latched(connection: Any) -> bool:
-    profiles = getattr(connection.ext, "offered_qos_profiles", ())
-    durable = [profile.durability.name == "TRANSIENT_LOCAL" for profile in profiles]
-    return bool(getattr(connection.ext, "latching", False)) or any(durable)
-
-
-def _topic(connection: Any) -> tuple[str, str, str]:
+def _topic(channel: Channel) -> tuple[str, str, str]:
     """Name, type as ``package/Type``, and the node that sent it: empty if that is not known."""
-    package, _, rest = connection.msgtype.partition("/")
-    type_ = f"{package}/{rest.rpartition('/')[2]}"
-    return connection.topic, type_, getattr(connection.ext, "callerid", None) or ""
+    package, _, rest = channel.type.partition("/")
+    return channel.topic, f"{package}/{rest.rpartition('/')[2]}", channel.node
 
 
 def _graph(topics: Collection[tuple[str, str, str]]) -> RosGraph:

@@ -36,7 +36,7 @@ def recorded(name: str, bag: Path, progress: Progress) -> str:
     Raises:
         UsageError: the bag cannot be read, or has nothing of a robot.
     """
-    graph, pauses = from_bag.read(bag, progress)
+    graph, pauses = from_bag.read(bag)
     return _model(name, graph, pauses, f"the recording {bag}", f"{bag} has no topic of a robot")
 
 

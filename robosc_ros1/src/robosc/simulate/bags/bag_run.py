@@ -227,7 +227,7 @@ class BagRun:
 
     def _connect_commands(self, topic: str, matches: Sequence[CommandMatch]) -> None:
         rows = [(m.key, m.exact, m.field) for m in sorted(matches, key=lambda m: not m.exact)]
-        patterns = command_patterns(rows, self.bag.make(self.bag.topics[topic]))  # type: ignore[arg-type]
+        patterns = command_patterns(rows, self.bag.make(topic))  # type: ignore[arg-type]
         self._add(topic, lambda message: self.engine.offer(topic, patterns, message, None))
 
     def _connect_action(self, action: Communication) -> None:

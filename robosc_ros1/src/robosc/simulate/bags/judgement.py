@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from robosc.errors import UsageError
+from robosc.errors import UsageError, counted
 from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Robot
 from robosc.progress import Progress
@@ -76,14 +76,18 @@ class Judgement:
     silences: dict[str, int] = field(default_factory=dict)
     goals: dict[str, Goals] = field(default_factory=dict)
     tracks: dict[str, Track] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+    """What should be in the recording, and could not be read."""
     absent: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
     unjudged: tuple[tuple[str, str], ...] = ()
 
     @property
     def exit_code(self) -> int:
-        """1: a requirement was violated, or the run leaves the model."""
-        return 1 if self.findings else 0
+        """1: a requirement was violated, or the run leaves the model; 2: not all that the recording
+        should have could be judged."""
+        return 1 if self.findings else 2 if self.missing else 0
 
     def of(self, sort: Sort) -> list[Finding]:
         return [finding for finding in self.findings if finding.sort == sort]
@@ -121,9 +125,25 @@ def judge(
         judgement.tracks = run.tracks
         judgement.absent, judgement.unseen = tuple(run.absent), tuple(run.unseen)
         judgement.unjudged = tuple(run.unjudged)
+        judgement.notes, judgement.missing = (
+            tuple(bag.storage.notes),
+            tuple(bag.storage.missing),
+        )
+        if not judgement.events:
+            raise UsageError(f"{path}: nothing could be judged: {_no_evidence(judgement)}")
         counters = run.engine.recorder.counters
         judgement.crossed, judgement.reordered = counters["crossed"], counters["reordered"]
     return judgement
+
+
+def _no_evidence(judgement: Judgement) -> str:
+    """Why a recording has no event of the robot."""
+    topics = ", ".join(judgement.tracks)
+    read = sum(track.count for track in judgement.tracks.values())
+    reason = f"there is no message of {topics}"
+    if read:
+        reason = f"the {counted(read, 'message')} of {topics} tell of no event of the model"
+    return "; ".join((reason, *judgement.missing, *judgement.notes))
 
 
 def _first(topics: Sequence[str] | dict[str, str]) -> str:
