@@ -152,25 +152,6 @@ class Classes(Sequence[Any]):
             return "any"
         return text(self.condition([index], [index]).of(term))
 
-    def range_text(self, index: int) -> str:
-        """Return a class of numbers as people write it, ``0.3 … 0.9`` or ``< 0.3``; empty where it
-        is no such range.
-
-        It does not say whether the ends and NaN are in it: the condition does.
-        """
-        if isinstance(self.type, StringType) or index >= len(self._members):
-            return ""
-        condition = self.condition([index], [index])
-        bounds = [bound for part in condition.alternatives for bound in part]
-        if condition.negated:
-            bounds = [(_OPPOSITE[operator], constant) for operator, constant in bounds]
-        low: list[Any] = [constant for operator, constant in bounds if operator in (">", ">=")]
-        high: list[Any] = [constant for operator, constant in bounds if operator in ("<", "<=")]
-        if len(bounds) == 1 and bounds[0][0] != "=":
-            return f"{bounds[0][0]} {bounds[0][1]}"
-        is_range = len(bounds) == 2 and len(low) == len(high) == 1 and low[0] < high[0]
-        return f"{low[0]} … {high[0]}" if is_range else ""
-
     def outcomes(self, index: int) -> dict[Comparison, bool]:
         """Return the results of the comparisons in a class (not that of missing values)."""
         value = self._values[index]
