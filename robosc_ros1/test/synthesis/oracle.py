@@ -59,9 +59,9 @@ class Oracle(OraclePlant):
             )
             for other in {outer.performs for outer in performing} - {key} if asks else ():
                 communication = self.robot.communications.get(other)
-                if communication is not None and communication.kind is Kind.ACTION:
-                    if self.get(state, "phase", other) != "idle":
-                        return True
+                is_action = communication is not None and communication.kind is Kind.ACTION
+                if is_action and self.get(state, "phase", other) != "idle":
+                    return True
         return False
 
     def _is_replaced(self, key: str) -> bool:

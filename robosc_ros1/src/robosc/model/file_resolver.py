@@ -33,7 +33,7 @@ from robosc.model.declarations.datatypes import Given, TypeTable
 from robosc.model.declarations.lasting import with_lasting
 from robosc.model.declarations.named_values import NamedValueTyper
 from robosc.model.declarations.parameters import check_parameters
-from robosc.model.declarations.performing import with_one_at_a_time, with_performed
+from robosc.model.declarations.performing import with_performed
 from robosc.model.declarations.performing_clauses import find_performed, performed_data
 from robosc.model.declarations.servers import (
     with_feedback_where_provided,
@@ -163,7 +163,7 @@ class FileResolver:
         if library or not whole:
             check_overlaps(robot.components, self._report, library=library)
         if whole:
-            check_freshness(robot, self._report)
+            check_freshness(robot, self._report, library=library)
             check_cancels(robot.components, robot.communications, self._report)
             check_undefined_data(robot, lengths, self._scope.source, self._report)
             if not library:
@@ -383,7 +383,7 @@ class FileResolver:
         if node.kind == "library":
             return robot
         robot = with_feedback_where_provided(with_one_request_per_server(robot))
-        robot = with_lasting(with_one_at_a_time(with_performed(robot)), tuple(self._lasting()))
+        robot = with_lasting(with_performed(robot), tuple(self._lasting()))
         return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
 
     def _add_statements(self, instance: Instance, statements: Statements) -> None:

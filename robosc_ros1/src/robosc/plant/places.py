@@ -28,7 +28,9 @@ def in_states(robot: Robot, component: str, names: Sequence[str]) -> list[StateR
 
 def in_phases(communication: Communication, names: Sequence[str]) -> list[PhaseRef]:
     """Conditions of which one holds where a communication is in one of some phases."""
-    several = {"heard": ("fresh", "silent")} if communication.heard else {}
+    several: dict[str, tuple[str, ...]] = (
+        {"heard": ("fresh", "silent")} if communication.heard else {}
+    )
     if communication.phases is not None and (
         busy := named_phases(communication.phases.names, "busy")
     ):

@@ -259,7 +259,7 @@ def with_counts(behaviour: Behaviour, counts: Sequence[Retries]) -> Behaviour:
 
 
 def with_performed(robot: Robot) -> Robot:
-    """The robot with requirements on the commands that are performed.
+    """The robot with requirements on the commands that are performed, which also wait for others.
 
     If several components perform a command, its request needs one in which it is due. A goal is
     cancelled where no state has it under way.
@@ -274,10 +274,11 @@ def with_performed(robot: Robot) -> Robot:
             added.append(_needed(robot, key, stages, "is performed in", to_start=True))
         if communication.kind is Kind.ACTION:
             added.append(_needed(robot, key, (PERFORMING,), "goes on in", to_cancel=True))
-    return replace(robot, requirements=(*robot.requirements, *added))
+    robot = replace(robot, requirements=(*robot.requirements, *added))
+    return _with_one_at_a_time(robot)
 
 
-def with_one_at_a_time(robot: Robot) -> Robot:
+def _with_one_at_a_time(robot: Robot) -> Robot:
     """The robot with requirements on what its states ask for: a component that performs several
     actions has one under way, unless ``meanwhile`` is said.
     """
@@ -312,7 +313,7 @@ def _is_awaited(robot: Robot, key: str) -> bool:
 
 
 def _waits_for(robot: Robot, key: str, other: str) -> bool:
-    """Whether a command waits for another one: that is an action, and none of the same server, which
+    """Whether a command waits for another one: for an action of another server, since one server
     does one thing at a time anyway."""
     one, two = robot.communications[key], robot.communications[other]
     return two.kind is Kind.ACTION and (one.kind, one.ros_name) != (two.kind, two.ros_name)
