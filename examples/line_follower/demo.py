@@ -21,6 +21,9 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
+sys.path.append(str(ROOT / "robosc_ros1" / "test"))
+import reaper  # noqa: E402
+
 MODEL = HERE / "line_follower.rscd"
 PACKAGES = (HERE, HERE.parent / "robot_common")
 
@@ -28,6 +31,8 @@ PACKAGES = (HERE, HERE.parent / "robot_common")
 def main() -> int:
     args = parse_arguments()
     started = time.monotonic()
+    reaper.watch()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # all that was started ends with this process
     for tool in ("catkin_make", "roslaunch"):
         if shutil.which(tool) is None:
             print(f"demo: {tool} is missing; ./dev setup installs it", file=sys.stderr)

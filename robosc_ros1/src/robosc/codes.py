@@ -70,7 +70,8 @@ _PLANT_ERRORS = ("empty-supervisor", "guard-overlap")
 _PLANT_WARNINGS = (
     "never-allowed", "restricted-command", "topic-conflict", "provide-overlap", "provide-missing",
     "nothing-to-send", "requirement-always-true", "requirement-never-met", "livelock",
-    "properties-unchecked", "synthesis-unchecked", "order-matters", "blocking-under-control",
+    "properties-unchecked", "synthesis-unchecked", "explanations-left-out",
+    "order-matters", "blocking-under-control",
     "impossible-under-control", "possible-free", "self-cancelling", "assumption-excludes-all",
     "assumption-broken",
 )  # fmt: skip
