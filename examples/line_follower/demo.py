@@ -33,12 +33,17 @@ from building import (
     summary_in,
 )
 
+sys.path.append(str(ROOT / "robosc_ros1" / "test"))
+import reaper  # noqa: E402
+
 PACKAGES = (HERE, HERE.parent / "robot_common")
 
 
 def main() -> int:
     args = parse_arguments()
     started = time.monotonic()
+    reaper.watch()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # all that was started ends with this process
     try:
         summary = ros2_demo.run(args) if args.ros2 else run(args)
     except Unavailable as reason:

@@ -55,6 +55,7 @@ def drives(base: Puppet, since: int, x: float) -> int:
     return base.lines.index(asked) + 1
 
 
+@pytest.mark.once
 def test_an_order_is_carried_out(puppet: Puppet, base: Puppet, node: Node) -> None:
     """It is refused as long as nothing is known of the emergency stop, and paused by it."""
     refused = end(puppet, send(puppet))

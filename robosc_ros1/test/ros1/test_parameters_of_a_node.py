@@ -57,6 +57,7 @@ def test_an_unknown_parameter_is_told_with_the_nearest(stage: Stage, ear: Puppet
         await_condition(lambda: "did you mean ~timeout/run?" in node.log, "the warning")
 
 
+@pytest.mark.once
 def test_a_parameter_of_the_model_decides(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     with stage.controller(ear, loud=7) as node:
         state = node.shows(lambda s: True)

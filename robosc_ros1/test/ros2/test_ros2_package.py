@@ -57,6 +57,7 @@ def test_the_parameter_file_says_what_is_so_anyway(
     assert "unknown parameter" not in node.output
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("package", ["guarded_arm", "shared_controller", "crane_monitor"])
 def test_the_package_s_own_test_plays_the_robot(built: Any, graph: Graph, package: str) -> None:
     test = graph.start(
@@ -110,6 +111,7 @@ def launch(built: Any) -> Callable[..., Node]:
     return run
 
 
+@pytest.mark.once
 def test_the_launch_file_starts_the_node(launch: Callable[..., Node]) -> None:
     node = launch()
     assert (node.package, node.executable) == ("guarded_arm", "guarded_arm")
@@ -178,6 +180,7 @@ def test_parameters_of_every_type_at_launch(
     assert "unknown parameter" not in node.output
 
 
+@pytest.mark.once
 def test_values_are_published_for_tools_that_plot(
     thermostat: Callable[..., Process], graph: Graph
 ) -> None:

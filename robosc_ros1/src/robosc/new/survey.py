@@ -66,12 +66,14 @@ class Spacing:
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """``outgoing`` topics come from the robot, ``incoming`` ones go to it."""
+    """``outgoing`` topics come from the robot, ``incoming`` ones go to it. ``declared`` are the
+    types that the model has to declare."""
 
     outgoing: tuple[Offer, ...]
     incoming: tuple[Offer, ...]
     services: tuple[Offer, ...]
     actions: tuple[Offer, ...]
+    declared: frozenset[str] = frozenset()
 
 
 def survey(graph: RosGraph) -> Survey:
