@@ -111,7 +111,7 @@ def _new(args: Arguments) -> int:
     if args.from_ros:
         text = running(name, os.environ)
     elif args.from_bag:
-        text = recorded(name, args.from_bag, args.progress)
+        text = recorded(name, args.from_bag)
     else:
         text = small(name)
     args.progress.clear()
@@ -192,7 +192,7 @@ def _generate(args: Arguments) -> int:
     tell(result.diagnostics)
     for warning in result.warnings:
         print(f"warning: {warning}", file=sys.stderr)
-    print(report.generated_text(result, reason), end="")
+    print(report.generated_text(result, reason, args.verbose), end="")
     return 0
 
 

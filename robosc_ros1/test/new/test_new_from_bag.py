@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from ros_support import Completed
@@ -160,8 +161,82 @@ def test_types_that_are_not_defined_here_are_left_out(
     text = model(robosc, tmp_path, bag)
     assert text.endswith(
         "// packages, or source the workspace that has them, and make the model again."
-        " // /horn: horn_msgs/Horn // /scan2: sensor_msgs/OfTomorrow // /lift: lift_msgs/Lift }"
+        " // /scan2: sensor_msgs/OfTomorrow // /lift: lift_msgs/Lift }"
     )
+    assert "interface horn_type use Horn from horn_msgs" in text  # as it was recorded
+
+
+LINE = "=" * 80 + "\n"
+HORN = (
+    "q_msgs/Tone[] tones\nuint8 LOUD=1\nuint8 state\nstring[2] names\nq_msgs/Nothing nothing\n"
+    + LINE + "MSG: q_msgs/Tone\nfloat64 hertz\nq_msgs/Horn owner\n" + LINE + "MSG: q_msgs/Nothing\n"
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("storage", ["ROS 1", "MCAP", "SQLITE3"])
+def test_types_that_only_the_recording_has_are_declared(
+    robosc: Robosc, tmp_path: Path, storage: str
+) -> None:
+    topics = [("/horn", "q_msgs/msg/Horn", HORN), ("/bell", "q_msgs/msg/Nothing", "")]
+    if storage == "ROS 1":
+        topics.append(
+            (
+                "/go/goal",
+                "q_msgs/msg/GoActionGoal",
+                "GoGoal goal\n" + LINE + "MSG: q_msgs/GoGoal\nint8 to\n",
+            )
+        )
+        topics.append(
+            (
+                "/go/result",
+                "q_msgs/msg/GoActionResult",
+                "GoResult result\n" + LINE + "MSG: q_msgs/GoResult\n",
+            )
+        )
+        writer: Any = Writer1(tmp_path / "rover.bag")
+    else:
+        topics.append(
+            ("/ring/_service_event", "q_msgs/srv/Ring_Event", "bool on\n---\nint8 times\n")
+        )
+        writer = rosbag2.Writer(
+            tmp_path / "rover", version=9, storage_plugin=rosbag2.StoragePlugin[storage]
+        )
+    with writer:
+        for name, type_, text in topics:
+            more = {"md5sum": "0" * 32} if storage == "ROS 1" else {"rihs01": TEXT["rihs01"]}
+            connection = writer.add_connection(name, type_, msgdef=text, **more)
+            for number in range(5):
+                writer.write(connection, START + number * SECOND, bytes(8))
+    text = model(robosc, tmp_path, writer.path)
+    assert (
+        'message horn with identifier: "/horn", timeout: 3 s, type: Horn_2 links horn_type' in text
+    )
+    assert (
+        'message bell with identifier: "/bell", timeout: 3 s, type: none links nothing_type' in text
+    )
+    assert "datatype object Tone { hertz: double }" in text
+    assert (
+        "datatype object Horn_2 { tones: array(Tone) state: integer names: array(string) }" in text
+    )
+    assert "interface horn_type use Horn from q_msgs" in text
+    if storage == "ROS 1":
+        assert (
+            'action go with identifier: "/go", request: GoGoal, response: none, feedback: none links go_type'
+            in text
+        )
+    else:
+        assert "request: RingRequest, response: RingResponse links ring_type" in text
+
+
+def test_what_is_left_out_is_told_by_name(robosc: Robosc, tmp_path: Path) -> None:
+    topics = [("/horn", "horn_msgs/msg/Horn", "/horn"), ROBOT[0]]
+    bag = bag_of_ros_2(tmp_path, topics, "MCAP")
+    (file,) = bag.glob("*.mcap")
+    content = file.read_bytes()
+    file.write_bytes(content.replace(b"string data\n", b"not { of us\n"))
+    done = robosc("new", "Rover", "--from-bag", "rover")
+    assert done.returncode == 0
+    assert "left out, since their types are not defined here: /horn\n" in done.stdout
 
 
 @pytest.mark.parametrize("version", ["1", "2"])
@@ -170,7 +245,7 @@ def test_what_is_sent_for_those_who_come_later_has_no_timeout(tmp_path: Path, ve
     bag = (
         bag_of_ros_1(tmp_path, topics) if version == "1" else bag_of_ros_2(tmp_path, topics, "MCAP")
     )
-    graph, pauses = read(bag)
+    graph, pauses, *_ = read(bag)
     assert "/map" in graph.publishers and "/map" not in pauses
     assert pauses["/scan"].longest == pytest.approx(0.1)
 
@@ -185,7 +260,7 @@ def test_pauses_are_measured_at_the_beginning_of_long_recordings(tmp_path: Path)
             )
             for seconds in times:
                 writer.write(connection, START + seconds * SECOND, b"\x01")
-    graph, pauses = read(bag)
+    graph, pauses, *_ = read(bag)
     assert set(graph.publishers) == {"/scan", "/late"}
     assert {topic: p.longest for topic, p in pauses.items()} == {"/scan": 1.0}
 
@@ -264,7 +339,7 @@ def test_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     """The graph needs none; what unpacks messages is rosbags."""
     file = bag_of_ros_1(tmp_path, ROBOT[:3], 0.5)
     monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
-    assert "/scan" in read(file)[0].publishers
+    assert "/scan" in read(file).graph.publishers
     with (
         opened_bag(file) as bag,
         pytest.raises(UsageError, match="needs the Python library 'rosbags'"),

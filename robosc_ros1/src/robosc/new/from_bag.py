@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Set
+from collections.abc import Collection, Iterable, Mapping, Set
+from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
+from robosc.model.ros.interfaces import Definition
+from robosc.model.ros.recorded import definitions
 from robosc.new.survey import UNKNOWN_NODE, RosGraph, Spacing, pauses_of
 from robosc.simulate.bags.bag_files import Bag, opened_bag
 from robosc.simulate.bags.storage import Channel
@@ -23,19 +27,42 @@ _ROS_2_SERVICE = re.compile(r"(?P<service>.+)/_service_event (?P<type>\S+)_Event
 Nodes = Mapping[str, "list[str]"]
 
 
-def read(path: Path) -> tuple[RosGraph, dict[str, Spacing]]:
-    """Return the graph as far as it was recorded, and the pauses of each topic.
+class Recorded(NamedTuple):
+    """What a recording has: the graph, the pauses of each topic, the definitions of its messages,
+    by names like ``geometry_msgs/Twist``, and what there is to know of it."""
+
+    graph: RosGraph
+    pauses: dict[str, Spacing]
+    definitions: dict[str, Definition]
+    notes: tuple[str, ...]
+
+
+def read(path: Path) -> Recorded:
+    """Return what a recording has.
 
     A bag does not tell who receives a topic, and that of ROS 2 not who sends it. What is a command
     is guessed from types and names.
 
     Raises:
-        UsageError: it cannot be read, or rosbags is not installed.
+        UsageError: it cannot be read.
     """
     with opened_bag(path) as bag:
-        topics = [_topic(channel) for channel in bag.storage.channels.values()]
+        channels = bag.storage.channels.values()
+        topics = [_topic(channel) for channel in channels]
         pauses = pauses_of(_arrivals(bag))
-    return _graph(topics), pauses
+        notes = (*bag.storage.missing, *bag.storage.notes)
+    return Recorded(_graph(topics), pauses, _definitions(channels), notes)
+
+
+def _definitions(channels: Iterable[Channel]) -> dict[str, Definition]:
+    """All definitions that can be read."""
+    found: dict[str, Definition] = {}
+    for channel in channels:
+        if channel.definition.strip():
+            with suppress(ValueError):
+                texts = definitions(channel.definition, channel.type, channel.schema)
+                found = {**texts, **found}
+    return found
 
 
 def _arrivals(bag: Bag) -> dict[str, list[float]]:
