@@ -335,15 +335,26 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Path], None]) -> Path:
-    """The folder that ``build`` fills; whichever process of tests needs it first builds it for all."""
+    """The folder that ``build`` fills; whichever process of tests needs it first builds it for all.
+
+    If that fails, it has failed for all.
+    """
     base = factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
     folder.mkdir(exist_ok=True)
+    built, failed = folder / "built", folder / "failed"
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "built").exists():
-            build(folder)
-            (folder / "built").touch()
+        assert not failed.exists(), f"{folder} was not built: {failed.read_text(encoding='utf-8')}"
+        if not built.exists():
+            try:
+                build(folder)
+            except pytest.skip.Exception:
+                raise
+            except BaseException as error:  # also that it took too long
+                failed.write_text(str(error), encoding="utf-8")
+                raise
+            built.touch()
     return folder
 
 

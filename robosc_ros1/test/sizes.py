@@ -27,9 +27,9 @@ import pytest
 __all__ = ["SIZES", "seconds_of_groups", "take"]
 
 SIZES = ("quick", "usual", "rest", "all")
-OF_ALL_CASES = 0.2
+OF_ALL_CASES = 0.1
 """Seconds of processor that a function may take in a quick run, or ..."""
-OF_ONE_CASE = 0.4
+OF_ONE_CASE = 0.3
 """... those of its only case there."""
 UNKNOWN = 3.0
 """Seconds of a slow test of which nothing is known."""
