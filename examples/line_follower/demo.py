@@ -34,7 +34,7 @@ from building import (
 )
 
 sys.path.append(str(ROOT / "robosc_ros1" / "test"))
-import reaper  # noqa: E402
+import reaper
 
 PACKAGES = (HERE, HERE.parent / "robot_common")
 

@@ -39,7 +39,7 @@ FASTER = 0.35
 CLOCK = {"/clock": "rosgraph_msgs/msg/Clock"}
 """Recorded too: it shows how late the recorder was, for which simulated time does not wait."""
 
-STOP = {"/stop": "std_msgs/msg/Empty", "/continue": "std_msgs/msg/Empty"}
+STOP = {"/stop": "std_msgs/msg/Bool", "/continue": "std_msgs/msg/Empty"}
 WHEELS = {"/cmd_vel": "geometry_msgs/msg/Twist"}
 
 
