@@ -13,8 +13,6 @@ from costs import Cost, function_of
 
 __all__ = ["Measured", "Progress"]
 
-QUICK, SLOW = 0.02, 4.0
-"""Seconds that a test takes of which nothing is known."""
 GRANTED = 10.0
 """Seconds of tests that are thought to have taken as long as on the machine of ``costs.csv``."""
 EVERY = 20.0
@@ -68,15 +66,9 @@ class Progress:
 
     def _await(self, tests: list[str]) -> None:
         if not self._number and tests:
-            self._awaited = {plain(test): self._seconds(test) for test in tests}
+            self._awaited = {plain(test): costs.seconds_of(test, self._known) for test in tests}
             self._number = len(self._awaited)
             self._start = time.monotonic()
-
-    def _seconds(self, test: str) -> float:
-        cost = self._known.get(function_of(test))
-        if cost is not None:
-            return cost.seconds / cost.cases
-        return SLOW if test.startswith(("robosc_ros1/test/ros", "robosc_ros1/test/view")) else QUICK
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
         with self._lock:
