@@ -111,7 +111,15 @@ def main() -> None:
         print(line)
     if parser.parse_args().keep:
         dear = {f: c for f, c in last.items() if max(c.processor, c.seconds) >= LEAST}
-        write(KEPT, {f: c for f, c in read(KEPT).items() if f not in last} | dear)
+        others = {f: c for f, c in read(KEPT).items() if f not in last}
+        write(KEPT, {f: c for f, c in (others | dear).items() if is_there(f)})
+
+
+def is_there(function: str) -> bool:
+    """Whether it has not been renamed or moved."""
+    file, _, name = function.partition("::")
+    path = KEPT.parent / file
+    return path.is_file() and f"\ndef {name}(" in path.read_text(encoding="utf-8")
 
 
 if __name__ == "__main__":
