@@ -11,7 +11,7 @@ import costs
 import pytest
 from costs import Cost, function_of
 
-__all__ = ["Measured", "Progress"]
+__all__ = ["Progress", "Summary"]
 
 GRANTED = 10.0
 """Seconds of tests that are thought to have taken as long as on the machine of ``costs.csv``."""
@@ -19,8 +19,8 @@ EVERY = 20.0
 """Seconds between two lines where the output is no terminal."""
 
 
-class Measured:
-    """A plugin of the process that reports, which writes down what the tests cost."""
+class Summary:
+    """A plugin of the process that reports: what was left out, and, for later runs, what it cost."""
 
     def __init__(self) -> None:
         self._costs: dict[str, Cost] = {}
@@ -36,6 +36,14 @@ class Measured:
     def pytest_sessionfinish(self) -> None:
         whole = {function: cost for function, cost in self._costs.items() if cost.cases}
         costs.write(costs.LAST, costs.read(costs.LAST) | whole)
+
+    def pytest_terminal_summary(self, terminalreporter: Any) -> None:
+        """Nothing is left out silently."""
+        skipped = {plain(r.nodeid): reason(r) for r in terminalreporter.stats.get("skipped", ())}
+        reasons = Counter(skipped.values())
+        if reasons:
+            parts = "; ".join(f"{number} for {text}" for text, number in reasons.most_common())
+            terminalreporter.write_line(f"left out, {sum(reasons.values())} in all: {parts}")
 
 
 class Progress:
@@ -96,14 +104,6 @@ class Progress:
     def pytest_sessionfinish(self) -> None:
         self._ended.set()
         self._clear()
-
-    def pytest_terminal_summary(self, terminalreporter: Any) -> None:
-        """Nothing is left out silently."""
-        skipped = {plain(r.nodeid): reason(r) for r in terminalreporter.stats.get("skipped", ())}
-        reasons = Counter(skipped.values())
-        if reasons:
-            parts = "; ".join(f"{number} for {text}" for text, number in reasons.most_common())
-            terminalreporter.write_line(f"left out, {sum(reasons.values())} in all: {parts}")
 
     def _tick(self) -> None:
         while not self._ended.wait(1.0):

@@ -47,7 +47,7 @@ def test_what_another_process_has_is_not_taken_until_it_has_ended(
 
 def test_two_runs_have_temporary_folders_of_their_own(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", "-s"]
-    shown = Path(__file__).with_name("shown_folder.py")
+    shown = Path(__file__).with_name("shown.py")
     runs = [
         subprocess.Popen([*command, shown], stdout=subprocess.PIPE, text=True) for _ in range(2)
     ]
