@@ -52,7 +52,10 @@ def ros(folder: Path) -> tuple[dict[str, str], str]:
     sys.path.insert(0, str(ROOT / "robosc_ros1" / "test"))
     from ros2 import bed
 
-    print("no ROS 2 is sourced: taking that of the tests, which is fetched the first time")
+    print(
+        "no ROS 2 is sourced: taking that of the tests; the first time that takes minutes",
+        flush=True,
+    )
     try:
         made = bed.test_bed()
     except bed.Unavailable as reason:
