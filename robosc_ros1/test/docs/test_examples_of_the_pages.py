@@ -39,7 +39,7 @@ from robosc.syntax.parser import parse
 ROOT = Path(__file__).parents[3]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 _BLOCK = re.compile(r"^([ ]*)```(\w+)([^\n]*)\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
-_OF_WHOLES = ("no-stop", "stale-data")
+_OF_WHOLES = ("no-stop", "stale-data", "stale-event")
 _LEVELS = ("robot", "component", "behaviour")
 
 
