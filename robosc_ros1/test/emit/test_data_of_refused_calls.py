@@ -65,3 +65,37 @@ def test_the_data_are_those_of_the_state_in_which_the_call_ends() -> None:
     assert waiting.told == [("order failed: Orders is in asked", {"message": "busy"})]
     load(9)
     assert call(False).told[0][1] == {"message": "full"}
+
+
+UNUSABLE = """
+robot Cart {
+    datatype object Wish { speed: double }
+    datatype object Told { success: boolean }
+    interface ask use Drive from carts
+    component Orders {
+        outgoing service order with request: Wish, response: Told links ask
+        incoming message drive with type: double
+        behaviour {
+            variable speed: double
+            initial marked state free { on request from order do speed := value.speed goto asked }
+            state asked { on request to drive goto done }
+            state done { on response to order goto free }
+        }
+    }
+    provide drive with Orders.speed
+}
+"""
+
+
+def test_a_call_with_a_number_that_cannot_be_sent_is_refused_and_jams_nothing() -> None:
+    port = PlayedPort()
+    engine = Engine(controller_class(supervisor_of(UNUSABLE))[0](), port, Settings())
+    engine.begin()
+    calls = []
+    for number in (float("nan"), float("inf"), 1.0):
+        calls.append(Call())
+        engine.serve("Orders.order", SimpleNamespace(speed=number), calls[-1])
+        engine.cycle()
+    refused = [text for call in calls for text, _ in call.told]
+    assert refused == [f"its data cannot be used: speed is {number}" for number in ("nan", "inf")]
+    assert port.sent == [("Orders.drive", {"data": 1.0})]
