@@ -49,7 +49,10 @@ def ros(folder: Path) -> tuple[dict[str, str], str]:
         return dict(os.environ), "python3"
     from ros2 import bed
 
-    print("no ROS 2 is sourced: taking that of the tests, which is fetched the first time")
+    print(
+        "no ROS 2 is sourced: taking that of the tests; the first time that takes minutes",
+        flush=True,
+    )
     try:
         made = bed.test_bed()
     except bed.Unavailable as reason:

@@ -9,6 +9,7 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -21,6 +22,7 @@ from simulate.recorded_runs import START, BagWriter
 from robosc.errors import UsageError
 from robosc.simulate.bags.bag_files import target_of
 from robosc.simulate.bags.judgement import Judgement, judge
+from robosc.simulate.bags.judgement_report import judgement_junit, judgement_text
 from robosc.supervisor import Supervisor
 
 SECOND = 1_000_000_000
@@ -517,3 +519,15 @@ def test_the_readers_agree_with_rosbags(tmp_path: Path) -> None:
                 for n, t, raw in bag.storage.messages(numbers, lambda *_: None)
             ]
         assert read == expected and len(read) == 120
+
+
+def test_what_could_not_be_read_fails_a_test_case(supervisor: Supervisor, tmp_path: Path) -> None:
+    lawful = [m for m in run() if m.time < BEGIN + 3 * SECOND]
+    for promised, failures in ((None, "0"), (200, "1")):
+        path = Mcap(messages=lawful, promised=promised).write(tmp_path / "run.mcap")
+        found = judged(supervisor, path)
+        suite = ElementTree.fromstring(judgement_junit(found))
+        assert suite.get("failures") == failures
+        assert found.exit_code == (2 if promised else 0)
+        text = judgement_text(found)
+        assert ("as far as the recording could be read" in text) is bool(promised)
