@@ -187,7 +187,7 @@ class Mcap:
 
 
 CRLF = ("# distance\r\nfloat32 data\r\n", TWIST)
-LOWER = ("uint8 left=0\nfloat32 data\n", TWIST)
+LOWER = ("uint8 left=0\nuint8 right = 1\nfloat32 data\n", TWIST)
 WIDE = ('float32 data\nstring<=5 unit "m"\nuint8[<=3] x [1, 2]\nwstring<=4 w\n', TWIST)
 OF_WIDE = struct.pack("<I2sxxI2sxxI", 2, b"m\0", 2, b"\1\2", 0)
 
@@ -254,6 +254,15 @@ def test_a_file_that_breaks_off_anywhere(
         assert note.startswith(
             "cut.mcap is read as far as it goes: it was not ended: it breaks off"
         )
+
+
+def test_a_channel_of_another_type_without_messages(supervisor: Supervisor, tmp_path: Path) -> None:
+    bag = Mcap(
+        types=("std_msgs/msg/Float32", "geometry_msgs/msg/Twist", "std_msgs/msg/String"),
+        definitions=("float32 data", TWIST, "string data"),
+        topics=("/distance", "/cmd_vel", "/distance"),
+    )
+    assert len(judged(supervisor, bag.write(tmp_path / "run.mcap")).findings) == 1
 
 
 def test_fewer_messages_than_a_file_states(supervisor: Supervisor, tmp_path: Path) -> None:
@@ -332,6 +341,7 @@ QOS = """offered_qos_profiles:
         edited(("version: 9", "version: 23")),
         edited(("storage_identifier: mcap", 'storage_identifier: ""')),
         edited(("message_count: 60", "message_count: 5")),
+        edited(("topics_with_message_count:", "topics_in_another_way:")),
         lambda bag: (bag / "metadata.yaml").unlink(),
     ],
 )  # fmt: skip
