@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import os
 import resource
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -81,13 +82,16 @@ def read(path: Path) -> dict[str, Cost]:
 
 
 def write(path: Path, costs: dict[str, Cost]) -> None:
+    """Write a table, whole or not at all: another run may read it meanwhile."""
     path.parent.mkdir(exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as file:
+    scratch = path.with_name(f"{path.name}.{os.getpid()}")
+    with scratch.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(COLUMNS)
         for function, cost in sorted(costs.items()):
             row = function, cost.size, cost.cases, f"{cost.processor:.2f}", f"{cost.seconds:.2f}"
             rows.writerow(row)
+    scratch.replace(path)
 
 
 def table(costs: dict[str, Cost]) -> Iterable[str]:
