@@ -56,7 +56,9 @@ class RelayPort(RosPort):
 
     def send(self, key, data):
         if isinstance(data, AnyMsg):
-            self._publishers[key][0].publish(data)
+            publisher = self._publishers[key][0]
+            publisher.publish(data)
+            self._demand_taken(publisher)
         else:
             super().send(key, data)
 

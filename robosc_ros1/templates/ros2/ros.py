@@ -2,9 +2,7 @@
 """The ROS 2 port of the engine: topics, services and actions, none of which blocks it.
 
 One thread, the executor's, receives messages and passes them to the engine, which may handle them
-in that thread. Messages are published at once. Requests and goals are passed to the executor's
-thread, the only one that uses service and action clients: so no locks are needed, and no answer is
-received before its request is recorded.
+in that thread. Messages, requests and goals are sent at once, in the thread that has the turn.
 """
 
 import time
@@ -54,7 +52,8 @@ class RosPort(CallingPort):
             (key, ServedAction(node, executor_thread, name, type_))
             for name, type_, key in tables.served_actions
         ]
-        super().__init__(self._services_of(tables), self._actions_of(tables), served)
+        former = getattr(node, "former_actions", ())
+        super().__init__(self._services_of(tables), self._actions_of(tables), served, former)
         self._subscriptions = tables.subscriptions
         self._simulated = self._started_simulated = is_simulated(node)
         self._logger = node.get_logger()
@@ -134,21 +133,27 @@ class RosPort(CallingPort):
             while not publisher.get_subscription_count() and time.monotonic() < end:
                 time.sleep(0.005)
 
+    def unended_actions(self):
+        """Return the actions with goals that may go on."""
+        return [action for action in (*self._actions.values(), *self._former) if action.running()]
+
     def release(self):
         """Remove the engine's callback from the clock."""
         if self._jumps is not None:
             self._jumps.unregister()
 
     def close(self, timeout):
-        """Wait until pending messages are sent and goals are cancelled, for at most ``timeout``
-        seconds."""
+        """Wait until pending messages are sent and goals have ended, for at most ``timeout``
+        seconds; then tell of the goals that may go on."""
         end = time.monotonic() + timeout
-        callers = [*self.callers(), *(server for _, server in self._served)]
-        self.executor_thread.flush(lambda: not any(c.is_busy() for c in callers), timeout / 2)
+        callers = [*self.callers(), *self._former, *(server for _, server in self._served)]
+        self.executor_thread.flush(lambda: not any(c.is_busy() for c in callers), timeout)
+        for text in self.running():
+            self._logger.warning(text)
         for publisher in {id(p): p for p, _ in self._publishers.values()}.values():
             left = end - time.monotonic()
-            if left > 0 and publisher.get_subscription_count():
-                publisher.wait_for_all_acked(Duration(seconds=min(left, timeout / 4)))
+            if publisher.get_subscription_count():
+                publisher.wait_for_all_acked(Duration(seconds=max(left / 2, 0.1)))
 
     def now(self):
         if self._simulated:
@@ -169,6 +174,12 @@ class RosPort(CallingPort):
 
         self.executor_thread.do(lambda: look() or self.executor_thread.poll(look, look))
         return True
+
+    def check(self, key, data):
+        if key in self._publishers:
+            compose(self._publishers[key][1](), data, self._node.get_clock())
+        else:
+            super().check(key, data)
 
     def send(self, key, data):
         publisher, message_type = self._publishers[key]

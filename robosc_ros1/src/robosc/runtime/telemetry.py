@@ -140,7 +140,7 @@ def state_document(
             "waits_for": [],
             "count": snapshot["counts"][command.key, command.kind],
         }
-        for command, reasons in ((c, _obstacles(controller, c)) for c in controller.COMMANDS)
+        for command, reasons in ((c, _obstacles(snapshot, c)) for c in controller.COMMANDS)
     ]
     counters = snapshot["counters"].keys()
     if "withheld" in counters or not {"blocked", "forbidden"} & counters:  # they choose commands
@@ -175,10 +175,14 @@ def state_document(
     return document
 
 
-def _obstacles(controller: Controller, command: Command) -> List[Dict[str, Any]]:
-    """Return why a command is not allowed now. Guards are simplified for the states that synthesis
+def _obstacles(snapshot: Dict[str, Any], command: Command) -> List[Dict[str, Any]]:
+    """Return why a command cannot be sent now. Guards are simplified for the states that synthesis
     allows; commands of others may lead elsewhere, so requirements are looked at, too."""
+    controller: Controller = snapshot["controller"]
     found = blocked_by(controller, command)
+    lack = snapshot["lacks"].get((command.key, command.kind))
+    if not found and lack is not None:
+        return [{"kind": "data", "text": lack}]
     if not found and command.kind == "request":
         return violated(controller, command)
     return found
