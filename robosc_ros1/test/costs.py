@@ -110,9 +110,17 @@ def main() -> None:
     for line in table(last):
         print(line)
     if parser.parse_args().keep:
-        dear = {f: c for f, c in last.items() if max(c.processor, c.seconds) >= LEAST}
-        others = {f: c for f, c in read(KEPT).items() if f not in last}
-        write(KEPT, {f: c for f, c in (others | dear).items() if is_there(f)})
+        known = read(KEPT)
+        whole = known | {f: of_all_cases(c, known.get(f, c).cases) for f, c in last.items()}
+        dear = {f: c for f, c in whole.items() if max(c.processor, c.seconds) >= LEAST}
+        write(KEPT, {f: c for f, c in dear.items() if is_there(f)})
+
+
+def of_all_cases(cost: Cost, known: int) -> Cost:
+    """A quick run has taken only some of the cases."""
+    cases = max(cost.cases, known)
+    factor = cases / cost.cases
+    return Cost(cost.size, cases, cost.processor * factor, cost.seconds * factor)
 
 
 def is_there(function: str) -> bool:
