@@ -34,7 +34,7 @@ CLOCK_REPLACED = (
     " back, or restart the node with it"
 )
 FOLLOWED = 0.5
-"""Seconds between two looks whether publishers of inputs latch."""
+"""Seconds between two looks who publishes inputs, and whether it latches."""
 
 
 class RosPort(CallingPort):
@@ -64,6 +64,9 @@ class RosPort(CallingPort):
             publisher = advertise(node, message_type, topic, profiles[keys[0]])
             self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
         self._inputs = []
+        self._heard = {}  # the inputs of messages, by key
+        self._unheard = {}
+        self._looked = float("-inf")  # when it was looked last who publishes them
         self._jumps = None
         self.exit_code = 0
         self.on_exit = None
@@ -100,12 +103,21 @@ class RosPort(CallingPort):
             post = engine.poster(keys)
             if has_oddities(message_type):
                 post = _plainly(post)
-            self.listen(message_type, topic, post, self._profiles[keys[0]], engine.lose)
+            entry = self.listen(message_type, topic, post, self._profiles[keys[0]], engine.lose)
+            self._heard.update(dict.fromkeys(keys, entry))
 
     def listen(self, message_type, topic, post, profile, lost, raw=False, latches=lambda: None):
-        """Subscribe to a topic; see :class:`Input`."""
+        """Subscribe to a topic; see :class:`Input`, which is returned."""
         entry = Input(self._node, message_type, topic, post, profile, lost, raw, latches)
         self._inputs.append(entry)
+        return entry
+
+    def unheard(self):
+        if steady_time() >= self._looked + FOLLOWED:
+            self._looked = steady_time()
+            unheard = (item for item in self._heard.items() if not item[1].is_connected())
+            self._unheard = {key: entry.topic for key, entry in unheard}
+        return self._unheard
 
     def _follow(self):
         for entry in self._inputs:

@@ -104,6 +104,14 @@ def _faults(own, other, verb, qualities):
     yield "%s %s %s %s" % (node, verb, own.topic_name, end)
 
 
+def fits(publisher, subscription):
+    """Return whether a publisher, as the graph has it, and a subscription of this process are
+    connected."""
+    if publisher.topic_type != _spelled(subscription.msg_type):
+        return False
+    return _lack(publisher.qos_profile, subscription.qos_profile) is None
+
+
 def _lack(publisher, subscription):
     """Return the incompatibility of the QoS of publisher and subscription; None: there is none."""
     reliable = subscription.reliability == ReliabilityPolicy.RELIABLE

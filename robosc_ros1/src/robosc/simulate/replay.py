@@ -153,7 +153,7 @@ class Follower:
             return
         self._next += 1
         self._stopped |= entry.outcome == "stopped"
-        if entry.outcome not in ("applied", "forbidden"):
+        if entry.outcome not in ("applied", "forbidden", "undecided"):
             return
         self.lost = self._follows(self._controller, entry)
         if self.lost is not None:
