@@ -31,8 +31,8 @@ class Input:
 
     ``lost`` gets the number of messages that the middleware lost, ``late`` (None: not needed) how
     many seconds after the middleware received it each message was taken; ``latches`` is called when
-    the topic has a latching publisher for the first time, before its messages are heard, if the profile
-    leaves the durability open.
+    the topic has a latching publisher for the first time, before its messages are heard, if the
+    profile leaves the durability open.
     """
 
     def __init__(self, node, message_type, topic, post, profile, lost, raw, latches):

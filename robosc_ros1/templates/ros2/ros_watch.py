@@ -34,6 +34,7 @@ class Watch(ConnectionWatch):
         """Check the graph if that is due."""
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + PERIOD
+            self.connections = self.connections._replace(simulated=is_simulated(self._node))
             faults = (*self._namesakes(), *self._topics(), *self._services())
             self.update(faults, *self._nodes())
 

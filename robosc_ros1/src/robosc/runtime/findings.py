@@ -56,7 +56,9 @@ class FindingReports:
             self.tell("violated", "state", "", None, text, [reason], stamp)
             self._parts.log("warning", row.place, "violated: " + text)
 
-    def undecided(self, name: str, seen: Seen, value: Any, why: str, writes: FrozenSet[str]) -> None:
+    def undecided(
+        self, name: str, seen: Seen, value: Any, why: str, writes: FrozenSet[str]
+    ) -> None:
         """Record a command of which it is not known whether it was allowed."""
         recorder = self._parts.recorder
         recorder.counters["undecided"] += 1

@@ -377,7 +377,9 @@ class MonitorEngine(JudgingEngine):
             self._own = self._pending.place(seen)
             self._after(command.writes, None)
             self._own = ""
-        is_right = not (reasons or doubt) and detail is None and not self._visibility.is_free(command)
+        is_right = (
+            not (reasons or doubt) and detail is None and not self._visibility.is_free(command)
+        )
         if orders is not None and before is not None and (command.writes or is_right):
             orders.happened(self._as_sent(seen, command, is_right), before)
 

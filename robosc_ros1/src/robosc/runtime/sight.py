@@ -12,7 +12,7 @@ from typing import Callable, FrozenSet, List, NamedTuple, Optional, Set
 from .engine_parts import EngineParts
 from .model import Controller
 from .time_monitor import TimeMonitor
-from .unseen import unknown_attributes
+from .unseen import unknown_in
 
 _PERIOD = 0.1
 """Seconds for which what was seen last holds."""
@@ -119,13 +119,11 @@ class Sight:
 
 def deciding_inputs(controller: Controller) -> FrozenSet[str]:
     """Return the keys of the messages on which it may depend what is allowed."""
-    events = [(row.key, row.writes) for row in (*controller.INPUTS, *controller.COMMANDS)]
-    steps = [(row.reads, row.writes) for row in (*controller.TAUS, *controller.AFTERS)]
     keys = [c.key for c in controller.COMMUNICATIONS if c.sort == "outgoing"]
     read = {name for row in controller.COMMANDS if row.kind == "request" for name in row.reads}
     on_commands = {index for row in controller.COMMANDS for index in row.requirements}
     all_decide = len(on_commands) < len(controller.REQUIREMENTS)  # some are about all states
     return frozenset(
         key for key in keys
-        if all_decide or not read.isdisjoint(unknown_attributes({key}, events, steps))
+        if all_decide or not read.isdisjoint(unknown_in(controller, {key}))
     )  # fmt: skip
