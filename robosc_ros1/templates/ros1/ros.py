@@ -22,6 +22,7 @@ from .ros_messages import clean, compose
 from .ros_port import CallingPort, TopicOutlet
 from .ros_served import ServedService
 from .ros_served_actions import ServedAction
+from .ros_subscriber import subscriber
 
 QUEUE = 10
 
@@ -70,8 +71,7 @@ class RosPort(CallingPort):
 
     def _connect_inputs(self, engine):
         for topic, message_type, keys in self._subscriptions:
-            post = engine.poster(keys)
-            self._hear(keys, rospy.Subscriber(topic, message_type, post, tcp_nodelay=True))
+            self._hear(keys, subscriber(topic, message_type, keys, engine))
 
     def _hear(self, keys, subscriber):
         self._subscribers.append(subscriber)

@@ -8,6 +8,7 @@ received before its request is recorded.
 """
 
 import time
+from functools import partial
 
 from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
 from rclpy.duration import Duration
@@ -16,9 +17,10 @@ from std_msgs.msg import String
 from ._runtime.pauses import others_rest
 from ._runtime.port import BEFORE_TIME, steady_time
 from .ros_actions import Action
+from .ros_arriving import read
 from .ros_calls import Service
 from .ros_inputs import Input
-from .ros_messages import compose, has_oddities, plain
+from .ros_messages import compose, has_oddities, may_be_heavy, plain
 from .ros_parameters import advertise, is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
 from .ros_served import ServedService
@@ -100,10 +102,14 @@ class RosPort(CallingPort):
 
     def _connect_inputs(self, engine):
         for topic, message_type, keys in self._subscriptions:
-            post = engine.poster(keys)
-            if has_oddities(message_type):
-                post = _plainly(post)
-            entry = self.listen(message_type, topic, post, self._profiles[keys[0]], engine.lose)
+            profile, raw = self._profiles[keys[0]], may_be_heavy(message_type)
+            if raw:
+                post = _by_weight(engine.heavy(keys, partial(read, message_type=message_type)))
+            elif has_oddities(message_type):
+                post = _plainly(engine.poster(keys))
+            else:
+                post = engine.poster(keys)
+            entry = self.listen(message_type, topic, post, profile, engine.lose, raw=raw)
             self._heard.update(dict.fromkeys(keys, entry))
 
     def listen(self, message_type, topic, post, profile, lost, raw=False, latches=lambda: None):
@@ -201,6 +207,14 @@ class RosPort(CallingPort):
         self.exit_code = code
         if self.on_exit is not None:
             self.on_exit()
+
+
+def _by_weight(heavy):
+    def take(data):
+        is_light = heavy.is_light(len(data))
+        heavy.take(heavy.convert(data) if is_light else data, len(data), not is_light)
+
+    return take
 
 
 def _plainly(post):

@@ -38,7 +38,9 @@ MEMORY = 200_000
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--ros", type=int, choices=(1, 2), nargs="*", default=(1, 2))
-    parser.add_argument("--mode", default="controller", choices=("controller", "supervisor", "monitor"))
+    parser.add_argument(
+        "--mode", default="controller", choices=("controller", "supervisor", "monitor")
+    )
     parser.add_argument("--samples", type=int, default=300)
     parser.add_argument("--megabytes", type=float, default=10.0)
     parser.add_argument("--rate", type=float, default=5.0, help="heavy messages per second")
@@ -119,7 +121,9 @@ def report(title: str, latencies: dict[str, Any], memory: int) -> int:
     """Print what was found; 1 if a limit is exceeded."""
     times = {name: quantiles(samples) for name, samples in latencies.items()}
     lost = {name: sum(s is None for s in samples) for name, samples in latencies.items()}
-    print(f"{title}: an emergency stop beside heavy messages, {len(latencies['node'])} times, in ms")
+    print(
+        f"{title}: an emergency stop beside heavy messages, {len(latencies['node'])} times, in ms"
+    )
     for name in times["node"]:
         bare, node = times["bare"][name] / 1e3, times["node"][name] / 1e3
         print(f"  {name:9} bare {bare:9.1f}   node {node:9.1f}   ratio {node / bare:6.2f}")

@@ -16,7 +16,7 @@ import rospy
 from rospy.msg import AnyMsg
 from std_msgs.msg import Bool, Float32MultiArray, Float64
 
-LONGEST = 20.0
+LONGEST = 8.0
 
 
 def bare():

@@ -252,6 +252,25 @@ def test_only_what_decides_must_be_heard() -> None:
     assert deciding_inputs(whole.engine.controller) == {ESTOP, "Lamp.dusk"}
 
 
+def test_commands_that_do_not_depend_on_what_is_missing_are_judged() -> None:
+    text = PLAIN.replace("requirement move needs", "requirement move needs Lamp.dark and")
+    text = text.replace(
+        "type: none }", 'type: none incoming message beep with identifier: "/beep", type: none }'
+    )
+    text = text.replace(
+        "    requirement", "    requirement beep needs !Estop.pressed\n    requirement"
+    )
+    scene = Scene(text)
+    scene.begin()
+    scene.port.missing = {"Lamp.dusk": "/dusk"}
+    scene.wait(0.2)
+    assert scene.reason is not None
+    for key in ("Base.beep", MOVE):
+        scene.engine.offer("/" + key, (CommandPattern(key),), SimpleNamespace(), None)
+        scene.wait(0.2)
+    assert scene.counts == (1, 0, 1)
+
+
 def test_a_supervisor_tells_it_too() -> None:
     scene = Scene(PLAIN, SupervisorEngine)
     nobody(scene)

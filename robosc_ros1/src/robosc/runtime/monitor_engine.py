@@ -188,10 +188,11 @@ class MonitorEngine(JudgingEngine):
         if not (found and self._is_blind(found[0].since)):
             self._findings.violated(found)
 
-    def _is_blind(self, time: float) -> bool:
-        """Whether it did not see what it must at a time of the machine, or a moment before."""
+    def _is_blind(self, time: float, attributes: Optional[Iterable[str]] = None) -> bool:
+        """Whether it did not see what decides on attributes (None: on any) at a time of the
+        machine, or a moment before."""
         self._sight.look()
-        return self._sight.was_lost(time - self._span())
+        return self._sight.was_lost(time - self._span(), attributes)
 
     # What is seen
 
@@ -385,7 +386,7 @@ class MonitorEngine(JudgingEngine):
 
     def _doubt(self, seen: Seen) -> str:
         """Return why it is not known whether a command was allowed; empty: it is known."""
-        if not self._is_blind(seen.time):
+        if not self._is_blind(seen.time, self._scheduled[seen.key, seen.kind].reads):
             return seen.doubt
         self._sight.count()
         return "not judging: " + (self._sight.reason or "it was blind a moment ago")
@@ -472,7 +473,7 @@ class MonitorEngine(JudgingEngine):
         if self._visibility.shows(entry.writes) and not self._explains(entry, message, value):
             number, reason = self.recorder.number + 1, failure.reason
             super()._mismatch(entry, message, value, failure)
-            if not self._is_blind(self._moment()):
+            if not self._is_blind(self._moment(), entry.writes):
                 name = entry.name
                 self._findings.tell("mismatch", entry.kind, name, value, reason, number=number)
 

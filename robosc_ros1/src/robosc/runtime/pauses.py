@@ -53,6 +53,8 @@ class Pauses:
         """Whether commands are held."""
         self.noticed: Callable[[float], None] = lambda pause: None
         """Gets the seconds of each pause."""
+        self.settle: Callable[[Callable[[], None]], None] = lambda then: then()
+        """Has a function called when the heavy messages that wait now were handled."""
         self._parts = parts
         self._last: Optional[float] = None  # when the engine looked last
         self._until = 0.0
@@ -76,7 +78,11 @@ class Pauses:
         self.noticed(pause)
         self._number += 1
         number = self._number
-        self.holds = parts.port.await_inputs(lambda: parts.turns.put(lambda: self._release(number)))
+
+        def taken() -> None:
+            self.settle(lambda: parts.turns.put(lambda: self._release(number)))
+
+        self.holds = parts.port.await_inputs(taken)
         self._until = now + _LONGEST
         if self.holds:
             text = "this node stood still for %.1f s (it was stopped, or the machine was busy)"

@@ -7,7 +7,7 @@ nor that it was not.
 
 from __future__ import annotations
 
-from typing import Callable, FrozenSet, List, NamedTuple, Optional, Set
+from typing import Callable, Dict, FrozenSet, Iterable, List, NamedTuple, Optional, Set
 
 from .engine_parts import EngineParts
 from .model import Controller
@@ -53,15 +53,19 @@ class Sight:
         self._is_told = False
         self._begun = 0.0  # the machine's time when the present span began
         self._connected: Set[str] = set()
+        self._hidden: Optional[FrozenSet[str]] = frozenset()
 
     @property
     def reason(self) -> Optional[str]:
         """Why nothing can be judged, as text; None: it can."""
         return None if self._span is None else self._span.reason
 
-    def was_lost(self, since: float) -> bool:
-        """Whether something could not be seen after this time of the machine."""
-        return self._span is not None or self._ended > since
+    def was_lost(self, since: float, reads: Optional[Iterable[str]] = None) -> bool:
+        """Whether something could not be seen after this time of the machine, on which these
+        attributes depend (None: all of them)."""
+        if self._span is None and self._ended <= since:
+            return False
+        return self._hidden is None or reads is None or not self._hidden.isdisjoint(reads)
 
     def look(self) -> None:
         """Look again, unless that was done a moment ago."""
@@ -103,18 +107,26 @@ class Sight:
             self._told(span)
 
     def _found(self) -> List[str]:
+        """Return the reasons, and remember what depends on what is not seen."""
         faults = self._time_monitor.blinding() if self._needs_time else []
-        return [*faults, *self._unheard()]
+        topics = self._unheard()
+        if faults:
+            self._hidden = None
+        elif topics:  # else what was hidden last was so a moment ago
+            self._hidden = unknown_in(self._parts.controller, topics)
+        names = sorted(set(topics.values()))
+        return faults + ["nobody is connected that publishes " + name for name in names]
 
-    def _unheard(self) -> List[str]:
-        """Return what nobody publishes of what decides. Silence of a message with a timeout is part
-        of the model, once somebody was heard who publishes it."""
-        missing, found = self._parts.port.unheard(), set()
+    def _unheard(self) -> Dict[str, str]:
+        """Return the topics that nobody publishes of what decides, by key. Silence of a message
+        with a timeout is part of the model, once somebody was heard who publishes it."""
+        missing = self._parts.port.unheard()
         self._connected.update(self._needed.difference(missing))
-        for key in self._needed.intersection(missing):
-            if not (key in self._connected and self._parts.clocks.is_watched(key)):
-                found.add("nobody is connected that publishes " + missing[key])
-        return sorted(found)
+        return {
+            key: missing[key]
+            for key in self._needed.intersection(missing)
+            if not (key in self._connected and self._parts.clocks.is_watched(key))
+        }
 
 
 def deciding_inputs(controller: Controller) -> FrozenSet[str]:
