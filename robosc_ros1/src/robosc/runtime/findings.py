@@ -11,7 +11,7 @@ from .offers import Reasons
 from .reasons import reason_text
 from .seen import Seen
 from .shortening import Shortener
-from .sight import Span
+from .sight import BlindSpan
 from .telemetry import dump
 from .verdicts import UNDECIDED, Judged, verdicts
 
@@ -66,7 +66,7 @@ class FindingReports:
             seen.kind, name, value, "undecided", why, writes=writes, time=seen.stamp, seen=True
         )
 
-    def unjudged(self, span: Span) -> None:
+    def unjudged(self, span: BlindSpan) -> None:
         """Tell of a time in which nothing could be judged."""
         value = {"begin": round(span.begin, 6), "end": span.end, "commands": span.commands}
         reasons = [{"kind": "sight", "text": span.reason}]

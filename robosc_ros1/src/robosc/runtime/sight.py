@@ -20,7 +20,7 @@ NOTABLE = 1.0
 """Seconds of blindness that are told, though no command came: connections take some time."""
 
 
-class Span(NamedTuple):
+class BlindSpan(NamedTuple):
     """A time of the recorder in which the node could not judge, for a reason; ``end`` is None while
     it goes on. ``commands`` were seen in it."""
 
@@ -38,7 +38,7 @@ class Sight:
     """
 
     def __init__(
-        self, parts: EngineParts, time_monitor: TimeMonitor, told: Callable[[Span], None]
+        self, parts: EngineParts, time_monitor: TimeMonitor, told: Callable[[BlindSpan], None]
     ) -> None:
         self._parts = parts
         self._time_monitor = time_monitor
@@ -49,7 +49,7 @@ class Sight:
         self._due = 0.0
         self._last: Optional[float] = None  # the recorder's time when all was seen last
         self._ended = float("-inf")  # the machine's time when that was not so last
-        self._span: Optional[Span] = None
+        self._span: Optional[BlindSpan] = None
         self._is_told = False
         self._begun = 0.0  # the machine's time when the present span began
         self._connected: Set[str] = set()
@@ -81,7 +81,7 @@ class Sight:
         if self._span is None:
             # Before it began to see, nothing was said of what it saw.
             begin = stamp if self._last is None else self._last
-            self._span, self._begun, self._is_told = Span(reason, begin, None, 0), now, False
+            self._span, self._begun, self._is_told = BlindSpan(reason, begin, None, 0), now, False
         self._span = self._span._replace(reason=reason)
         if now - self._begun >= NOTABLE and self._last is not None:
             self._tell()
