@@ -91,11 +91,12 @@ class Service(Caller):
         with self._lock:
             if self._unfit is not None or len(self._connections) >= HUNG_CALLS:
                 return True  # the call tells
-            if self._spare is not None:
-                connection, until = self._spare
-                if time.monotonic() < until and _is_alive(connection):
-                    return True
-        self._drop_spare()
+            spare = self._spare
+            if spare is not None and time.monotonic() < spare[1] and _is_alive(spare[0]):
+                return True
+            self._spare = None
+        if spare is not None:
+            spare[0].close()
         self._seeker.found = self.look
         self._seeker.ask()
         return False
@@ -140,16 +141,8 @@ class Service(Caller):
     def abandon(self, token):
         with self._lock:
             connection = self._connections.get(token)
-        if connection is None:
-            self._drop_spare()
-        else:
+        if connection is not None:
             connection.close()  # which ends a thread that waits for the server
-
-    def _drop_spare(self):
-        with self._lock:
-            spare, self._spare = self._spare, None
-        if spare is not None:
-            spare[0].close()
 
     def _receive(self, connection, token, rest):
         """Take the answer of a request, of which the ``rest`` may have to be sent; None: it was not

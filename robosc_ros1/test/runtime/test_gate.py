@@ -7,6 +7,7 @@ controllers and supervisors.
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import pytest
@@ -265,6 +266,33 @@ def test_a_stop_service_that_is_absent_is_called_only_while_the_node_stands(serv
         rig.wait_until(6.0)
         times = rig.port.times(LAMP)
         assert len(times) == (server == "late" and not released)
+
+
+class Replacing(Robot):
+    """A goal of the arm may replace one that goes on."""
+
+    COMMUNICATIONS = tuple(
+        row._replace(goals="replace") if row.key == ARM else row for row in Robot.COMMUNICATIONS
+    )
+    COMMANDS = tuple(
+        row._replace(unless=("arm_cancelling",), synchronisation=None)
+        if (row.key, row.kind) == (ARM, "request")
+        else row
+        for row in Robot.COMMANDS
+    )
+
+
+def test_a_goal_that_is_replaced_before_it_was_sent_ends_for_the_controller(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sys.modules[__name__], "Robot", Replacing)
+    rig = Rig("supervisor", "late", ARM)
+    second: list[str] = []
+    rig.engine.request(ARM, None, {"speed": 0.7}, lambda kind, _: second.append(kind))
+    rig.engine.cycle()
+    assert (rig.answers, second) == (["passed", "cancelled"], ["passed"])
+    rig.wait_until(2.0)
+    assert [data for _, key, data in rig.port.left if key == ARM] == [{"speed": 0.7}]
 
 
 class Narrow(GuardedPort):

@@ -137,12 +137,15 @@ class SupervisorEngine(JudgingEngine):
         kept = self._calls.kept(key)
         if kept is not None:
             self._answer(*kept)
+        former = self._answers.get(key) if key in self._calls.open else None
         self._answers[key] = answer
-        if self.passes(key, "request", checked, key):
-            answer("passed", None)
-        else:
+        if not self.passes(key, "request", checked, key):
             self._answers.pop(key, None)
             answer("blocked", [{"kind": "failed", "text": "it could not be sent"}])
+            return
+        answer("passed", None)
+        if former is not None:  # no server has taken it, and none will
+            former("cancelled", "replaced before it was sent")
 
     def _cancel(self, key: str) -> None:
         if not self.reasons(key, "cancel"):
