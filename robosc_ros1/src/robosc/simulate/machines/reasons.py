@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from robosc.emit.controller.naming import place
 from robosc.errors import listing
 from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import Expr
 from robosc.expr.types import Value
 from robosc.language.events import EventKind
-from robosc.expr.tree import Expr
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.conjuncts import Conjunct, conjuncts
 from robosc.plant.event_values import values_read

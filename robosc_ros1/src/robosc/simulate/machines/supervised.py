@@ -20,8 +20,8 @@ from robosc.plant.event_values import value_parts
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.port import Data
 from robosc.runtime.offers import Reasons
+from robosc.runtime.port import Data
 from robosc.runtime.reasons import reason_text
 from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
