@@ -172,6 +172,7 @@ def generate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--force", action="store_true", help="replace files that robosc did not write"
     )
+    parser.add_argument("--verbose", action="store_true", help="list the files that were written")
     parser.add_argument(
         "--diff",
         action="store_true",

@@ -192,7 +192,7 @@ def _generate(args: Arguments) -> int:
     tell(result.diagnostics)
     for warning in result.warnings:
         print(f"warning: {warning}", file=sys.stderr)
-    print(report.generated_text(result, reason), end="")
+    print(report.generated_text(result, reason, args.verbose), end="")
     return 0
 
 

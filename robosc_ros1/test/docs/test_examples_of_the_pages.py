@@ -188,3 +188,8 @@ def test_sentences_can_be_read(page: Path) -> None:
 def test_the_index_names_every_page() -> None:
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
     assert [p.name for p in PAGES if p.name != "README.md" and f"]({p.name})" not in index] == []
+
+
+def test_no_page_speaks_of_editions() -> None:
+    """Marks such as (3), which only those understand who wrote the language."""
+    assert [p.name for p in PAGES if re.search(r"(^|\s)\(\d\)(\s|$)", p.read_text())] == []

@@ -33,12 +33,16 @@ MANY = 12
 
 @dataclass(frozen=True)
 class Choice:
-    """Something that can be fired now. ``given`` None: its value is to be typed (see ``hint``)."""
+    """Something that can be fired now. ``given`` None: its value is to be typed (see ``hint``).
+
+    ``short`` is the text where it need not be typed, with ranges of numbers as people write them.
+    """
 
     event: Event
     given: Given | None
     text: str
     hint: str = ""
+    short: str = ""
 
 
 @dataclass(frozen=True)
