@@ -152,7 +152,8 @@ class SupervisedExecution(Execution):
         sent = self._port.sent.get(self._keys.get(entry.name, ""), [])
         if entry.kind == EventKind.REQUEST.word and entry.outcome == "applied" and sent:
             data = sent.pop(0)
-            if isinstance(data, dict) and data.keys() - {()}:
+            by_path = isinstance(data, dict) and all(isinstance(path, tuple) for path in data)
+            if by_path and data.keys() - {()}:
                 entry = entry._replace(value=given_json(data))
         if entry.correction is None:
             return super()._happening(entry)
