@@ -24,6 +24,7 @@ from .ros_messages import clean, compose
 from .ros_port import CallingPort, TopicOutlet
 from .ros_served import ServedService
 from .ros_served_actions import ServedAction
+from .ros_subscriber import subscriber
 
 _LOGGERS = {
     "debug": rospy.logdebug,
@@ -48,6 +49,7 @@ class RosPort(CallingPort):
             for key in keys:
                 self._publishers[key] = (publisher, message_type)
         self._subscribers = []
+        self._heard = {}  # the subscribers of messages, by key
         self._lifecycle = lifecycle
         self._logged = SimpleQueue()
         threading.Thread(target=self._write_log, name="log", daemon=True).start()
@@ -69,8 +71,14 @@ class RosPort(CallingPort):
 
     def _connect_inputs(self, engine):
         for topic, message_type, keys in self._subscriptions:
-            post = engine.poster(keys)
-            self._subscribers.append(rospy.Subscriber(topic, message_type, post, tcp_nodelay=True))
+            self._hear(keys, subscriber(topic, message_type, keys, engine))
+
+    def _hear(self, keys, subscriber):
+        self._subscribers.append(subscriber)
+        self._heard.update(dict.fromkeys(keys, subscriber))
+
+    def unheard(self):
+        return {k: s.resolved_name for k, s in self._heard.items() if not s.get_num_connections()}
 
     def await_subscribers(self, timeout=1.0):
         """Wait until existing subscribers are connected, so that the first commands are not lost.

@@ -114,7 +114,8 @@ class RelayPort(RosPort):
         follows = profile.durability == DurabilityPolicy.UNKNOWN
         publish_with(DurabilityPolicy.VOLATILE if follows else profile.durability)
         latches = partial(publish_with, DurabilityPolicy.TRANSIENT_LOCAL)
-        self.listen(type_, robot, heard, profile, engine.lose, raw=True, latches=latches)
+        entry = self.listen(type_, robot, heard, profile, engine.lose, raw=True, latches=latches)
+        self._heard.update(dict.fromkeys(keys, entry))
 
     def _relay_command(self, engine, controller, type_, rows):
         patterns = command_patterns(rows, maker(type_))

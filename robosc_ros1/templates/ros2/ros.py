@@ -6,6 +6,7 @@ in that thread. Messages, requests and goals are sent at once, in the thread tha
 """
 
 import time
+from functools import partial
 
 from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
 from rclpy.duration import Duration
@@ -14,9 +15,10 @@ from std_msgs.msg import String
 from ._runtime.pauses import others_rest
 from ._runtime.port import BEFORE_TIME, steady_time
 from .ros_actions import Action
+from .ros_arriving import read
 from .ros_calls import Service
 from .ros_inputs import Input
-from .ros_messages import compose, has_oddities, plain
+from .ros_messages import compose, has_oddities, may_be_heavy, plain
 from .ros_parameters import advertise, is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
 from .ros_served import ServedService
@@ -32,7 +34,7 @@ CLOCK_REPLACED = (
     " back, or restart the node with it"
 )
 FOLLOWED = 0.5
-"""Seconds between two looks whether publishers of inputs latch."""
+"""Seconds between two looks who publishes inputs, and whether it latches."""
 
 
 class RosPort(CallingPort):
@@ -63,6 +65,9 @@ class RosPort(CallingPort):
             publisher = advertise(node, message_type, topic, profiles[keys[0]])
             self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
         self._inputs = []
+        self._heard = {}  # the inputs of messages, by key
+        self._unheard = {}
+        self._looked = float("-inf")  # when it was looked last who publishes them
         self._jumps = None
         self.exit_code = 0
         self.on_exit = None
@@ -96,15 +101,28 @@ class RosPort(CallingPort):
 
     def _connect_inputs(self, engine):
         for topic, message_type, keys in self._subscriptions:
-            post = engine.poster(keys)
-            if has_oddities(message_type):
-                post = _plainly(post)
-            self.listen(message_type, topic, post, self._profiles[keys[0]], engine.lose)
+            profile, raw = self._profiles[keys[0]], may_be_heavy(message_type)
+            if raw:
+                post = _by_weight(engine.heavy(keys, partial(read, message_type=message_type)))
+            elif has_oddities(message_type):
+                post = _plainly(engine.poster(keys))
+            else:
+                post = engine.poster(keys)
+            entry = self.listen(message_type, topic, post, profile, engine.lose, raw=raw)
+            self._heard.update(dict.fromkeys(keys, entry))
 
     def listen(self, message_type, topic, post, profile, lost, raw=False, latches=lambda: None):
-        """Subscribe to a topic; see :class:`Input`."""
+        """Subscribe to a topic; see :class:`Input`, which is returned."""
         entry = Input(self._node, message_type, topic, post, profile, lost, raw, latches)
         self._inputs.append(entry)
+        return entry
+
+    def unheard(self):
+        if steady_time() >= self._looked + FOLLOWED:
+            self._looked = steady_time()
+            unheard = (item for item in self._heard.items() if not item[1].is_connected())
+            self._unheard = {key: entry.topic for key, entry in unheard}
+        return self._unheard
 
     def _follow(self):
         for entry in self._inputs:
@@ -200,6 +218,14 @@ class RosPort(CallingPort):
         self.exit_code = code
         if self.on_exit is not None:
             self.on_exit()
+
+
+def _by_weight(heavy):
+    def take(data):
+        is_light = heavy.is_light(len(data))
+        heavy.take(heavy.convert(data) if is_light else data, len(data), not is_light)
+
+    return take
 
 
 def _plainly(post):

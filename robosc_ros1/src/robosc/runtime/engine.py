@@ -98,10 +98,12 @@ class Engine:
         self._deadlines = Deadlines(self._clocks, self._calls, steady, intake.awaits)
         self._time_monitor = TimeMonitor(self._clocks, steady)
         self._pauses = Pauses(parts)
+        self._pauses.settle = intake.when_heavy_are_handled
         # From any thread
         self.suspend, self.resume = operator.suspend, operator.resume
         self.operate = operator.operate
         self.post, self.poster, self.lose = intake.post, intake.poster, intake.lose
+        self.heavy = intake.heavy
         self.invoke: Callable[[Callable[[], None]], None] = self._turns.put
         """Calls a function in the engine's thread between two events."""
         self.wake = self._turns.wake

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import Any, Callable, Dict, List, Optional
+from typing import Any, Callable, Dict, List, Mapping, Optional
 
 Data = Optional[Dict[str, Any]]
 """The fields to set, nested; all others keep their defaults. None: no fields to set."""
@@ -101,6 +101,11 @@ class Port:
     def faults(self) -> List[str]:
         """Return the current faults of servers, as texts."""
         return []
+
+    def unheard(self) -> Mapping[str, str]:
+        """Return the messages, by key, to none of whose publishers this node is connected, with the
+        names of their topics."""
+        return {}
 
     def log(self, level: str, text: str) -> None:
         """Write to the log; level is "debug", "info", "warning" or "error"."""

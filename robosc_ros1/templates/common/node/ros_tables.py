@@ -54,10 +54,9 @@ class Tables:
         heard, commanded = (
             [name for name, _, _ in topics] for topics in (self.subscriptions, self.publications)
         )
-        clocks = ("/clock",) if simulated else ()
         names = (tuple(map(resolved, topics)) for topics in (heard, commanded, self.guarded))
         statuses = tuple({resolved(name) + status for name, _, _ in self.actions})
-        return Connections(node, *names, tuple(allowed.split()), clocks, statuses)
+        return Connections(node, *names, tuple(allowed.split()), statuses, simulated)
 
 
 class SupervisorTables(Tables):
