@@ -53,9 +53,6 @@ class Engine:
     default that of the port.
     """
 
-    sends = True
-    """Whether it sends commands, or passes some on."""
-
     def __init__(
         self,
         controller: Controller,

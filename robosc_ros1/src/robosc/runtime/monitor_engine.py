@@ -66,7 +66,6 @@ class MonitorEngine(JudgingEngine):
     ``gathering`` is for how many seconds what arrives is put off (0: it is handled at once).
     """
 
-    sends = False
     gathering = GATHERING
 
     def __init__(
