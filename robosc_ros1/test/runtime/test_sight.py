@@ -12,7 +12,7 @@ from emit.generated_code import controller_class, supervisor_of
 from runtime.schemas import validate
 
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.monitor_engine import NOTHING_TO_OPERATE, MonitorEngine
+from robosc.runtime.monitor_engine import MonitorEngine
 from robosc.runtime.port import BEFORE_TIME
 from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
@@ -287,7 +287,11 @@ def test_who_sends_nothing_cannot_be_operated(engine_type: Any, order: str) -> N
     scene.engine.operate(order)
     scene.engine.cycle()
     (event,) = (e for e in scene.engine.recorder.take() if e.kind == "operator")
-    assert (event.value, event.outcome, event.detail) == (order, "refused", NOTHING_TO_OPERATE)
+    assert (event.value, event.outcome, event.detail) == (
+        order,
+        "refused",
+        "this node sends nothing",
+    )
     assert scene.engine.stopped is None
 
 
