@@ -14,7 +14,6 @@ from ros_support import Master, Workspace
 from runtime.schemas import validate
 
 from robosc.emit.write.writer import write
-from robosc.runtime.monitor_engine import NOTHING_TO_OPERATE
 
 NODE = "/lantern_monitor"
 FINDINGS = f"{NODE}/findings"
@@ -73,6 +72,8 @@ def span(listener: Puppet, ended: bool) -> Any:
     return json.loads(listener.hears(FINDINGS, is_meant)["data"])["event"]["value"]
 
 
+NOTHING = "this node sends nothing"
+
 # Where the monitor hears what the controller calls its own.
 OWN = ("~snuff:=/lantern_controller/snuff",)
 
@@ -126,7 +127,7 @@ def test_who_sees_nothing_says_nothing(watched: Stage, sky: Puppet, listener: Pu
         listener.hears(FINDINGS, lambda f: json.loads(f["data"])["sort"] == "violation")
         for order in ("hold", "step", "release"):
             sky.publish(f"{NODE}/operate", "std_msgs/String", order)
-            monitor.tells(event("operator", "", outcome="refused", detail=NOTHING_TO_OPERATE))
+            monitor.tells(event("operator", "", outcome="refused", detail=NOTHING))
     findings(listener)  # all are as the schema says
 
 

@@ -12,13 +12,14 @@ from emit.generated_code import controller_class, supervisor_of
 from runtime.schemas import validate
 
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.monitor_engine import NOTHING_TO_OPERATE, MonitorEngine
+from robosc.runtime.monitor_engine import MonitorEngine
 from robosc.runtime.port import BEFORE_TIME
 from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
 from robosc.runtime.shadow_engine import ShadowEngine
 from robosc.runtime.sight import NOTABLE, deciding_inputs
 from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.telemetry import ERROR, Outlet, Reporter
 
 TOLERANCE = Settings().tolerance
 PLAIN = """robot Plain {
@@ -78,6 +79,9 @@ class Port(MonitorPort):
 
     def log(self, level: str, text: str) -> None:
         self.logs.append(text)
+
+    def send(self, key: str, data: Any) -> None:
+        """Do nothing."""
 
 
 class Scene:
@@ -271,6 +275,44 @@ def test_commands_that_do_not_depend_on_what_is_missing_are_judged() -> None:
     assert scene.counts == (1, 0, 1)
 
 
+class Told(Outlet):
+    """Keeps what is reported."""
+
+    def __init__(self) -> None:
+        self.states: list[dict[str, Any]] = []
+        self.levels: list[tuple[int, str]] = []
+
+    def state(self, text: str) -> None:
+        self.states.append(json.loads(text))
+        validate(self.states[-1], "state")
+
+    def events(self, texts: list[str]) -> None:
+        for text in texts:
+            validate(json.loads(text), "event")
+
+    def diagnostics(self, level: int, message: str, values: list[tuple[str, str]]) -> None:
+        self.levels.append((level, message))
+
+
+@pytest.mark.parametrize("engine_type", [MonitorEngine, ShadowEngine, SupervisorEngine])
+def test_diagnostics_and_state_say_that_it_does_not_judge(engine_type: Any) -> None:
+    scene, told = Scene(PLAIN, engine_type), Told()
+    nobody(scene)
+    scene.begin()
+    scene.move()
+    reporter = Reporter(scene.engine, told, {})
+    reporter.close()  # so that it asks the engine from this thread
+    for missing in ({ESTOP: "/estop"}, {}):
+        scene.port.missing = missing
+        scene.wait(0.2)
+        reporter._report(periodic=True)
+    reason = "nobody is connected that publishes /estop"
+    assert told.levels[0] == (ERROR, "not judging: " + reason)
+    assert told.levels[1][0] != ERROR
+    assert [state["not_judging"] for state in told.states] == [reason, None]
+    assert told.states[0]["faults"] == ["not judging: " + reason]
+
+
 def test_a_supervisor_tells_it_too() -> None:
     scene = Scene(PLAIN, SupervisorEngine)
     nobody(scene)
@@ -287,7 +329,11 @@ def test_who_sends_nothing_cannot_be_operated(engine_type: Any, order: str) -> N
     scene.engine.operate(order)
     scene.engine.cycle()
     (event,) = (e for e in scene.engine.recorder.take() if e.kind == "operator")
-    assert (event.value, event.outcome, event.detail) == (order, "refused", NOTHING_TO_OPERATE)
+    assert (event.value, event.outcome, event.detail) == (
+        order,
+        "refused",
+        "this node sends nothing",
+    )
     assert scene.engine.stopped is None
 
 

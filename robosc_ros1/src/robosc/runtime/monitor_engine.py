@@ -57,8 +57,6 @@ from .settings import Settings
 from .sight import Sight
 from .unseen import Visibility
 
-NOTHING_TO_OPERATE = "this node sends nothing, so there is nothing to hold, release or step"
-
 
 class MonitorEngine(JudgingEngine):
     """Judges what is seen. Its own public methods may be called from any thread.
@@ -94,7 +92,6 @@ class MonitorEngine(JudgingEngine):
         self._allowances = Allowances(self._parts, self._objections)
         self._invariants = Invariants(controller)
         self._goals = SeenGoals(self._parts, self._span)
-        self.operate = self._refuse
         self._own = ""  # the topic of the command that is being applied
         self._is_explained = False  # the last input is one that came in another order
 
@@ -136,11 +133,6 @@ class MonitorEngine(JudgingEngine):
     def is_alive(self, key: str) -> None:
         """Take notice that the server of an action has told its status."""
         self._goals.heard(key)
-
-    def _refuse(self, order: str) -> None:
-        self._turns.put(
-            lambda: self.recorder.record("operator", "", order[:40], "refused", NOTHING_TO_OPERATE)
-        )
 
     # The thread that has the turn
 
