@@ -48,13 +48,13 @@ class _Port(Clockwork, SupervisorPort):
     def send(self, key: str, data: Data) -> None:
         self.sent.setdefault(key, []).append(data)
 
-    def call(self, key: str, data: Data, token: int, timeout: float) -> None:
+    def call(self, key: str, data: Data, token: int) -> None:
         self.sent.setdefault(key, []).append(data)
-        super().call(key, data, token, timeout)
+        super().call(key, data, token)
 
-    def start(self, key: str, data: Data, token: int, timeout: float) -> None:
+    def start(self, key: str, data: Data, token: int) -> None:
         self.sent.setdefault(key, []).append(data)
-        super().start(key, data, token, timeout)
+        super().start(key, data, token)
 
     def blocked(self, text: str) -> None:
         self.documents.append(json.loads(text))
