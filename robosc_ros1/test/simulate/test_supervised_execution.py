@@ -12,6 +12,7 @@ import pytest
 from emit.generated_code import supervisor_of
 from ros_support import EXAMPLES, Completed
 from runtime.schemas import validate
+from simulate.players import play, session
 
 from robosc.simulate.machines.machine import Happening, Machine, label
 from robosc.simulate.start import machine_maker
@@ -105,3 +106,22 @@ def test_scripts(robosc: Robosc, tmp_path: Path, mode: list[str]) -> None:
             validate(json.loads(line), "simulate")
         last = json.loads(done.stdout.splitlines()[-2])
         assert last["commands"][0]["data"] is None
+
+
+FIELDS = """
+robot K {
+    datatype object Speeds { linear: Axes angular: Axes }
+    datatype object Axes { x: double z: double }
+    interface speeds use Twist from some_msgs
+    component Base { incoming message drive with type: Speeds links speeds }
+    requirement drive needs value.linear.x <= 0.5
+    stop with drive
+}
+"""
+
+
+@pytest.mark.parametrize("execute", [False, True])
+def test_fields_that_nothing_reads_are_passed_on(execute: bool) -> None:
+    player = session(supervisor_of(FIELDS, supervises=True), execute=execute)
+    play(player, "expect enabled drive", "drive linear.x: 0.3, angular.z: 0.2")
+    play(player, "expect sent drive", "expect data drive linear.x: 0.3, angular.z: 0.2")
