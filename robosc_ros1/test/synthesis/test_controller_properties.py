@@ -306,7 +306,7 @@ def in_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("in_one_piece")
 def test_a_large_system_without_end_is_told() -> None:
-    found = supervisor_of(steep_families.restless(18), "dense")
+    found = supervisor_of(steep_families.restless(18), "explicit")
     assert [d.code for d in found.diagnostics] == ["livelock", "properties-unchecked"]
     assert diagnostic(found).message.endswith(" Clock5: tock->tick, … (36 in all)")
     assert properties(found) == {"bounded response": False}
@@ -317,7 +317,7 @@ def test_a_large_system_without_end_is_told() -> None:
 def test_a_large_system_whose_automata_end_by_themselves() -> None:
     states = "initial marked state a { transition goto b } state b { transition goto c }"
     states += " marked state c {}"
-    found = supervisor_of(SENSORS + f"component A {{ behaviour {{ {states} }} }}", "dense")
+    found = supervisor_of(SENSORS + f"component A {{ behaviour {{ {states} }} }}", "explicit")
     assert properties(found) == {"bounded response": True}
     assert found.step_bound == 2
     assert "properties-unchecked" in {d.code for d in found.diagnostics}

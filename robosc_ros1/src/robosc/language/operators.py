@@ -1,7 +1,7 @@
 """The table of operators: how each is written, typed, evaluated and printed.
 
 It is the only definition of what an operator means. Its users are the parser, the formatter, type
-checking, evaluation (of single states and vectorised), the BDD engine, the printers of model text,
+checking, evaluation, the BDD engine, the printers of model text,
 Python and CIF, and the tables of the reference interpreter in generated tests.
 """
 

@@ -1,4 +1,4 @@
-"""Synthesis with the symbolic engine; the supervisor is the same as the dense engine's."""
+"""Synthesis with the symbolic engine; the supervisor is the same as the explicit engine's."""
 
 from __future__ import annotations
 
