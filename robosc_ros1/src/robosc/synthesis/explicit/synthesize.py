@@ -22,7 +22,7 @@ from robosc.synthesis.explicit.explicit_engine import (
     TooMany,
 )
 from robosc.synthesis.explicit.search import ExplicitSystem
-from robosc.synthesis.guards.shorten import GuardInputs, make_guard
+from robosc.synthesis.guards.shorten import GuardInputs, GuardMaker
 from robosc.synthesis.result import Sizes, make_supervisor
 from robosc.synthesis.time_limit import ExplanationTime
 
@@ -74,6 +74,7 @@ def _measured(
     guards: list[Guard] = []
     transitions = 0
     events = solution.engine.events
+    maker = GuardMaker(solution.engine.plant)
     for event in events if not solution.empty else ():
         if progress is not None:
             progress("guards", event.number, len(events))
@@ -82,7 +83,7 @@ def _measured(
             continue
         places = _Places(solution, event)
         transitions += len(places.allowed) * weight(event.event)
-        guards.append(make_guard(solution.engine.plant, event.event, places.inputs))
+        guards.append(maker.guard(event.event, places.inputs))
     return tuple(guards), transitions
 
 
