@@ -35,6 +35,7 @@ import socket
 import subprocess
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,7 +50,7 @@ from robosc.cli import main
 __all__ = [
     "EXAMPLES", "REPOSITORY", "SOURCES", "Completed", "Master", "Workspace", "await_condition",
     "built_once", "free_port", "link_checkout", "master", "missing_ros", "plain_environment", "resident",
-    "run_robosc", "stopped",
+    "run_robosc", "stopped", "taken",
 ]  # fmt: skip
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -96,16 +97,37 @@ def plain_environment(**extra: str) -> dict[str, str]:
     return env | {"ROS_HOSTNAME": "localhost", "PYTHONDONTWRITEBYTECODE": "1"} | extra
 
 
+def taken(name: str) -> socket.socket | None:
+    """Take a name among all tests on this machine, of whatever checkout; None if it is in use.
+
+    It is free again when the socket is closed, or the process has ended.
+    """
+    lock = socket.socket(socket.AF_UNIX)
+    try:
+        lock.bind(f"\0robosc-{name}")
+    except OSError:
+        lock.close()
+        return None
+    return lock
+
+
+_PORTS: deque[socket.socket] = deque(maxlen=200)
+"""Holds the names of the last ports that this process took, in use or about to be."""
+
+
 def free_port() -> int:
-    """A port that nobody listens on, nor gets from the system before it is used.
+    """A port that nobody listens on, nor gets from the system or for a test before it is used.
 
     Nodes take theirs from the range of the system's own (from 32768 on), also while a master that
     shall have this one is only starting.
     """
     while True:
         port = random.SystemRandom().randrange(20000, 32768)
+        if (lock := taken(f"port-{port}")) is None:
+            continue
         with socket.socket() as probe, contextlib.suppress(OSError):
             probe.bind(("localhost", port))
+            _PORTS.append(lock)
             return port
 
 

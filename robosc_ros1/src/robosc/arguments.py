@@ -46,13 +46,13 @@ def _robot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
 
 
-def _mode(parser: argparse.ArgumentParser) -> None:
+def _mode(parser: argparse.ArgumentParser, default: Mode = "controller") -> None:
     parser.add_argument(
         "--mode",
         choices=get_args(Mode),
-        default="controller",
+        default=default,
         help="a controller, a supervisor that guards one, or a monitor that listens to one"
-        " (default: controller)",
+        f" (default: {default})",
     )
 
 
@@ -177,6 +177,7 @@ def generate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--force", action="store_true", help="replace files that robosc did not write"
     )
+    parser.add_argument("--verbose", action="store_true", help="list the files that were written")
     parser.add_argument(
         "--diff",
         action="store_true",
@@ -306,6 +307,33 @@ def view(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--port", type=_port, default=None, help="port (default: 8642 if free)")
     _mode(parser)
+    _common(parser)
+
+
+def mcp(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="the .rscd file of a robot")
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument(
+        "--ros", metavar="NODE", help="command through this supervisor (or call this controller)"
+    )
+    source.add_argument(
+        "--simulate", action="store_true", help="command a simulated robot, and play it"
+    )
+    parser.add_argument(
+        "--http",
+        metavar="PORT",
+        type=_port,
+        help="serve agents of this machine by HTTP, with a token that is printed (default: whoever"
+        " starts this, on standard input and output)",
+    )
+    parser.add_argument(
+        "--read-only", action="store_true", help="offer no commands, only what there is to know"
+    )
+    parser.add_argument(
+        "--log", metavar="FILE", type=Path, help="append each call to this file (default: stderr)"
+    )
+    _parameters(parser)
+    _mode(parser, "supervisor")
     _common(parser)
 
 

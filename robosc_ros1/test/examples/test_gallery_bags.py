@@ -34,7 +34,7 @@ CROSSED = 2.5 * TICK
 FASTER = 0.35
 """The observer's own tolerance, and a step: by so much more it may excuse."""
 
-STOP = {"/stop": "std_msgs/msg/Empty", "/continue": "std_msgs/msg/Empty"}
+STOP = {"/stop": "std_msgs/msg/Bool", "/continue": "std_msgs/msg/Empty"}
 WHEELS = {"/cmd_vel": "geometry_msgs/msg/Twist"}
 
 

@@ -88,7 +88,7 @@ def test_both_spellings_of_an_action(tmp_path: Path) -> None:
 
 
 def test_a_definition_that_cannot_be_read_says_why(tmp_path: Path) -> None:
-    package(tmp_path, "p", msg__Bad="int8\n", srv__Bad="int8 a\n", msg__Odd="int8 a b c\n")
+    package(tmp_path, "p", msg__Bad="int8\n", srv__Bad="int8\n", msg__Odd="int8 a b c\n")
     definitions = around(tmp_path / "m.rscd")
     for result in (
         definitions.interface("p", "Bad", "msg"),
@@ -96,6 +96,15 @@ def test_a_definition_that_cannot_be_read_says_why(tmp_path: Path) -> None:
     ):
         assert isinstance(result, Missing) and result.reason == "faulty"
         assert "Bad" in result.detail
+
+
+def test_a_service_of_ros_1_without_a_response(tmp_path: Path) -> None:
+    """As genmsg reads it, which gives all that follows a first --- to the response."""
+    package(tmp_path, "p", srv__One="int8 a\n", srv__Three="int8 a\n---\nint8 b\n---\nint8 c\n")
+    definitions = around(tmp_path / "m.rscd")
+    found = [definitions.interface("p", name, "srv") for name in ("One", "Three")]
+    names = [[[f.name for f in part.fields] for part in one.parts] for one in found]
+    assert names == [[["a"], []], [["a"], ["b", "c"]]]
 
 
 # --- where packages are found --------------------------------------------------------------------

@@ -22,7 +22,6 @@ network) or Debian's ament-cmake packages are not installed; everything else tha
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import subprocess
 import threading
@@ -32,6 +31,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ros2.bed import HERE, Bed
+from ros_support import taken
 
 __all__ = ["Graph", "Peer", "Process", "free_domain"]
 
@@ -41,16 +41,11 @@ PATIENCE = 60.0
 
 @contextlib.contextmanager
 def free_domain() -> Iterator[int]:
-    """A ROS_DOMAIN_ID that no other test on this machine uses now, whatever its TMPDIR."""
-    locks = Path("/tmp/robosc-ros2-domains")
-    locks.mkdir(exist_ok=True)
+    """A ROS_DOMAIN_ID that no other test on this machine uses now, of whatever checkout."""
     for domain in range(1, 101):
-        with (locks / str(domain)).open("w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                continue
-            yield domain
+        if (lock := taken(f"domain-{domain}")) is not None:
+            with lock:
+                yield domain
             return
     raise AssertionError("all ROS domains are in use")
 
