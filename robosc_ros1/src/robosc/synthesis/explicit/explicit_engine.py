@@ -92,7 +92,7 @@ def changed(state: PlantState, change: Iterable[tuple[int, int]]) -> PlantState:
 
 
 @dataclass(eq=False)
-class Reached:
+class ReachedStates:
     """The states that a plant reaches under its requirements, numbered in breadth-first order.
 
     ``after`` are the steps from each state, as pairs of the event's number and the target.
@@ -106,7 +106,7 @@ class Reached:
     unsafe: _States = field(default_factory=set)
 
 
-def reached(plant: Plant, events: Sequence[EventOutcomes], safe: Test, limit: Limit) -> Reached:
+def reached(plant: Plant, events: Sequence[EventOutcomes], safe: Test, limit: Limit) -> ReachedStates:
     """Return what is reached from the initial states; states that are not ``safe`` are not left.
 
     Raises:
@@ -114,7 +114,7 @@ def reached(plant: Plant, events: Sequence[EventOutcomes], safe: Test, limit: Li
     """
     states = list(plant.initial_states)
     numbers = {state: number for number, state in enumerate(states)}
-    found = Reached(plant, len(states), states, numbers)
+    found = ReachedStates(plant, len(states), states, numbers)
     steps = 0
     for number, state in enumerate(states):  # appended to below
         if not number % _REPORTED:
@@ -296,7 +296,7 @@ class PlantStates:
 
     def __init__(self, plant: Plant, parts: Iterable[Plant], limit: Limit) -> None:
         self._plant = plant
-        self._parts: list[tuple[tuple[int, ...], Reached]] = []
+        self._parts: list[tuple[tuple[int, ...], ReachedStates]] = []
         for part in parts:
             variables = tuple(
                 plant.variable_index[variable.kind, variable.name] for variable in part.variables
