@@ -11,6 +11,7 @@ from robosc import limits
 from robosc.plant.automaton import Plant
 from robosc.progress import Progress
 from robosc.supervisor import Supervisor
+from robosc.synthesis.bdd.manager import remedy, usable
 from robosc.synthesis.decomposition import combined, independent_parts
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explain.conflicts import Identity, with_conflicts
@@ -99,9 +100,6 @@ def _synthesize(
     explaining: ExplanationTime,
 ) -> Supervisor:
     """Return the supervisor of a plant, without decomposition."""
-    # Imported on demand: small models do without it.
-    from robosc.synthesis.bdd.manager import remedy, usable
-
     if engine == "bdd":
         return _symbolic(plant, progress, explaining)
     either = engine == "auto" and usable()

@@ -26,6 +26,8 @@ from robosc.synthesis.fixpoint import supremal
 _States: TypeAlias = set[int]
 _REPORTED = 2**6
 """States between two questions whether to go on."""
+_MOST_VALUES = 2**16
+"""Combinations of one event's parameter values that are tried in each state."""
 
 
 class TooMany(StateSpaceError):
@@ -106,7 +108,9 @@ class ReachedStates:
     unsafe: _States = field(default_factory=set)
 
 
-def reached(plant: Plant, events: Sequence[EventOutcomes], safe: Test, limit: Limit) -> ReachedStates:
+def reached(
+    plant: Plant, events: Sequence[EventOutcomes], safe: Test, limit: Limit
+) -> ReachedStates:
     """Return what is reached from the initial states; states that are not ``safe`` are not left.
 
     Raises:
@@ -151,7 +155,7 @@ def outcomes_of(plant: Plant, stepper: Stepper, required: bool) -> list[EventOut
     found = []
     for number, event in enumerate(plant.events):
         compiled = stepper.compiled(number, event.requirement if required else None)
-        if compiled.is_sampled:
+        if weight(event) > _MOST_VALUES:
             raise TooMany(
                 f"the explicit engine would have to try {weight(event)} values of {event.name}"
             )
