@@ -12,14 +12,12 @@ import argparse
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
-import ros2_demo
 from building import (
     HERE,
     ROOT,
@@ -35,6 +33,8 @@ from building import (
 
 sys.path.append(str(ROOT / "robosc_ros1" / "test"))
 import reaper
+import ros2_demo
+from free import free_port
 
 PACKAGES = (HERE, HERE.parent / "robot_common")
 
@@ -133,13 +133,6 @@ def stop(process: subprocess.Popen[bytes]) -> None:
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        port: int = probe.getsockname()[1]
-        return port
 
 
 def violations(summary: dict[str, Any]) -> int:

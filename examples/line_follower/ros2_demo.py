@@ -8,17 +8,14 @@ from __future__ import annotations
 
 import argparse
 import os
-import random
 import shutil
 import signal
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 from building import (
     HERE,
-    ROOT,
     Unavailable,
     environment,
     generate,
@@ -27,6 +24,7 @@ from building import (
     step,
     summary_in,
 )
+from free import free_domain
 
 CONTROLLER = "line_follower_controller"
 
@@ -37,9 +35,9 @@ def run(args: argparse.Namespace) -> dict[str, Any] | None:
     generate(args.folder, "ros2", os.environ | environment(args.folder))
     step("Build it with colcon")
     logged(["colcon", "build"], args.folder, env)
-    domain = random.SystemRandom().randrange(1, 100)
-    step(f"Drive {args.metres:g} m in domain {domain}")
-    return drive(args, env | {"ROS_DOMAIN_ID": str(domain)}, python)
+    with free_domain() as domain:
+        step(f"Drive {args.metres:g} m in domain {domain}")
+        return drive(args, env | {"ROS_DOMAIN_ID": str(domain)}, python)
 
 
 def ros(folder: Path) -> tuple[dict[str, str], str]:
@@ -49,10 +47,12 @@ def ros(folder: Path) -> tuple[dict[str, str], str]:
             raise Unavailable("colcon is missing: apt install python3-colcon-common-extensions")
         link(HERE.parent / "robot_common", folder / "src")
         return dict(os.environ), "python3"
-    sys.path.insert(0, str(ROOT / "robosc_ros1" / "test"))
     from ros2 import bed
 
-    print("no ROS 2 is sourced: taking that of the tests, which is fetched the first time")
+    print(
+        "no ROS 2 is sourced: taking that of the tests; the first time that takes minutes",
+        flush=True,
+    )
     try:
         made = bed.test_bed()
     except bed.Unavailable as reason:

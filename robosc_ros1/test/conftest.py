@@ -17,7 +17,7 @@ import ros_support
 import sizes
 from hypothesis import HealthCheck, settings
 from kept import Kept
-from progress import Progress
+from progress import Progress, Summary
 from ros_support import EXAMPLES, REPOSITORY, Master, Workspace, built_once
 from view.browser import Browser, headless, missing_browser
 
@@ -57,6 +57,8 @@ def pytest_configure(config: pytest.Config) -> None:
     worker = hasattr(config, "workerinput")
     reaper.watch(None if worker else own_folder())
     reporter = config.pluginmanager.get_plugin("terminalreporter")
+    if not worker:
+        config.pluginmanager.register(Summary())
     if not worker and reporter is not None and config.option.verbose == 0:
         workers = config.getoption("numprocesses", default=None) or 0
         config.pluginmanager.register(Progress(reporter, int(workers)))
@@ -79,7 +81,9 @@ def own_folder() -> Path:
 def pytest_keyboard_interrupt(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
     """What runs ends now, not when each of its fixtures has done so in turn."""
     reaper.end(os.environ[reaper.MARK])
-    threading.Timer(1.5, os._exit, [pytest.ExitCode.INTERRUPTED]).start()
+    late = threading.Timer(1.5, os._exit, [pytest.ExitCode.INTERRUPTED])
+    late.daemon = True
+    late.start()
 
 
 @pytest.hookimpl(tryfirst=True)

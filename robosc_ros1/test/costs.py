@@ -13,16 +13,22 @@ import argparse
 import csv
 import resource
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["KEPT", "LAST", "Cost", "function_of", "processor", "read", "write"]
+__all__ = [
+    "KEPT", "LAST", "Cost", "function_of", "processor", "read", "seconds_of", "write",
+]  # fmt: skip
 
 KEPT = Path(__file__).with_name("costs.csv")
 LAST = Path(__file__).resolve().parents[2] / ".cache" / "costs.csv"
 LEAST = 0.1
 """Seconds of processor or of waiting below which a function has no row in ``costs.csv``."""
+WITH_OTHERS = ("ros1/", "ros2/", "view/", "examples/")
+"""Folders of which most tests that are not in a table wait for other programs."""
+WAITING, COMPUTING = 4.0, 0.02
+"""Seconds that such a test is thought to take, and any other one."""
 COLUMNS = ("function", "size", "cases", "processor", "seconds")
 
 
@@ -51,6 +57,14 @@ def function_of(nodeid: str) -> str:
     """``cli/test_x.py::test_y`` of the name of any of its cases."""
     test = nodeid.partition("[")[0].partition("@")[0]
     return test.rpartition("robosc_ros1/test/")[2]
+
+
+def seconds_of(nodeid: str, known: Mapping[str, Cost]) -> float:
+    """Return how long a test takes, as far as it is known."""
+    function = function_of(nodeid)
+    if (cost := known.get(function)) is not None:
+        return cost.seconds / cost.cases
+    return WAITING if function.startswith(WITH_OTHERS) else COMPUTING
 
 
 def read(path: Path) -> dict[str, Cost]:
@@ -96,8 +110,24 @@ def main() -> None:
     for line in table(last):
         print(line)
     if parser.parse_args().keep:
-        dear = {f: c for f, c in last.items() if max(c.processor, c.seconds) >= LEAST}
-        write(KEPT, {f: c for f, c in read(KEPT).items() if f not in last} | dear)
+        known = read(KEPT)
+        whole = known | {f: of_all_cases(c, known.get(f, c).cases) for f, c in last.items()}
+        dear = {f: c for f, c in whole.items() if max(c.processor, c.seconds) >= LEAST}
+        write(KEPT, {f: c for f, c in dear.items() if is_there(f)})
+
+
+def of_all_cases(cost: Cost, known: int) -> Cost:
+    """A quick run has taken only some of the cases."""
+    cases = max(cost.cases, known)
+    factor = cases / cost.cases
+    return Cost(cost.size, cases, cost.processor * factor, cost.seconds * factor)
+
+
+def is_there(function: str) -> bool:
+    """Whether it has not been renamed or moved."""
+    file, _, name = function.partition("::")
+    path = KEPT.parent / file
+    return path.is_file() and f"\ndef {name}(" in path.read_text(encoding="utf-8")
 
 
 if __name__ == "__main__":

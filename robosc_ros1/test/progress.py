@@ -11,12 +11,39 @@ import costs
 import pytest
 from costs import Cost, function_of
 
-__all__ = ["Progress"]
+__all__ = ["Progress", "Summary"]
 
-QUICK, SLOW = 0.02, 4.0
-"""Seconds that a test takes of which nothing is known."""
+GRANTED = 10.0
+"""Seconds of tests that are thought to have taken as long as on the machine of ``costs.csv``."""
 EVERY = 20.0
 """Seconds between two lines where the output is no terminal."""
+
+
+class Summary:
+    """A plugin of the process that reports: what was left out, and, for later runs, what it cost."""
+
+    def __init__(self) -> None:
+        self._costs: dict[str, Cost] = {}
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        size = "slow" if "slow" in report.keywords else "quick"
+        cost = self._costs.setdefault(function_of(report.nodeid), Cost(size))
+        cost.seconds += report.duration
+        if report.when == "teardown":
+            cost.cases += 1
+            cost.processor += dict(report.user_properties).get("processor", 0.0)
+
+    def pytest_sessionfinish(self) -> None:
+        whole = {function: cost for function, cost in self._costs.items() if cost.cases}
+        costs.write(costs.LAST, costs.read(costs.LAST) | whole)
+
+    def pytest_terminal_summary(self, terminalreporter: Any) -> None:
+        """Nothing is left out silently."""
+        skipped = {plain(r.nodeid): reason(r) for r in terminalreporter.stats.get("skipped", ())}
+        reasons = Counter(skipped.values())
+        if reasons:
+            parts = "; ".join(f"{number} for {text}" for text, number in reasons.most_common())
+            terminalreporter.write_line(f"left out, {sum(reasons.values())} in all: {parts}")
 
 
 class Progress:
@@ -31,7 +58,6 @@ class Progress:
         self._start = self._shown = time.monotonic()
         self._done = self._number = 0
         self._passed_seconds = 0.0
-        self._measured: dict[str, Cost] = {}
         self._lock = threading.Lock()
         self._ended = threading.Event()
         reporter.showfspath = False
@@ -48,15 +74,9 @@ class Progress:
 
     def _await(self, tests: list[str]) -> None:
         if not self._number and tests:
-            self._awaited = {plain(test): self._seconds(test) for test in tests}
+            self._awaited = {plain(test): costs.seconds_of(test, self._known) for test in tests}
             self._number = len(self._awaited)
             self._start = time.monotonic()
-
-    def _seconds(self, test: str) -> float:
-        cost = self._known.get(function_of(test))
-        if cost is not None:
-            return cost.seconds / cost.cases
-        return SLOW if test.startswith(("robosc_ros1/test/ros", "robosc_ros1/test/view")) else QUICK
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
         with self._lock:
@@ -81,27 +101,9 @@ class Progress:
             return ("passed" if report.when == "call" else ""), "", ""
         return None
 
-    def pytest_runtest_logreport(self, report: Any) -> None:
-        size = "slow" if "slow" in report.keywords else "quick"
-        cost = self._measured.setdefault(function_of(report.nodeid), Cost(size))
-        cost.seconds += report.duration
-        if report.when == "teardown":
-            cost.cases += 1
-            cost.processor += dict(report.user_properties).get("processor", 0.0)
-
     def pytest_sessionfinish(self) -> None:
         self._ended.set()
         self._clear()
-        whole = {f: c for f, c in self._measured.items() if c.cases}
-        costs.write(costs.LAST, costs.read(costs.LAST) | whole)
-
-    def pytest_terminal_summary(self, terminalreporter: Any) -> None:
-        """Nothing is left out silently."""
-        skipped = {plain(r.nodeid): reason(r) for r in terminalreporter.stats.get("skipped", ())}
-        reasons = Counter(skipped.values())
-        if reasons:
-            parts = "; ".join(f"{number} for {text}" for text, number in reasons.most_common())
-            terminalreporter.write_line(f"left out, {sum(reasons.values())} in all: {parts}")
 
     def _tick(self) -> None:
         while not self._ended.wait(1.0):
@@ -123,9 +125,9 @@ class Progress:
 
     def _text(self, elapsed: float) -> str:
         left = sum(self._awaited.values())
-        # What took so long so far tells how fast this machine is, once it is enough to tell.
-        side_by_side = max(self._workers, 1)
-        pace = elapsed / self._passed_seconds if self._passed_seconds > 20 else 1 / side_by_side
+        # What is over tells how fast this machine is; a little is taken for granted at first.
+        granted = GRANTED / max(self._workers, 1)
+        pace = (elapsed + granted) / (self._passed_seconds + GRANTED)
         minutes = left * pace / 60
         rest = f"{minutes:.0f} min" if minutes >= 1.5 else f"{60 * minutes:.0f} s"
         now = ", ".join(dict.fromkeys(short(test) for test in self._running))

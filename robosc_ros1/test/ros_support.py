@@ -28,14 +28,11 @@ import contextlib
 import fcntl
 import io
 import os
-import random
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,13 +41,14 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 import ros_links
+from free import free_port
 
 from robosc.cli import main
 
 __all__ = [
     "EXAMPLES", "REPOSITORY", "SOURCES", "Completed", "Master", "Workspace", "await_condition",
     "built_once", "free_port", "link_checkout", "master", "missing_ros", "plain_environment", "resident",
-    "run_robosc", "stopped", "taken",
+    "run_robosc", "stopped",
 ]  # fmt: skip
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -95,40 +93,6 @@ def plain_environment(**extra: str) -> dict[str, str]:
     if not Path("/usr/share/catkin").is_dir():
         env |= {k: v for k, v in os.environ.items() if k.startswith(_ROS_VARIABLES)}
     return env | {"ROS_HOSTNAME": "localhost", "PYTHONDONTWRITEBYTECODE": "1"} | extra
-
-
-def taken(name: str) -> socket.socket | None:
-    """Take a name among all tests on this machine, of whatever checkout; None if it is in use.
-
-    It is free again when the socket is closed, or the process has ended.
-    """
-    lock = socket.socket(socket.AF_UNIX)
-    try:
-        lock.bind(f"\0robosc-{name}")
-    except OSError:
-        lock.close()
-        return None
-    return lock
-
-
-_PORTS: deque[socket.socket] = deque(maxlen=200)
-"""Holds the names of the last ports that this process took, in use or about to be."""
-
-
-def free_port() -> int:
-    """A port that nobody listens on, nor gets from the system or for a test before it is used.
-
-    Nodes take theirs from the range of the system's own (from 32768 on), also while a master that
-    shall have this one is only starting.
-    """
-    while True:
-        port = random.SystemRandom().randrange(20000, 32768)
-        if (lock := taken(f"port-{port}")) is None:
-            continue
-        with socket.socket() as probe, contextlib.suppress(OSError):
-            probe.bind(("localhost", port))
-            _PORTS.append(lock)
-            return port
 
 
 @contextlib.contextmanager
@@ -335,15 +299,26 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Path], None]) -> Path:
-    """The folder that ``build`` fills; whichever process of tests needs it first builds it for all."""
+    """The folder that ``build`` fills; whichever process of tests needs it first builds it for all.
+
+    If that fails, it has failed for all.
+    """
     base = factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
     folder.mkdir(exist_ok=True)
+    built, failed = folder / "built", folder / "failed"
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "built").exists():
-            build(folder)
-            (folder / "built").touch()
+        assert not failed.exists(), f"{folder} was not built: {failed.read_text(encoding='utf-8')}"
+        if not built.exists():
+            try:
+                build(folder)
+            except pytest.skip.Exception:
+                raise
+            except BaseException as error:  # also that it took too long
+                failed.write_text(str(error), encoding="utf-8")
+                raise
+            built.touch()
     return folder
 
 

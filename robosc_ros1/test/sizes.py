@@ -27,12 +27,10 @@ import pytest
 __all__ = ["SIZES", "seconds_of_groups", "take"]
 
 SIZES = ("quick", "usual", "rest", "all")
-OF_ALL_CASES = 0.2
+OF_ALL_CASES = 0.1
 """Seconds of processor that a function may take in a quick run, or ..."""
-OF_ONE_CASE = 0.4
+OF_ONE_CASE = 0.3
 """... those of its only case there."""
-UNKNOWN = 3.0
-"""Seconds of a slow test of which nothing is known."""
 SIDES = {"ros1", "ros2"}
 
 
@@ -92,7 +90,5 @@ def seconds_of_groups(
     known = costs.read(costs.KEPT)
     seconds: dict[str, float] = defaultdict(float)
     for item in items:
-        cost = known.get(costs.function_of(item.nodeid))
-        slow = item.get_closest_marker("slow") is not None
-        seconds[group_of(item)] += cost.seconds / cost.cases if cost else slow * UNKNOWN
+        seconds[group_of(item)] += costs.seconds_of(item.nodeid, known)
     return seconds

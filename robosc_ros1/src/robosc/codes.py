@@ -64,7 +64,7 @@ _MODEL_WARNINGS = (
     "topic-shared", "stale-data", "stale-event", "undefined-data", "no-stop", "topic-types",
     "names-differ-in-case", "call-not-taken", "refusal-not-seen", "cancel-is-not-end",
     "unused-datatype", "unused-interface", "unused-variable", "unused-value", "unused-timeout",
-    "unused-enum-value",
+    "unused-enum-value", "refused-definition",
 )  # fmt: skip
 _PLANT_ERRORS = ("empty-supervisor", "guard-overlap")
 _PLANT_WARNINGS = (

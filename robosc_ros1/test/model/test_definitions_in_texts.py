@@ -57,9 +57,9 @@ def test_fields_of_ros_2(line: str, type_: str, value: Value | None) -> None:
     [
         ("uint8 MOST=300", "line 1: 300 is not from 0 to 255"),
         ("int8 a -200", "line 1: -200 is not from -128 to 127"),
-        ("uint8 lower=1", "line 1: a name must be of upper case"),
-        ("uint8 Upper", "line 1: a name must be of lower case"),
-        ("uint8 a__b", "line 1: a name must be of lower case"),
+        ("uint8 lower=1", "line 1: the name lower must be of upper case"),
+        ("uint8 Upper", "line 1: the name Upper must be of lower case"),
+        ("uint8 a__b", "line 1: the name a__b must be of lower case"),
     ],
 )
 def test_what_rosidl_refuses_is_understood_and_doubted(line: str, doubt: str) -> None:

@@ -26,28 +26,17 @@ import json
 import subprocess
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
+from free import free_domain
 from ros2.bed import HERE, Bed
-from ros_support import taken
 
 __all__ = ["Graph", "Peer", "Process", "free_domain"]
 
 PATIENCE = 60.0
 """Seconds after which something that must come has not come, even on a machine that is busy."""
-
-
-@contextlib.contextmanager
-def free_domain() -> Iterator[int]:
-    """A ROS_DOMAIN_ID that no other test on this machine uses now, of whatever checkout."""
-    for domain in range(1, 101):
-        if (lock := taken(f"domain-{domain}")) is not None:
-            with lock:
-                yield domain
-            return
-    raise AssertionError("all ROS domains are in use")
 
 
 class Process:

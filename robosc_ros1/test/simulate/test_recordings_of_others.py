@@ -9,6 +9,7 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -21,6 +22,7 @@ from simulate.recorded_runs import START, BagWriter
 from robosc.errors import UsageError
 from robosc.simulate.bags.bag_files import target_of
 from robosc.simulate.bags.judgement import Judgement, judge
+from robosc.simulate.bags.judgement_report import judgement_junit, judgement_text
 from robosc.supervisor import Supervisor
 
 SECOND = 1_000_000_000
@@ -185,7 +187,7 @@ class Mcap:
 
 
 CRLF = ("# distance\r\nfloat32 data\r\n", TWIST)
-LOWER = ("uint8 left=0\nfloat32 data\n", TWIST)
+LOWER = ("uint8 left=0\nuint8 right = 1\nfloat32 data\n", TWIST)
 WIDE = ('float32 data\nstring<=5 unit "m"\nuint8[<=3] x [1, 2]\nwstring<=4 w\n', TWIST)
 OF_WIDE = struct.pack("<I2sxxI2sxxI", 2, b"m\0", 2, b"\1\2", 0)
 
@@ -252,6 +254,15 @@ def test_a_file_that_breaks_off_anywhere(
         assert note.startswith(
             "cut.mcap is read as far as it goes: it was not ended: it breaks off"
         )
+
+
+def test_a_channel_of_another_type_without_messages(supervisor: Supervisor, tmp_path: Path) -> None:
+    bag = Mcap(
+        types=("std_msgs/msg/Float32", "geometry_msgs/msg/Twist", "std_msgs/msg/String"),
+        definitions=("float32 data", TWIST, "string data"),
+        topics=("/distance", "/cmd_vel", "/distance"),
+    )
+    assert len(judged(supervisor, bag.write(tmp_path / "run.mcap")).findings) == 1
 
 
 def test_fewer_messages_than_a_file_states(supervisor: Supervisor, tmp_path: Path) -> None:
@@ -330,6 +341,7 @@ QOS = """offered_qos_profiles:
         edited(("version: 9", "version: 23")),
         edited(("storage_identifier: mcap", 'storage_identifier: ""')),
         edited(("message_count: 60", "message_count: 5")),
+        edited(("topics_with_message_count:", "topics_in_another_way:")),
         lambda bag: (bag / "metadata.yaml").unlink(),
     ],
 )  # fmt: skip
@@ -517,3 +529,15 @@ def test_the_readers_agree_with_rosbags(tmp_path: Path) -> None:
                 for n, t, raw in bag.storage.messages(numbers, lambda *_: None)
             ]
         assert read == expected and len(read) == 120
+
+
+def test_what_could_not_be_read_fails_a_test_case(supervisor: Supervisor, tmp_path: Path) -> None:
+    lawful = [m for m in run() if m.time < BEGIN + 3 * SECOND]
+    for promised, failures in ((None, "0"), (200, "1")):
+        path = Mcap(messages=lawful, promised=promised).write(tmp_path / "run.mcap")
+        found = judged(supervisor, path)
+        suite = ElementTree.fromstring(judgement_junit(found))
+        assert suite.get("failures") == failures
+        assert found.exit_code == (2 if promised else 0)
+        text = judgement_text(found)
+        assert ("as far as the recording could be read" in text) is bool(promised)

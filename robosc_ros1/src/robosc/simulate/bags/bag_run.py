@@ -142,6 +142,8 @@ class BagRun:
         robot = supervisor.plant.robot
         self.supervisor = supervisor
         self.bag = bag
+        # Who only judges shows no values: short forms of scans would take longer than all else.
+        settings = settings if described else settings._replace(whole_values=True)
         self.settings = settings
         self.tracks: dict[str, Track] = {}
         self._port = _BagPort(bag)

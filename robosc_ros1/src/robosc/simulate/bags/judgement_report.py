@@ -196,6 +196,7 @@ def judgement_junit(judgement: Judgement) -> str:
             "the run follows the model", [_said_at(judgement, f) for f in judgement.of("departure")]
         )
     )
+    outcomes.append(Outcome("the recording could be read as a whole", judgement.missing))
     return suite_text(judgement.bag, robot.name, outcomes)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from copy import deepcopy
 from dataclasses import fields
+from functools import partial
 from typing import Any
 
 from robosc.errors import UsageError
@@ -61,15 +62,16 @@ class MessageTypes:
             _as_in_ros(name, type_)
         if self.is_ros_1:
             self._name_times()
+        self._steps = _PlainTypes(self.store, self._wide).of(self.name)
         deserialise = self.store.deserialize_ros1 if self.is_ros_1 else self.store.deserialize_cdr
         self._deserialise: Callable[[bytes, str], Any] = deserialise
 
     def read(self, raw: bytes) -> Any:
         """A message, as it would arrive."""
-        return _plain(self._deserialise(raw, self.name), self._wide)
+        return _apply(self._steps, self._deserialise(raw, self.name))
 
     def default(self) -> Any:
-        return _plain(default_message(self.store, self.name), self._wide)
+        return _apply(self._steps, default_message(self.store, self.name))
 
     def arrived(self, message: Any, data: dict[str, Any]) -> Any:
         """The message with other fields, as it would arrive."""
@@ -170,22 +172,63 @@ def default_message(store: Any, type_: str) -> Any:
     return message
 
 
-def _plain(message: Any, wide: Mapping[str, list[str]]) -> Any:
-    """The message with lists, or bytes, in place of arrays: their elements count like those in ROS,
-    where a number is one of 64 bits."""
-    for name in type(message).__slots__:
-        value = getattr(message, name)
-        if hasattr(value, "dtype"):
-            setattr(message, name, bytes(value) if value.dtype == "uint8" else value.tolist())
-        elif hasattr(value, "__msgtype__"):
-            _plain(value, wide)
-        elif isinstance(value, list):
-            for part in value:
-                if hasattr(part, "__msgtype__"):
-                    _plain(part, wide)
-    if wide:
-        for name in wide.get(message.__msgtype__, ()):
-            setattr(message, name, "".join(map(chr, getattr(message, name))))
+Plain = Callable[[Any], Any]
+"""Makes the arrays of a value lists, or bytes: their elements count like those in ROS, where a
+number is one of 64 bits. What it returns takes the place of the value."""
+
+
+class _PlainTypes:
+    """How the messages of a store become plain; of each type only the fields that need it."""
+
+    def __init__(self, store: Any, wide: Mapping[str, list[str]]) -> None:
+        self._store = store
+        self._wide = wide
+        self._steps: dict[str, list[tuple[str, Plain]]] = {}
+
+    def of(self, type_: str) -> list[tuple[str, Plain]]:
+        """The fields of a message that are not plain yet, with what makes them so."""
+        if type_ not in self._steps:
+            steps = self._steps[type_] = []
+            names = [f.name for f in fields(self._store.types[type_])]
+            wide = self._wide.get(type_, ())
+            for name, (field, what) in zip(names, self._store.fielddefs[type_][1], strict=False):
+                step = _wide_text if field in wide else self._field(what)
+                if step is not None:
+                    steps.append((name, step))
+        return self._steps[type_]
+
+    def _field(self, what: Any) -> Plain | None:
+        from rosbags.interfaces import Nodetype
+
+        kind, inner = what
+        if kind == Nodetype.BASE:
+            return None
+        if kind == Nodetype.NAME:
+            return self._message(inner)
+        kind, element = inner[0]
+        if kind == Nodetype.NAME:
+            step = self._message(element)
+            return None if step is None else lambda parts: [step(part) for part in parts]
+        if kind != Nodetype.BASE or element[0] == "string":
+            return None
+        return bytes if element[0] == "uint8" else _listed
+
+    def _message(self, type_: str) -> Plain | None:
+        steps = self.of(type_)
+        return partial(_apply, steps) if steps else None
+
+
+def _listed(array: Any) -> Any:
+    return array.tolist()
+
+
+def _wide_text(characters: Any) -> str:
+    return "".join(map(chr, characters))
+
+
+def _apply(steps: list[tuple[str, Plain]], message: Any) -> Any:
+    for name, step in steps:
+        setattr(message, name, step(getattr(message, name)))
     return message
 
 
