@@ -84,7 +84,6 @@ setup(
         "catkin_pkg>=0.5",
         "jinja2>=3.0.3",
         "networkx>=2.4",
-        "numpy>=1.21.5",
         "oxidd>=0.13",
         "pyparsing>=2.4.7",
         "pyyaml>=5",

@@ -113,13 +113,18 @@ def explain(parser: argparse.ArgumentParser) -> None:
 def synthesize(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
     _json(parser)
-    parser.add_argument("--engine", choices=["auto", "dense", "bdd"], default="auto")
+    parser.add_argument(
+        "--engine",
+        choices=["auto", "explicit", "bdd"],
+        type=lambda name: "explicit" if name == "dense" else name,  # as it was called
+        default="auto",
+    )
     parser.add_argument(
         "--max-states",
         metavar="N",
         type=_positive,
         default=None,
-        help="largest product space for the dense engine (default: 2^28)",
+        help="most states that the explicit engine visits (default: 2^20)",
     )
     _explain_seconds(parser)
     _mode(parser)

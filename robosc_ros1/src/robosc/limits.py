@@ -83,11 +83,8 @@ CONFLICT_PRODUCT = 2**20
 """Product of the variables of one independent part up to which it is looked for what conflicts."""
 CONFLICT_EVENT = 1_000
 """Plant states to which one event of the plant amounts there."""
-DENSE_STATES = 2**28
-"""Size of the dense engine's array of states unless ``--max-states`` says otherwise; a larger one
-is the symbolic engine's, or refused."""
-DENSE_PAIRS = 2**24
-"""Pairs of incoming and stored values in the dense engine, some 40 bytes each; more are the
+EXPLICIT_STATES = 2**20
+"""States that the explicit engine visits unless ``--max-states`` says otherwise; more are the
 symbolic engine's, or refused."""
 COMBINATIONS = 2**20
 """Combinations of outcomes of one event's data that are enumerated; more are refused."""
@@ -109,6 +106,9 @@ EXPLAINING_SECONDS = (1.0, 10.0)
 """Least and most processor seconds for explanations, which otherwise may take as long as synthesis
 has taken; what is not explained by then is left out, and said, unless ``--explain-seconds`` says
 otherwise."""
+FAULT_SURROUNDINGS = 5_000
+"""States up to which such a search goes on in states that violate a requirement; beyond, it is not
+told of states that lead only to these whether the plant is blocked there."""
 FAULT_STATES = 500_000
 """States that must be avoided, among which a search state by state looks for what is wrong; beyond,
 an explanation is left out."""
@@ -178,8 +178,8 @@ REQUEST_BYTES = 100_000
 """Bytes of a request of the page; a longer one is refused."""
 RANDOM_WALK = 1_000
 """Random steps that the page asks for in one go; more are refused."""
-EDITOR_STATES = 2**24
-"""Size of the dense engine's array in the editor, which leaves what is larger to ``check``."""
+EDITOR_STATES = 2**17
+"""States that the explicit engine visits in the editor, which leaves more to ``check``."""
 EDITOR_SECONDS = 300.0
 """Seconds after which the editor gives up a synthesis that has not given up by itself."""
 COMPLETIONS = 200

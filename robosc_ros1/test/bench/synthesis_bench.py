@@ -29,7 +29,7 @@ HERE = Path(__file__).resolve().parent
 
 @dataclass(frozen=True)
 class Comparison:
-    """The dense engine must be ``ratio`` times as fast as libFAUDES; 0: only equal counts matter.
+    """The explicit engine must be ``ratio`` times as fast as libFAUDES; 0: only equal counts matter.
 
     Below some ten thousand states what is measured is how long it takes to begin.
     """
@@ -64,7 +64,7 @@ COMPARISONS = (
     Comparison("elevator", (7,), 0),
 )
 ALONE = (
-    Alone("dense", "hands", (13,), 10, 300, 1e8),
+    Alone("explicit", "hands", (13,), 10, 300, 1e8),
     Alone("bdd", "hands", (60,), 30, 2048),
     Alone("bdd", "services_hands", (60,), 30, 2048),
     Alone("bdd", "transfer_line", (31, 4), 30, 2048),
@@ -144,7 +144,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _compare(quick: bool) -> int:
-    print(f"{'system':<24}{'states':>10}{'transitions':>13}{'libFAUDES':>11}{'dense':>9}{'bdd':>9}")
+    print(
+        f"{'system':<24}{'states':>10}{'transitions':>13}{'libFAUDES':>11}{'explicit':>9}{'bdd':>9}"
+    )
     missed = 0
     for case in COMPARISONS:
         if quick and case.ratio:
@@ -162,7 +164,7 @@ def _compare(quick: bool) -> int:
                     )
             ratio = faudes["seconds"] / own["seconds"]
             row += f"{ratio:>8.0f}x"
-            if engine == "dense" and ratio < case.ratio:
+            if engine == "explicit" and ratio < case.ratio:
                 row += f" (target {case.ratio}x)"
                 missed += 1
         print(row, flush=True)
@@ -197,21 +199,21 @@ def _alone() -> int:
 def _choices(quick: bool) -> int:
     """What ``auto`` takes, against each engine by itself."""
     print(
-        f"{'system':<24}{'dense':>9}{'bdd':>9}{'auto':>9}{'ratio':>7}   processor seconds, guards"
+        f"{'system':<24}{'explicit':>9}{'bdd':>9}{'auto':>9}{'ratio':>7}   processor seconds, guards"
     )
     missed = 0
     for family, size in CHOICES[::4] if quick else CHOICES:
         case = Alone("auto", family, size, 0, 0)
         symbolic = _measure("bdd", family, size)
         auto = _measure("auto", family, size)
-        dense = _measure_within(4 * symbolic["cpu"] + 5, "dense", family, size)
-        if dense is not None and dense["states"] != symbolic["states"]:
-            raise SystemExit(f"{_name(case)}: {dense['states']} states, {symbolic['states']}")
-        best = min(one["cpu"] for one in (dense, symbolic) if one is not None)
+        explicit = _measure_within(4 * symbolic["cpu"] + 5, "explicit", family, size)
+        if explicit is not None and explicit["states"] != symbolic["states"]:
+            raise SystemExit(f"{_name(case)}: {explicit['states']} states, {symbolic['states']}")
+        best = min(one["cpu"] for one in (explicit, symbolic) if one is not None)
         ratio = auto["cpu"] / best
         late = ratio > _WORST_RATIO and auto["cpu"] > _SHORT
         missed += late
-        shown = "       -" if dense is None else f"{dense['cpu']:>8.2f}"
+        shown = "       -" if explicit is None else f"{explicit['cpu']:>8.2f}"
         print(
             f"{_name(case):<24}{shown}s{symbolic['cpu']:>8.2f}s{auto['cpu']:>8.2f}s{ratio:>6.1f}x"
             f" {auto['letters']:>8} letters{' (target 2x)' if late else ''}",
@@ -272,7 +274,7 @@ def _name(case: Comparison | Alone) -> str:
 
 
 def _engines() -> list[str]:
-    return ["dense", "bdd"] if importlib.util.find_spec("oxidd") else ["dense"]
+    return ["explicit", "bdd"] if importlib.util.find_spec("oxidd") else ["explicit"]
 
 
 def _measure(engine: str, family: str, size: tuple[int, ...]) -> Any:

@@ -127,7 +127,7 @@ def test_empty_supervisor(verb: str, robosc: Robosc, model: Callable[[str], str]
 
 def test_too_many_states_for_the_limits(robosc: Robosc, model: Callable[[str], str]) -> None:
     name = model(models.LARGE)
-    assert code(robosc("synthesize", "--engine", "dense", "--max-states", "100", name)) == 4
+    assert code(robosc("synthesize", "--engine", "explicit", "--max-states", "100", name)) == 4
     done = robosc("explore", "--limit", "100", name)
     assert code(done) == 4
     assert done.stdout == ""
@@ -155,7 +155,7 @@ def test_ranges_that_nobody_can_enumerate(
         if d["code"] == "synthesis-unchecked"
     ]
     assert unchecked == ([] if enumerable else [True])
-    done = robosc("synthesize", "--engine", "dense", name)
+    done = robosc("synthesize", "--engine", "explicit", name)
     assert code(done) == 4
     assert "convert" in done.stderr
 

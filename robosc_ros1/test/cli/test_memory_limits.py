@@ -16,7 +16,7 @@ from robosc.errors import OUT_OF_MEMORY
 from robosc.synthesis.bdd.manager import available
 
 LIMIT = 10**9
-"""Bytes of address space: enough for the dense engine, not for the threads of the other one."""
+"""Bytes of address space: enough for the explicit engine, not for the threads of the other one."""
 
 needs_library = pytest.mark.skipif(not available(), reason="needs oxidd")
 
@@ -44,9 +44,9 @@ def limited(*arguments: str, limit: int = LIMIT) -> tuple[int, str]:
     return done.returncode, done.stderr
 
 
-def test_what_the_dense_engine_does_is_done_by_it(tmp_path: Path) -> None:
+def test_what_the_explicit_engine_does_is_done_by_it(tmp_path: Path) -> None:
     path = tmp_path / "small.rscd"
-    path.write_text(f"robot Small {{ {switches(17)} }}", encoding="utf-8")
+    path.write_text(f"robot Small {{ {switches(13)} }}", encoding="utf-8")
     assert limited("synthesize", str(path))[0] == 0
 
 

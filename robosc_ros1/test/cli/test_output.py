@@ -103,7 +103,7 @@ def test_synthesize_json(robosc: Robosc, folder: Path) -> None:
     assert found["plant_states"] == 16
     assert found["controlled_states"] == 16
     assert isinstance(found["seconds"], float)
-    assert found["engine"] == "dense"
+    assert found["engine"] == "explicit"
     (guard,) = found["guards"]
     assert guard["event"]["kind"] == "request"
     assert guard["event"]["name"] == "switch_light"

@@ -78,7 +78,7 @@ def test_the_package_s_own_test_reads_constants_the_same_way(
     assert judge.faults == []
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_functions_of_constants_are_computed_by_both_engines(engine: str) -> None:
     text = """
     robot R {

@@ -95,7 +95,7 @@ def test_what_is_made_is_sent(
     assert all(type(m) is float for pose in found["poses"] for m in pose["marks"])
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_commands_wait_for_what_is_made(engine: str) -> None:
     player = session(supervisor_of(ROBOT % MODEL, engine=engine), execute=True)
     play(

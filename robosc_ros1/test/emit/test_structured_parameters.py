@@ -120,7 +120,7 @@ def test_the_controller_sends_what_the_parameters_hold() -> None:
     assert [vars(pose["position"]) for pose in sent] == [{"x": 9.0, "y": 0.0}, {"x": 4.0, "y": 8.0}]
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_conditions_read_parameters(engine: str) -> None:
     player = session(supervisor_of(ROBOT % MODEL, engine=engine), execute=True)
     play(player, "expect disabled go", "next 1", "expect enabled go", "expect disabled come")

@@ -120,7 +120,7 @@ def test_undefined_data_are_refused() -> None:
     assert not allowed(ranges=[0.0, 8.0], speed=float("nan"))
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_each_case_of_the_data_is_an_event(engine: str) -> None:
     made = supervisor(JUDGED.replace("requirement move needs value.ranges[1] < 9.0", ""), engine)
     lamp = {
@@ -136,7 +136,7 @@ def test_each_case_of_the_data_is_an_event(engine: str) -> None:
     assert len(moves) == 4 * 2 * 2 * 2
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_data_after_which_nothing_leads_back_are_refused(engine: str) -> None:
     """The requirement keeps the brake from being released with these data, so it is never set."""
     text = """

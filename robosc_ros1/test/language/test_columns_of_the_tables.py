@@ -14,7 +14,6 @@ from dataclasses import fields, replace
 from itertools import product
 from typing import Any
 
-import numpy as np
 import pytest
 from synthesis import oracle_values
 
@@ -25,7 +24,6 @@ from robosc.language.operators import (
     UNARY,
     Operand,
     Operator,
-    Range,
     Result,
     Spelled,
 )
@@ -329,47 +327,6 @@ def check_result(row: Operator, group: Mapping[str, Operator]) -> None:
     assert (row.result is Result.SAME) is (row.spelling == "else")
 
 
-def check_arrays(row: Operator, group: Mapping[str, Operator]) -> None:
-    vectorised = {"abs"} if group is CALLS else set(group) - {"else"}
-    assert bool(row.array) is (group is not AGGREGATES and row.spelling in vectorised)
-    if not row.array:
-        return
-    function = getattr(np, row.array)
-    for values in values_of(row):
-        if all(type(v) is bool for v in values) or all(type(v) is float for v in values):
-            with np.errstate(all="ignore"):
-                found = function(*(np.array([v]) for v in values))[0].item()
-            assert result(lambda f=found: f) == result(MEANING[key(row)], *values), values
-
-
-RANGES = [(-3, 3), (1, 4), (0, 9), (-9, -1), (2**53 - 1, 2**53 + 1), (2**61, 2**61 + 3),
-          (2**62, 2**62 + 3), (-(2**62), -(2**62) + 2), (2**31, 2**31 + 1)]  # fmt: skip
-_EVERYWHERE = {"!", "negative", "=>", "or", "and", "=", "!=", "<", "<=", ">", ">=", "abs"}
-
-
-def check_int64(row: Operator, group: Mapping[str, Operator]) -> None:
-    if is_idle(row, "int64"):
-        return
-    pairs = [(r, r) for r in RANGES] if len(kinds(row)) == 1 else product(RANGES, RANGES)
-    for left, right in pairs:
-        if not row.int64(Range(*left), Range(*right)):
-            continue
-        operands = (left, right)[: len(kinds(row))]
-        for values in product(*operands):
-            arrays = [np.array([v], dtype=np.int64) for v in values]
-            with np.errstate(all="ignore"):
-                found = getattr(np, row.array)(*arrays)[0].item()
-            assert result(lambda f=found: f) == result(MEANING[key(row)], *values), values
-    # Small numbers are always computed at once, and all of them where nothing can overflow.
-    assert row.int64(Range(-3, 3), Range(1, 4)) is True
-    assert row.int64(Range(1, 2), Range(-1, 1)) is (row.spelling != "%")
-    huge = Range(2**61, 2**61 + 3)
-    assert row.int64(huge, huge) is (key(row) in _EVERYWHERE or row.spelling == "%")
-    assert row.int64(Range(2**53, 2**53 + 9), Range(1, 2)) is (row.spelling != "/")
-    middle = Range(2**40, 2**40 + 3)
-    assert row.int64(middle, middle) is (row.spelling != "*")
-
-
 def check_python(row: Operator, group: Mapping[str, Operator]) -> None:
     if group is AGGREGATES:
         code = row.python.of([Spelled("v0", 8)]).text
@@ -521,8 +478,6 @@ CHECKS: Mapping[str, Callable[[Operator, Mapping[str, Operator]], None]] = {
     "variadic": check_precedence,
     "scalar": check_scalar,
     "result": check_result,
-    "array": check_arrays,
-    "int64": check_int64,
     "python": check_python,
     "cif": check_cif,
     "decider": check_laziness,
@@ -574,11 +529,6 @@ def is_seen(row: Operator, group: Mapping[str, Operator], column: str) -> bool:
     return False
 
 
-def is_idle(row: Operator, column: str) -> bool:
-    """Whether nothing reads the entry: booleans are no integers, and need a numpy function."""
-    return column == "int64" and (row.operands is Operand.BOOLEAN or not row.array)
-
-
 def means_the_same(row: Operator, column: str) -> bool:
     """Whether an entry that passed its check is right: it was tried with all values there are."""
     if row.spelling == "count" and column in ("scalar", "python"):
@@ -586,7 +536,7 @@ def means_the_same(row: Operator, column: str) -> bool:
     if row.spelling == "[" and column in ("scalar", "python"):
         return True  # the least of one list is that list
     exhaustive = row.operands is Operand.BOOLEAN and not row.arguments
-    return is_idle(row, column) or (exhaustive and column in ("scalar", "array"))
+    return exhaustive and column == "scalar"
 
 
 def test_mirrored_comparisons() -> None:

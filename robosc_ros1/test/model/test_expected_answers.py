@@ -57,7 +57,7 @@ def supervisor() -> Supervisor:
     return supervisor_of(ROBOT)
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_a_response_is_as_expected(engine: str) -> None:
     found = supervisor_of(ROBOT, engine=engine)
     assert found.controlled_states == 6

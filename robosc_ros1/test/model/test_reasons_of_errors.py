@@ -56,7 +56,7 @@ def supervisor() -> Supervisor:
     return supervisor_of(ROBOT)
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_the_engines_agree(engine: str) -> None:
     found = supervisor_of(ROBOT, engine=engine)
     assert verify(found).verified

@@ -199,7 +199,7 @@ def test_guards_are_counts(requirement: str, guard: str, engine: str) -> None:
     assert differences(robot, Oracle(robot), engine) == []
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_guards_of_many_copies_are_counts(engine: str) -> None:
     """What is counted is looked for before a cover of all cases is."""
     text = model(9, "requirement never count(s.served for s in Station) > 4")

@@ -26,7 +26,6 @@ ORDER = (
 
 THIRD_PARTY = {
     "pyparsing": ("syntax",),
-    "numpy": ("synthesis",),
     "dd": ("synthesis",),
     "oxidd": ("synthesis",),
     "networkx": ("synthesis", "report"),
@@ -216,7 +215,7 @@ def test_runtime_needs_nothing_but_python() -> None:
     [
         ("model.resolve", "robosc.syntax.nodes", True),
         ("syntax.parser", "robosc.expr.types", False),
-        ("synthesis.dense", "numpy", True),
+        ("synthesis.explicit", "numpy", False),
         ("plant.build", "numpy", False),
         ("emit.package.target", "jinja2", False),
         ("runtime.engine", "robosc.errors", False),
@@ -231,7 +230,7 @@ def test_a_small_check_loads_no_library_that_it_can_do_without() -> None:
     """Loading networkx would take longer than everything else that such a check does."""
     model = EXAMPLES / "line_follower" / "line_follower.rscd"
     loaded = libraries_after(f"from robosc.cli import main; main(['check', {str(model)!r}])")
-    assert loaded <= {"pyparsing", "numpy", "rospkg", "catkin_pkg"}
+    assert loaded <= {"pyparsing", "rospkg", "catkin_pkg"}
 
 
 def test_watching_a_node_needs_nothing_but_its_ros() -> None:

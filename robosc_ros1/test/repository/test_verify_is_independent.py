@@ -36,7 +36,7 @@ def test_verification_uses_only_what_it_says_of_synthesis() -> None:
 
 def test_engines_do_not_take_the_effect_of_an_event_from_its_definition() -> None:
     for name, modules in needs().items():
-        if name.startswith(("synthesis.dense.", "synthesis.bdd.")):
+        if name.startswith(("synthesis.explicit.", "synthesis.bdd.")):
             assert not modules & {
                 "plant.step.outcome",
                 "plant.step.taken_edge",

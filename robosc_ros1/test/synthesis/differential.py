@@ -6,7 +6,6 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-import pytest
 from synthesis.explored import explore_document
 from synthesis.oracle import Event, Oracle
 
@@ -14,7 +13,7 @@ from robosc import pipeline
 from robosc.errors import has_errors
 from robosc.model.entities import Robot
 from robosc.supervisor import Supervisor
-from robosc.synthesis import compute, explore
+from robosc.synthesis import explore
 from robosc.synthesis.documents import synthesize_document
 from robosc.synthesis.verify.verification import verify
 
@@ -22,19 +21,10 @@ Document = dict[str, Any]
 
 __all__ = ["ENGINES", "differences"]
 
-ENGINES = ("dense", "folded", "bdd")
+ENGINES = ("explicit", "bdd")
 
 
-def synthesized(robot: Robot, engine: str) -> Supervisor:
-    """``folded`` is the dense engine that looks for dependent state variables however small the product."""
-    if engine != "folded":
-        return pipeline.synthesize(robot, engine)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compute, "_SMALL", 1)
-        return pipeline.synthesize(robot, "dense")
-
-
-def differences(robot: Robot, oracle: Oracle, engine: str = "dense") -> list[str]:
+def differences(robot: Robot, oracle: Oracle, engine: str = "explicit") -> list[str]:
     """Every difference between robosc and the oracle, as a sentence."""
     return [*_plant(robot, oracle), *_control(robot, oracle, engine)]
 
@@ -54,7 +44,7 @@ def _plant(robot: Robot, oracle: Oracle) -> Iterator[str]:
 
 
 def _control(robot: Robot, oracle: Oracle, engine: str) -> Iterator[str]:
-    supervisor = synthesized(robot, engine)
+    supervisor = pipeline.synthesize(robot, engine)
     document = synthesize_document(supervisor)
     states, transitions = oracle.controlled
     figures = {

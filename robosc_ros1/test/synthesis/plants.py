@@ -31,7 +31,7 @@ def plant_of(body: str, name: str = "model.rscd") -> Plant:
     return lower(robot)
 
 
-def supervisor_of(body: str, engine: str = "dense", max_states: int = 2**28) -> Supervisor:
+def supervisor_of(body: str, engine: str = "explicit", max_states: int = 2**28) -> Supervisor:
     return synthesize(plant_of(body), engine, max_states)
 
 

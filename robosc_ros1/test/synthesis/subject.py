@@ -72,7 +72,7 @@ class Reference:
 class Engine:
     """robosc, through the same functions as its commands."""
 
-    engine = "dense"
+    engine = "explicit"
 
     def __init__(self, text: str) -> None:
         self.robot = robot_of(text)

@@ -58,11 +58,11 @@ SWITCHES = """
 """
 
 
-def of(text: str, engine: str = "dense") -> Supervisor:
+def of(text: str, engine: str = "explicit") -> Supervisor:
     return pipeline.synthesize(robot_of("robot R {" + text + "}"), engine)
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_a_command_after_which_a_goal_is_out_of_reach_is_forbidden(engine: str) -> None:
     found = of(DOOR + "requirement possible Door.ajar", engine)
     assert guard_text(found, "lock.request") == ("false", "never")
@@ -75,7 +75,7 @@ def test_a_command_after_which_a_goal_is_out_of_reach_is_forbidden(engine: str) 
     assert why.diagnostic.notes[0].span.text == "requirement possible Door.ajar"
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize(
     ("goal", "status"),
     [
@@ -123,7 +123,7 @@ FUEL = """
 """
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize(
     ("goal", "told"),
     [
@@ -142,7 +142,7 @@ def test_a_goal_without_effect_is_told(engine: str, goal: str, told: str | None)
     assert messages == ([] if told is None else [expected])
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_where_nothing_is_left_the_nearest_fault_is_told(engine: str) -> None:
     """Each state is lost only because of others: the trace leads to the first that is not."""
     message = of(FUEL % "", engine).diagnostics[0].message
@@ -156,7 +156,7 @@ def test_where_nothing_is_left_the_nearest_fault_is_told(engine: str) -> None:
     assert found.hint is not None and "widen the range of Car.fuel" in found.hint
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_under_preferences_it_is_checked(engine: str) -> None:
     text = SWITCHES + "requirement possible A.at_left from A.middle"
     text = text.replace("on request to left }", "on request to left goto middle }")
@@ -205,10 +205,10 @@ def test_independent_parts_have_their_own_goals(monkeypatch: pytest.MonkeyPatch)
     parts = independent_parts(plant, 0)
     assert [[goal.index for goal in part.goals] for part in parts] == [[0], [1]]
     assert len(independent_parts(plant_of(text + " requirement possible Door.ajar and A.middle"), 0)) == 1  # fmt: skip
-    whole = synthesize(plant, "dense")
+    whole = synthesize(plant, "explicit")
     monkeypatch.setattr(compute, "_WHOLE", 0)
-    monkeypatch.setattr(compute, "_TOGETHER", {"dense": 0, "bdd": 0})
-    apart = synthesize(plant, "dense")
+    monkeypatch.setattr(compute, "_TOGETHER", 0)
+    apart = synthesize(plant, "explicit")
     assert [guard.status for guard in apart.guards] == [guard.status for guard in whole.guards]
     assert apart.properties == whole.properties
 

@@ -58,7 +58,7 @@ def test_a_message_that_many_components_take_is_restricted() -> None:
     assert gate.edges[0].guard is not None
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_only_assumptions_that_leave_nothing_together_are_told(engine: str) -> None:
     text = """robot Level {
         component A {
@@ -84,7 +84,7 @@ def test_only_assumptions_that_leave_nothing_together_are_told(engine: str) -> N
     )
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize(
     ("condition", "told"),
     [

@@ -1,4 +1,4 @@
-"""The symbolic engine against the dense one and the oracle, on random robots."""
+"""The symbolic engine against the explicit one and the oracle, on random robots."""
 
 from __future__ import annotations
 
@@ -46,15 +46,15 @@ def conditions(plant: Plant) -> list[Expr]:
 
 @relaxed
 @given(text=models(st.integers(1, 3)))
-def test_the_same_supervisor_as_the_dense_engine(text: str) -> None:
+def test_the_same_supervisor_as_the_explicit_engine(text: str) -> None:
     plant = plant_of(text)
-    dense, symbolic = synthesize(plant, "dense"), synthesize_bdd(plant, memory=SMALL)
+    explicit, symbolic = synthesize(plant, "explicit"), synthesize_bdd(plant, memory=SMALL)
     assert symbolic.engine == "bdd"
     for name in ("empty", "plant_states", "controlled_states", "controlled_transitions"):
-        assert getattr(symbolic, name) == getattr(dense, name), name
-    assert symbolic.guards == dense.guards
+        assert getattr(symbolic, name) == getattr(explicit, name), name
+    assert symbolic.guards == explicit.guards
     told = [(e.event, len(e.trace)) for e in symbolic.explanations]
-    assert told == [(e.event, len(e.trace)) for e in dense.explanations]
+    assert told == [(e.event, len(e.trace)) for e in explicit.explanations]
 
 
 @relaxed

@@ -13,7 +13,7 @@ from robosc.synthesis.bdd.manager import available
 
 pytest.importorskip("faudes", reason="the comparison needs the Python package faudes")
 
-ENGINES = ["dense", "bdd"] if available() else ["dense"]
+ENGINES = ["explicit", "bdd"] if available() else ["explicit"]
 
 
 @pytest.mark.parametrize("engine", ENGINES)

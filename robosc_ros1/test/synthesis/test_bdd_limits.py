@@ -81,12 +81,12 @@ def test_collects_garbage_before_it_gives_up() -> None:
 
 
 @needs_library
-def test_auto_takes_it_when_the_product_is_too_large() -> None:
+def test_auto_takes_it_when_there_are_too_many_states() -> None:
     plant = plant_of(families.hands(5))
-    assert synthesize(plant, "auto", max_states=2**10).engine == "dense"
-    assert synthesize(plant, "auto", max_states=2**10 - 1).engine == "bdd"
-    with pytest.raises(StateSpaceError, match="1024 combinations"):
-        synthesize(plant, "dense", max_states=2**10 - 1)
+    assert synthesize(plant, "auto", max_states=2**10).engine == "explicit"
+    assert synthesize(plant, "auto", max_states=100).engine == "bdd"
+    with pytest.raises(StateSpaceError, match="more than 100 states"):
+        synthesize(plant, "explicit", max_states=100)
 
 
 def test_without_the_library(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,7 +102,7 @@ def test_the_hint_installs_for_the_running_python() -> None:
     assert ("--user" in words) == (sys.prefix == sys.base_prefix)
 
 
-@pytest.mark.parametrize("engine", ["dense", pytest.param("bdd", marks=needs_library)])
+@pytest.mark.parametrize("engine", ["explicit", pytest.param("bdd", marks=needs_library)])
 def test_progress_is_told_where_time_may_run_out(engine: str) -> None:
     """By it `check` keeps its limit of time: not only fixpoints can take long."""
     told: set[str] = set()

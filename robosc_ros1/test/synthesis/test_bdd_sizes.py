@@ -69,9 +69,9 @@ def test_a_guard_over_all_others() -> None:
 @pytest.mark.parametrize("n", [3, 5, 8])
 def test_small_tables_still(n: int) -> None:
     symbolic = supervisor_of(families.philosophers(n), "bdd")
-    dense = supervisor_of(families.philosophers(n), "dense")
-    assert symbolic.guards == dense.guards
-    assert symbolic.controlled_transitions == dense.controlled_transitions
+    explicit = supervisor_of(families.philosophers(n), "explicit")
+    assert symbolic.guards == explicit.guards
+    assert symbolic.controlled_transitions == explicit.controlled_transitions
 
 
 def test_product_beyond_64_bits() -> None:
@@ -129,10 +129,10 @@ def test_automata_that_read_each_other() -> None:
         " state b { on response from turn goto a } } }"
         f" requirement go needs {needs}"
     )
-    symbolic, dense = supervisor_of(text, "bdd"), supervisor_of(text, "dense")
-    assert symbolic.controlled_states == dense.controlled_states == 2 * 2**count
-    assert symbolic.controlled_transitions == dense.controlled_transitions
-    assert symbolic.guards == dense.guards
+    symbolic, explicit = supervisor_of(text, "bdd"), supervisor_of(text, "explicit")
+    assert symbolic.controlled_states == explicit.controlled_states == 2 * 2**count
+    assert symbolic.controlled_transitions == explicit.controlled_transitions
+    assert symbolic.guards == explicit.guards
 
 
 @pytest.mark.slow

@@ -30,7 +30,7 @@ ORDERS = """
 ANSWERED = ORDERS.format(asked="on response to order goto free")
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_a_call_is_accepted_where_a_component_takes_it(engine: str) -> None:
     found = supervisor_of(ANSWERED, engine)
     # Six of the ten values are taken in each of the two states in which Orders is free.
@@ -67,7 +67,7 @@ def test_a_call_that_is_never_answered_empties_the_supervisor() -> None:
     assert trace_text_of(why.trace)[0].startswith("order.request")
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_what_would_leave_a_call_unanswered_is_forbidden(engine: str) -> None:
     """The door closes for good once it has been opened, and the answer needs it open."""
     text = """

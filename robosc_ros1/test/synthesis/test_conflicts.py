@@ -96,7 +96,7 @@ def test_requirements_that_wait_for_each_other() -> None:
     assert [part["text"] for part in conflict] == texts(why)
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_goals_and_errors_take_part(engine: str) -> None:
     (why,) = synthesize(plant_of(DOOR), engine).explanations
     assert texts(why) == [
@@ -242,7 +242,7 @@ CANCELLED = """
     ],
     ids=["silent", "unhandled", "cancelled"],
 )
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_what_the_robot_may_do_takes_part(text: str, conflict: list[str], engine: str) -> None:
     (why,) = synthesize(plant_of(text), engine).explanations
     assert texts(why) == conflict
@@ -333,7 +333,7 @@ def rules_out(robot: Robot, conflict: list[str], found: Explanation, left_out: s
     return not any((event.kind.value, event.key) == ("request", key) for event in requests)
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize("first", quick_first(range(0, 120, 15), 1))
 def test_conflicts_of_random_models(first: int, engine: str) -> None:
     """What the robot may do is there, but for the part of the conflict that is left out."""
@@ -351,7 +351,7 @@ def test_conflicts_of_random_models(first: int, engine: str) -> None:
     assert looked_at
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_goals_that_only_together_cannot_be_met(engine: str) -> None:
     text = """
         component Switch {
@@ -381,7 +381,7 @@ def test_goals_that_only_together_cannot_be_met(engine: str) -> None:
         assert not synthesize(plant_of(alone), engine).empty
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_assumptions_take_part(engine: str) -> None:
     """What is assumed away is the only way back to where a command is allowed."""
     text = """

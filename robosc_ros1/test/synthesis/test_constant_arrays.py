@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from plants import guard_text, supervisor_of
 
-ENGINES = pytest.mark.parametrize("engine", ["dense", "bdd"])
+ENGINES = pytest.mark.parametrize("engine", ["explicit", "bdd"])
 
 SWITCH = """
 parameter gear: integer(0..2) = 1

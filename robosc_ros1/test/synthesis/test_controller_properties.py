@@ -11,7 +11,7 @@ from random_models import random_model
 from synthesis.plants import supervisor_of
 from synthesis.subject import robot_of
 
-from robosc import pipeline
+from robosc import limits, pipeline
 from robosc.errors import Diagnostic, StateSpaceError
 from robosc.plant.build import lower
 from robosc.supervisor import Supervisor
@@ -279,18 +279,20 @@ def test_trace_through_one_of_very_many_values(monkeypatch: pytest.MonkeyPatch) 
 
 # --- systems with too many states to walk through
 
-SENSORS = "".join(
+EACH_SENSOR = [
     f"component S{i} {{ outgoing message up{i} with type: none outgoing message down{i} with"
     f" type: none behaviour {{ initial marked state low {{ on response from up{i} goto high }}"
     f" marked state high {{ on response from down{i} goto low }} }} }} "
     for i in range(17)
-)
+]
+SENSORS = "".join(EACH_SENSOR)
 
-GUARDED_CIRCLE = SENSORS + (
+CIRCLE = (
     "component A { behaviour { initial marked state a { transition if S0.high goto b }"
     " marked state b { transition if S0.low goto a } } }"
 )
 """Its internal transitions end, but only their guards tell so."""
+GUARDED_CIRCLE = SENSORS + CIRCLE
 
 
 @pytest.fixture
@@ -306,7 +308,7 @@ def in_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("in_one_piece")
 def test_a_large_system_without_end_is_told() -> None:
-    found = supervisor_of(steep_families.restless(18), "dense")
+    found = supervisor_of(steep_families.restless(18), "explicit")
     assert [d.code for d in found.diagnostics] == ["livelock", "properties-unchecked"]
     assert diagnostic(found).message.endswith(" Clock5: tock->tick, … (36 in all)")
     assert properties(found) == {"bounded response": False}
@@ -317,7 +319,7 @@ def test_a_large_system_without_end_is_told() -> None:
 def test_a_large_system_whose_automata_end_by_themselves() -> None:
     states = "initial marked state a { transition goto b } state b { transition goto c }"
     states += " marked state c {}"
-    found = supervisor_of(SENSORS + f"component A {{ behaviour {{ {states} }} }}", "dense")
+    found = supervisor_of(SENSORS + f"component A {{ behaviour {{ {states} }} }}", "explicit")
     assert properties(found) == {"bounded response": True}
     assert found.step_bound == 2
     assert "properties-unchecked" in {d.code for d in found.diagnostics}
@@ -410,8 +412,10 @@ def test_no_controller_without_a_bound_on_its_steps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(compute, "usable", lambda: False)
+    monkeypatch.setattr(limits, "SEARCHED_STATES", 200)
     model = tmp_path / "circle.rscd"
-    model.write_text(f"robot Circle {{ {GUARDED_CIRCLE} }}", encoding="utf-8")
+    few = "".join(EACH_SENSOR[:8])
+    model.write_text(f"robot Circle {{ {few} {CIRCLE} }}", encoding="utf-8")
     with pytest.raises(StateSpaceError, match="whether internal transitions end"):
         pipeline.generate(model, output=pipeline.Output(folder=tmp_path))
     assert [path.name for path in tmp_path.iterdir()] == ["circle.rscd"]

@@ -97,7 +97,7 @@ CASES += [(seed, extra) for extra in ("failure", "enum") for seed in range(4)]
 @pytest.mark.parametrize(("seed", "extra"), CASES)
 def test_comparisons_with_constants_are_exact(seed: int, extra: str) -> None:
     text = data_model(random.Random(seed), extra=extra)
-    for engine in ("dense", "bdd"):
+    for engine in ("explicit", "bdd"):
         assert not differences(text, engine), text
 
 
@@ -196,7 +196,7 @@ def test_free_outcomes_are_the_choice_of_the_environment(seed: int, extra: str) 
     while any(weight(event) > 300 for event in plant.events):
         plant = lower(robot_of(data_model(rng, computed=True, extra=extra)))
     search = Search(plant)
-    for engine in ("dense", "bdd"):
+    for engine in ("explicit", "bdd"):
         supervisor = synthesize(plant, engine)
         assert supervisor.empty == (not search.starts <= search.kept)
         if supervisor.empty:

@@ -28,7 +28,7 @@ component Base {
 }
 """
 
-ENGINES = pytest.mark.parametrize("engine", ["dense", "bdd"])
+ENGINES = pytest.mark.parametrize("engine", ["explicit", "bdd"])
 
 
 @ENGINES

@@ -102,7 +102,7 @@ def two_models(rng: random.Random) -> tuple[str, str]:
     return texts[0], texts[1]
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize("seed", quick_first(range(20), 6))
 def test_an_enum_by_hand_and_bare_comparisons_are_the_same(seed: int, engine: str) -> None:
     texts = two_models(random.Random(seed))
@@ -206,7 +206,7 @@ def two_models_of_elements(rng: random.Random) -> tuple[str, str]:
     return texts[0], texts[1]
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize("seed", quick_first(range(20), 4))
 def test_an_enum_by_hand_and_compared_elements_are_the_same(seed: int, engine: str) -> None:
     texts = two_models_of_elements(random.Random(seed))

@@ -278,7 +278,7 @@ def test_traces_of_random_robots_can_be_played(seed: int) -> None:
     robot = robot_of(random_model(random.Random(seed), 1 + seed % 3))
     plant = lower(robot)
     oracle = Oracle(robot)
-    for found in synthesize(plant, "dense").explanations:
+    for found in synthesize(plant, "explicit").explanations:
         if not found.trace:
             continue
         end = replay(plant, found.trace)
@@ -302,7 +302,7 @@ def test_traces_of_random_robots_can_be_played(seed: int) -> None:
 @pytest.mark.parametrize("seed", quick_first(range(300, 340), 15))
 def test_every_restricted_or_forbidden_event_is_explained(seed: int) -> None:
     plant = lower(robot_of(random_model(random.Random(seed), 2)))
-    found = synthesize(plant, "dense")
+    found = synthesize(plant, "explicit")
     told = [e.event for e in found.explanations]
     if found.empty:
         assert told == [None]
@@ -335,7 +335,7 @@ def test_a_cancel_for_which_there_is_never_a_reason_is_not_told() -> None:
 
 def test_same_reasons_every_time() -> None:
     text = families.transfer_line(4, 2)
-    first, second = (synthesize(plant_of(text), "dense") for _ in range(2))
+    first, second = (synthesize(plant_of(text), "explicit") for _ in range(2))
     assert [e.reason for e in first.explanations] == [e.reason for e in second.explanations]
 
 

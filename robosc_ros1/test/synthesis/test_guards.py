@@ -30,7 +30,7 @@ LINE = families.transfer_line(3, 2)
 def test_guard_is_what_the_oracle_enables(seed: int) -> None:
     robot = robot_of(random_model(random.Random(seed), 1 + seed % 3))
     oracle = Oracle(robot)
-    supervisor = synthesize(lower(robot), "dense")
+    supervisor = synthesize(lower(robot), "explicit")
     for guard in supervisor.guards:
         event = Event(guard.event.kind, guard.event.key, guard.event.index)
         assert guard.status == oracle.status(event)
@@ -166,7 +166,10 @@ def test_cover_separates_the_two_sets(seed: int, part: float, careless: float) -
 def _condition_of(*sets: object) -> Expr:
     diagrams = Diagrams(SHAPE)
     return condition_of(
-        COVERED, VARIABLES, diagrams, *(diagrams.of_rows(np.argwhere(each)) for each in sets)
+        COVERED,
+        VARIABLES,
+        diagrams,
+        *(diagrams.of_rows(map(tuple, np.argwhere(each).tolist())) for each in sets),
     )
 
 
@@ -234,7 +237,7 @@ requirement { go, reach } needs A.on and A.x < 5 and A.x != 4
 """
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_what_requirements_share_is_said_once(engine: str) -> None:
     supervisor = synthesize(plant_of(SHARED), engine)
     said = {
@@ -276,7 +279,7 @@ requirement never Cabin0.open and Cabin1.floor = Cabin0.floor
 """
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_values_that_requirements_compare_are_compared_in_guards(engine: str) -> None:
     supervisor = synthesize(plant_of(cabins(10)), engine)
     assert guard_text(supervisor, "open0.request") == ("Cabin1.floor != Cabin0.floor", "restricted")

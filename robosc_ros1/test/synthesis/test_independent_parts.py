@@ -31,7 +31,7 @@ CLOCK = (
 def apart(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small robots are taken apart as well, into parts as small as can be."""
     monkeypatch.setattr(compute, "_WHOLE", 0)
-    monkeypatch.setattr(compute, "_TOGETHER", {"dense": 0, "bdd": 0})
+    monkeypatch.setattr(compute, "_TOGETHER", 0)
 
 
 def robots(first: int) -> Iterator[Robot]:
@@ -41,7 +41,7 @@ def robots(first: int) -> Iterator[Robot]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("engine", "first"), [("dense", 900), ("bdd", 930)])
+@pytest.mark.parametrize(("engine", "first"), [("explicit", 900), ("bdd", 930)])
 @pytest.mark.usefixtures("apart")
 def test_random_robots_are_as_the_oracle_has_them(engine: str, first: int) -> None:
     for robot in robots(first):
@@ -51,10 +51,10 @@ def test_random_robots_are_as_the_oracle_has_them(engine: str, first: int) -> No
 @pytest.mark.slow
 def test_random_robots_are_explained_as_in_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
     plants = [lower(robot) for robot in robots(1000)]
-    whole = [_told(synthesize(plant, "dense")) for plant in plants]
+    whole = [_told(synthesize(plant, "explicit")) for plant in plants]
     monkeypatch.setattr(compute, "_WHOLE", 0)
-    monkeypatch.setattr(compute, "_TOGETHER", {"dense": 0})
-    assert [_told(synthesize(plant, "dense")) for plant in plants] == whole
+    monkeypatch.setattr(compute, "_TOGETHER", 0)
+    assert [_told(synthesize(plant, "explicit")) for plant in plants] == whole
 
 
 def _told(found: Supervisor) -> object:
@@ -69,7 +69,7 @@ def _told(found: Supervisor) -> object:
     )
 
 
-@pytest.mark.parametrize("engine", ["dense", "auto"])
+@pytest.mark.parametrize("engine", ["explicit", "auto"])
 def test_unrelated_components_multiply(engine: str) -> None:
     found = supervisor_of(steep_families.unrelated(60), engine)
     one = supervisor_of(steep_families.unrelated(1), engine)

@@ -83,7 +83,7 @@ def test_few_of_them_agree_with_the_oracle(guards: bool, engine: str) -> None:
 @pytest.mark.parametrize("guards", [False, True], ids=["assigned", "guards"])
 def test_very_many_are_solved(guards: bool) -> None:
     supervisor = pipeline.synthesize(robot_of(many(30, guards=guards)))
-    small = synthesize(plant_of(many(4, guards=guards)), "dense")
+    small = synthesize(plant_of(many(4, guards=guards)), "explicit")
     assert supervisor.plant_states == small.plant_states * 2**26
     assert [g.status for g in supervisor.guards] == [g.status for g in small.guards]
     found, expected = (
@@ -93,9 +93,9 @@ def test_very_many_are_solved(guards: bool) -> None:
     assert found == expected
 
 
-def test_the_dense_engine_refuses_before_it_enumerates() -> None:
-    with pytest.raises(StateSpaceError, match="of told that are compared have"):
-        synthesize(plant_of(many(21, guards=True)), "dense", max_states=2**40)
+def test_the_explicit_engine_refuses_before_it_enumerates() -> None:
+    with pytest.raises(StateSpaceError, match="values of told"):
+        synthesize(plant_of(many(21, guards=True)), "explicit", max_states=2**40)
 
 
 def test_cif_is_refused_before_an_event_is_made_of_each_value() -> None:

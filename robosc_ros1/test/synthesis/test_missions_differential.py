@@ -180,7 +180,7 @@ def assert_alike(one: Graph, other: Graph, told: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(0)
-@each_of("dense", "bdd")
+@each_of("explicit", "bdd")
 def test_random_missions_against_their_unfolded_forms(
     engine: str, pytestconfig: pytest.Config
 ) -> None:

@@ -69,7 +69,7 @@ def test_random_robots_whose_goals_are_replaced() -> None:
         replaced = re.sub(r"(action \w+ with )", r"\1goals: replace, ", text)
         if replaced != text:
             tried += 1
-            for engine in ENGINES if available() else ("dense",):
+            for engine in ENGINES if available() else ("explicit",):
                 check(replaced, engine, seed)
     assert tried > 5
 

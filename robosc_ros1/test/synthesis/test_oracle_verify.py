@@ -47,7 +47,7 @@ robot Arm {
 
 
 def supervisor_of(text: str) -> Supervisor:
-    return pipeline.synthesize(robot_of(text), "dense")
+    return pipeline.synthesize(robot_of(text), "explicit")
 
 
 def with_guard(supervisor: Supervisor, name: str, expr: Expr) -> Supervisor:
@@ -220,7 +220,7 @@ def test_every_wrong_guard_is_found() -> None:
     wrong = 0
     for seed in range(36):
         robot = robot_of(random_model(random.Random(seed), 1))
-        supervisor, oracle = pipeline.synthesize(robot, "dense"), Oracle(robot)
+        supervisor, oracle = pipeline.synthesize(robot, "explicit"), Oracle(robot)
         if supervisor.empty:
             continue
         for position, guard in enumerate(supervisor.guards):

@@ -17,7 +17,7 @@ from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import explore
 
-ENGINES = ("dense", "bdd")
+ENGINES = ("explicit", "bdd")
 
 
 def synthesized(text: str, engine: str) -> Supervisor:

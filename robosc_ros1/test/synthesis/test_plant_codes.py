@@ -29,7 +29,7 @@ def shown(code: str) -> str:
         diagnostics = pipeline.check(f"{code}.rscd").diagnostics
     else:
         time = 0 if code == "explanations-left-out" else None
-        diagnostics = synthesize(lower(robot), "dense", explain_seconds=time).diagnostics
+        diagnostics = synthesize(lower(robot), "explicit", explain_seconds=time).diagnostics
     assert [CODES[d.code].severity for d in diagnostics] == [d.severity for d in diagnostics]
     assert code in {d.code for d in diagnostics}
     return render_all(diagnostics)
@@ -81,7 +81,7 @@ TEXTS = {
 }
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize("code", TEXTS)
 def test_each_code_is_reported_whether_solved_whole_or_in_parts(code: str, engine: str) -> None:
     text = TEXTS[code]

@@ -24,10 +24,10 @@ def text_of(family: str, size: tuple[int, ...]) -> str:
 @pytest.mark.parametrize(("family", "size"), SMALL)
 def test_engines_agree(family: str, size: tuple[int, ...]) -> None:
     text = text_of(family, size)
-    dense, symbolic = supervisor_of(text, "dense"), supervisor_of(text, "bdd")
+    explicit, symbolic = supervisor_of(text, "explicit"), supervisor_of(text, "bdd")
     for name in ("plant_states", "controlled_states", "controlled_transitions"):
-        assert getattr(dense, name) == getattr(symbolic, name), name
-    assert verify(dense).verified
+        assert getattr(explicit, name) == getattr(symbolic, name), name
+    assert verify(explicit).verified
     assert verify(symbolic, limit=0).verified
 
 

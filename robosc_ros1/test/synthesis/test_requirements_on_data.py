@@ -46,7 +46,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize(("on_data", "on_state"), CASES)
 def test_the_supervisor_is_that_of_the_conditions_on_the_state(
     on_data: str, on_state: str, engine: str

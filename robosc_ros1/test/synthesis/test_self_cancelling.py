@@ -31,7 +31,7 @@ MODEL = """
 """
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize(
     ("condition", "why"),
     [

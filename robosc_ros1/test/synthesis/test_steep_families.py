@@ -47,7 +47,7 @@ def test_engines_agree_with_the_oracle(family: str, engine: str) -> None:
     assert differences(oracle.robot, oracle, engine) == []
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize(
     ("family", "size", "longest"),
     [
@@ -87,7 +87,7 @@ def test_engines_agree_with_the_oracle_on_families_that_none_was_tuned_for(
     assert differences(oracle.robot, oracle, engine) == []
 
 
-@pytest.mark.parametrize(("engine", "n"), [("dense", 5), ("bdd", 12)])
+@pytest.mark.parametrize(("engine", "n"), [("explicit", 5), ("bdd", 12)])
 def test_guards_count_what_uncontrollable_events_may_bring_into_the_counted_state(
     engine: str, n: int
 ) -> None:
@@ -99,7 +99,7 @@ def test_guards_count_what_uncontrollable_events_may_bring_into_the_counted_stat
     ]
 
 
-@pytest.mark.parametrize("engine", ["dense", "bdd"])
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_guards_count_what_uncontrollable_events_cannot_take_away(engine: str) -> None:
     text = """robot Lamps {
   component Lamp[1..7] {

@@ -135,7 +135,7 @@ def test_synthesize() -> None:
         "controlled_transitions", "guards", "definitions", "explanations", "properties",
         "free_tests", "free_reasons",
     ]  # fmt: skip
-    assert found["engine"] == "dense"
+    assert found["engine"] == "explicit"
     assert found["guards"] == [
         {
             "event": {"kind": "request", "name": "act", "value": None},

@@ -48,7 +48,7 @@ def test_random_supervisors() -> None:
     found = failing = 0
     for seed in range(6):
         robot = robot_of(random_model(random.Random(seed), 1 + seed % 2))
-        right = pipeline.synthesize(robot, "dense")
+        right = pipeline.synthesize(robot, "explicit")
         for supervisor in (right, *wrong(right)):
             report = verify(supervisor, limit=0)
             assert report.method == "symbolic"

@@ -14,19 +14,13 @@ from robosc.language.operators import (
     PYTHON_ATOM,
     Operand,
     Operator,
-    Range,
     Result,
     Text,
-    always,
 )
 from robosc.runtime import functions as runtime
 from robosc.runtime.values import widen
 
 _ATOM = 9
-
-
-def _never(left: Range, right: Range) -> bool:
-    return False
 
 
 def _no_function(value: Any) -> Any:
@@ -38,13 +32,12 @@ def _function(
     arguments: tuple[Operand, ...],
     result: Result,
     scalar: Callable[..., Any],
-    array: str = "",
     *,
     python: str = "",
     variadic: bool = False,
     written: Text | None = None,
 ) -> Operator:
-    """Return a function as an operator. ``array`` names the equivalent numpy function, if any."""
+    """Return a function as an operator."""
     name = python or scalar.__name__
     return Operator(
         spelling,
@@ -52,8 +45,6 @@ def _function(
         arguments[0],
         result,
         scalar,
-        array,
-        always if array else _never,
         python=Text(f"{name}({{*}})", PYTHON_ATOM),
         arguments=arguments,
         variadic=variadic,
@@ -66,7 +57,7 @@ _NUMBER, _INTEGER = Operand.NUMBER, Operand.INTEGER
 _COMPUTED: Mapping[str, Operator] = {
     f.spelling: f
     for f in (
-        _function("abs", (_NUMBER,), Result.NUMBER, abs, "absolute"),
+        _function("abs", (_NUMBER,), Result.NUMBER, abs),
         _function("min", (_NUMBER, _NUMBER), Result.NUMBER, runtime.least, variadic=True),
         _function("max", (_NUMBER, _NUMBER), Result.NUMBER, runtime.greatest, variadic=True),
         _function("sqrt", (_NUMBER,), Result.DOUBLE, runtime.square_root),
@@ -119,22 +110,20 @@ CALLS: Mapping[str, Operator] = {**_COMPUTED, **{part.spelling: part for part in
 """The operations with arguments that are evaluated: functions, array elements and array slices."""
 
 CONVERSION = Operator(
-    "convert", _ATOM, Operand.BASIC, Result.ENUM, _no_function, "", _never, Text("{*}", PYTHON_ATOM)
+    "convert", _ATOM, Operand.BASIC, Result.ENUM, _no_function, Text("{*}", PYTHON_ATOM)
 )
 """The conversion of a value to an enum; the function and its name depend on the enum."""
 
 PART = Operator(
-    "part", _ATOM, Operand.BASIC, Result.ELEMENT, _no_function, "", _never, Text("{*}", PYTHON_ATOM)
+    "part", _ATOM, Operand.BASIC, Result.ELEMENT, _no_function, Text("{*}", PYTHON_ATOM)
 )
 """A part of an object or an array, given by a path."""
 
-MADE = Operator(
-    "made", _ATOM, Operand.ANY, Result.ELEMENT, _no_function, "", _never, Text("{*}", PYTHON_ATOM)
-)
+MADE = Operator("made", _ATOM, Operand.ANY, Result.ELEMENT, _no_function, Text("{*}", PYTHON_ATOM))
 """An object or an array made of values; the function depends on its names."""
 
 PRESENCE = Operator(
-    "holds", _ATOM, Operand.BASIC, Result.BOOLEAN, runtime.is_so, "", _never,
+    "holds", _ATOM, Operand.BASIC, Result.BOOLEAN, runtime.is_so,
     python=Text("is_so(lambda: {0:0})", PYTHON_ATOM),
 )  # fmt: skip
 """Whether a condition is defined and true, or whether data are defined (``defined(…)``)."""

@@ -1,7 +1,7 @@
 """The table of operators: how each is written, typed, evaluated and printed.
 
 It is the only definition of what an operator means. Its users are the parser, the formatter, type
-checking, evaluation (of single states and vectorised), the BDD engine, the printers of model text,
+checking, evaluation, the BDD engine, the printers of model text,
 Python and CIF, and the tables of the reference interpreter in generated tests.
 """
 
@@ -77,20 +77,7 @@ class Text:
         return Spelled(self.template.format(*operands), self.level)
 
 
-@dataclass(frozen=True, slots=True)
-class Range:
-    """A range of integers, both bounds included."""
-
-    low: int
-    high: int
-
-    @property
-    def magnitude(self) -> int:
-        return max(abs(self.low), abs(self.high))
-
-
 EXACT_IN_DOUBLE = 2**53
-EXACT_IN_INT64 = 2**62
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,12 +85,10 @@ class Operator:
     """An operator with one or two operands, or a function (which has ``arguments``).
 
     ``level`` is the precedence in the language; higher binds tighter. ``scalar`` is the function of
-    Python values, ``array`` the name of the numpy function, and ``int64`` says whether the latter
-    is exact on 64-bit integers from two given ranges (a unary operator gets its range twice). A
-    lazy operator evaluates its right operand only if the left one is not ``decider``; if it is, the
-    result is ``decided``. ``negation`` is the operator with the opposite result. A ``variadic``
-    function accepts its last argument any number of times. ``written`` is the model text of a
-    function that is not written as a call.
+    Python values. A lazy operator evaluates its right operand only if the left one is not
+    ``decider``; if it is, the result is ``decided``. ``negation`` is the operator with the opposite
+    result. A ``variadic`` function accepts its last argument any number of times. ``written`` is
+    the model text of a function that is not written as a call.
     """
 
     spelling: str
@@ -111,8 +96,6 @@ class Operator:
     operands: Operand
     result: Result
     scalar: Callable[..., Any]
-    array: str
-    int64: Callable[[Range, Range], bool]
     python: Text
     cif: Text | None = None
     decider: bool | None = None
@@ -178,26 +161,6 @@ def _widening(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]
     return widened
 
 
-def always(left: Range, right: Range) -> bool:
-    return True
-
-
-def _sum_fits(left: Range, right: Range) -> bool:
-    return left.magnitude + right.magnitude < EXACT_IN_INT64
-
-
-def _product_fits(left: Range, right: Range) -> bool:
-    return left.magnitude * right.magnitude < EXACT_IN_INT64
-
-
-def _is_nowhere_zero(left: Range, right: Range) -> bool:
-    return not right.low <= 0 <= right.high
-
-
-def _both_are_doubles(left: Range, right: Range) -> bool:
-    return max(left.magnitude, right.magnitude) <= EXACT_IN_DOUBLE
-
-
 def _and(left: Any, right: Any) -> Any:
     return left and right
 
@@ -216,7 +179,7 @@ def _number_or(left: Any, right: Any) -> Any:
 
 
 def _comparison(
-    spelling: str, scalar: Callable[..., Any], array: str, python: str, negation: str = ""
+    spelling: str, scalar: Callable[..., Any], python: str, negation: str = ""
 ) -> Operator:
     equality = spelling in ("=", "!=")
     # Python chains comparisons and this language does not, so both sides must bind tighter.
@@ -226,8 +189,6 @@ def _comparison(
         operands=Operand.EQUAL if equality else Operand.NUMBER,
         result=Result.BOOLEAN,
         scalar=scalar,
-        array=array,
-        int64=always,
         python=Text(f"{{0:5}} {python} {{1:5}}", 4),
         cif=Text(f"{{0:9}} {spelling} {{1:9}}", 4),
         negation=negation,
@@ -238,13 +199,13 @@ UNARY: Mapping[str, Operator] = {
     o.spelling: o
     for o in (
         Operator(
-            "!", 8, Operand.BOOLEAN, Result.BOOLEAN, operator.not_, "logical_not", always,
+            "!", 8, Operand.BOOLEAN, Result.BOOLEAN, operator.not_,
             python=Text("not {0:3}", 3),
             cif=Text("not {0:9}", 8),
             is_unary=True,
         ),
         Operator(
-            "-", 8, Operand.NUMBER, Result.NUMBER, operator.neg, "negative", always,
+            "-", 8, Operand.NUMBER, Result.NUMBER, operator.neg,
             python=Text("-{0:8}", 7),
             is_unary=True, name="negative",
         ),
@@ -256,53 +217,52 @@ BINARY: Mapping[str, Operator] = {
     o.spelling: o
     for o in (
         Operator(
-            "else", 0, Operand.EQUAL, Result.SAME, _number_or, "", always,
+            "else", 0, Operand.EQUAL, Result.SAME, _number_or,
             python=Text("otherwise(lambda: {0:0}, lambda: {1:0})", PYTHON_ATOM),
             right_associative=True,
         ),
         Operator(
-            "=>", 1, Operand.BOOLEAN, Result.BOOLEAN, _implies, "less_equal", always,
+            "=>", 1, Operand.BOOLEAN, Result.BOOLEAN, _implies,
             python=Text("not {0:3} or {1:1}", 1),
             cif=Text("{0:2} => {1:2}", 1),
             decider=False, decided=True, right_associative=True,
         ),
         Operator(
-            "or", 2, Operand.BOOLEAN, Result.BOOLEAN, _or, "logical_or", always,
+            "or", 2, Operand.BOOLEAN, Result.BOOLEAN, _or,
             python=Text("{0:1} or {1:1}", 1),
             cif=Text("{0:3} or {1:3}", 2),
             decider=True, decided=True,
         ),
         Operator(
-            "and", 3, Operand.BOOLEAN, Result.BOOLEAN, _and, "logical_and", always,
+            "and", 3, Operand.BOOLEAN, Result.BOOLEAN, _and,
             python=Text("{0:2} and {1:2}", 2),
             cif=Text("{0:4} and {1:4}", 3),
             decider=False, decided=False,
         ),
-        _comparison("=", operator.eq, "equal", "==", negation="!="),
-        _comparison("!=", operator.ne, "not_equal", "!=", negation="="),
-        _comparison("<", operator.lt, "less", "<"),
-        _comparison("<=", operator.le, "less_equal", "<="),
-        _comparison(">", operator.gt, "greater", ">"),
-        _comparison(">=", operator.ge, "greater_equal", ">="),
+        _comparison("=", operator.eq, "==", negation="!="),
+        _comparison("!=", operator.ne, "!=", negation="="),
+        _comparison("<", operator.lt, "<"),
+        _comparison("<=", operator.le, "<="),
+        _comparison(">", operator.gt, ">"),
+        _comparison(">=", operator.ge, ">="),
         Operator(
-            "+", 6, Operand.SUMMAND, Result.SUM, _widening(operator.add), "add", _sum_fits,
+            "+", 6, Operand.SUMMAND, Result.SUM, _widening(operator.add),
             python=Text("{0:5} + {1:6}", 5),
         ),
         Operator(
-            "-", 6, Operand.NUMBER, Result.NUMBER, _widening(operator.sub), "subtract", _sum_fits,
+            "-", 6, Operand.NUMBER, Result.NUMBER, _widening(operator.sub),
             python=Text("{0:5} - {1:6}", 5),
         ),
         Operator(
-            "*", 7, Operand.NUMBER, Result.NUMBER, _widening(operator.mul), "multiply",
-            _product_fits,
+            "*", 7, Operand.NUMBER, Result.NUMBER, _widening(operator.mul),
             python=Text("{0:6} * {1:7}", 6),
         ),
         Operator(
-            "/", 7, Operand.NUMBER, Result.DOUBLE, divide, "true_divide", _both_are_doubles,
+            "/", 7, Operand.NUMBER, Result.DOUBLE, divide,
             python=_call(divide),
         ),
         Operator(
-            "%", 7, Operand.NUMBER, Result.NUMBER, remainder, "remainder", _is_nowhere_zero,
+            "%", 7, Operand.NUMBER, Result.NUMBER, remainder,
             python=_call(remainder),
         ),
     )

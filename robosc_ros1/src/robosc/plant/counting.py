@@ -161,12 +161,11 @@ class _Finder:
 
 
 def _count_of(expr: Expr, number: int, written: int) -> Count | None:
-    if number < 2 or written == number:
+    if number < 2 or (size := _counted_of(number, written)) is None:
         return None
     conditions = list(_conditions(expr))
     if (
-        number >= len(conditions)
-        or written != _written(len(conditions), number)
+        len(conditions) != size
         or any(map(may_be_undefined, conditions))
         or (len(conditions) < _LEAST_LISTED and _copies(conditions) is None)
     ):
@@ -196,6 +195,16 @@ def _conditions(expr: Expr) -> dict[Expr, None]:
 
 def _is_junction(expr: Expr) -> TypeGuard[Binary]:
     return isinstance(expr, Binary) and expr.operator in ("and", "or")
+
+
+@cache
+def _counted_of(number: int, written: int) -> int | None:
+    """Return of how many conditions the expansion of "at least ``number`` of them hold" has so many
+    leaves; None: of no number of them. Without it each part of a large condition would be read."""
+    size = number + 1
+    while _written(size, number) < written:
+        size += 1
+    return size if _written(size, number) == written else None
 
 
 @cache

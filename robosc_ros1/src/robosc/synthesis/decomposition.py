@@ -18,7 +18,7 @@ from robosc.language.events import EventKind, Kind
 from robosc.plant.automaton import Event, Plant, PlantGoal, VariableKind
 from robosc.plant.data.disjoint_sets import DisjointSets
 from robosc.plant.data.view import sent_wholes
-from robosc.plant.support import event_support, support
+from robosc.plant.support import event_support, step_support, support
 from robosc.supervisor import Explanation, Step, Supervisor
 from robosc.synthesis.controlled_system import inputs
 from robosc.synthesis.result import nothing_allowed
@@ -73,6 +73,29 @@ def independent_parts(plant: Plant, size: int) -> list[Plant]:
         (groups[sets.find(read[0])] if read else first).lasting.append(number)
     bundles = _bundles(plant, groups.values(), size)
     return [plant] if len(bundles) < 2 else [_part(plant, bundle) for bundle in bundles]
+
+
+def parts_without_requirements(plant: Plant) -> list[Plant]:
+    """Return the parts of a plant that share no event and no variable, requirements left out."""
+    sets = DisjointSets()
+    for number in range(len(plant.variables)):
+        sets.join([number])
+    for event in plant.events:
+        sets.join([event.identity, *step_support(plant, event)])
+    alone = replace(
+        plant,
+        events=tuple(replace(e, requirement=None, requirements=()) for e in plant.events),
+        invariants=(),
+        goals=(),
+        lasting=(),
+    )
+    groups: dict[Hashable, _Group] = {}
+    for number in range(len(plant.variables)):
+        groups.setdefault(sets.find(number), _Group()).variables.append(number)
+    for number, event in enumerate(plant.events):
+        if (group := groups.get(sets.find(event.identity))) is not None:
+            group.events.append(number)
+    return [_part(alone, group) for group in groups.values()]
 
 
 def _bundles(plant: Plant, groups: Iterable[_Group], size: int) -> list[_Group]:
@@ -192,7 +215,7 @@ def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
     guards.sort(key=lambda guard: events[guard.event.identity][0])
     return Supervisor(
         plant=plant,
-        engine="bdd" if any(part.engine == "bdd" for part in parts) else "dense",
+        engine="bdd" if any(part.engine == "bdd" for part in parts) else "explicit",
         seconds=sum(part.seconds for part in parts),
         plant_states=prod(part.plant_states for part in parts),
         controlled_states=states,

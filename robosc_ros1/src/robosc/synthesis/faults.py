@@ -101,8 +101,11 @@ class ExplicitFaults:
         """Per state, where uncontrollable events and where all events lead, in their order."""
         self._leaving: set[int] = set()
         """States in which an uncontrollable event takes a variable out of its range."""
+        self._failing: set[int] = set()
+        """States in which a state requirement fails."""
         self._ending: set[int] = set()
-        """States that are marked, or from which an event leads to a good state."""
+        """States that are marked, or from which an event leads to a good state, or to what is not
+        searched any more."""
         self._distances: dict[tuple[Faults | Round, bool], tuple[int, dict[int, int]]] = {}
         self._coming: dict[Fault, tuple[int, set[int]]] = {}
         self._rounds: tuple[int, list[tuple[set[int], set[int]]]] = -1, []
@@ -124,7 +127,7 @@ class ExplicitFaults:
         number = self._known(state)
         match fault:
             case "requirement":
-                return not all(holds(state) for holds in self._invariants)
+                return number in self._failing
             case "range":
                 return number in self._leaving
             case "blocked":
@@ -246,6 +249,12 @@ class ExplicitFaults:
         forced: dict[int, None] = {}
         after: dict[int, None] = {}
         state = self._states[number]
+        if not all(holds(state) for holds in self._invariants):
+            self._failing.add(number)
+            if len(self._states) > limits.FAULT_SURROUNDINGS:
+                self._ending.add(number)
+                self._after.append(([], []))
+                return
         if self._plant.is_marked(state):
             self._ending.add(number)
         for event, target in self._steps(state):

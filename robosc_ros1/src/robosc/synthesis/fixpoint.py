@@ -19,8 +19,8 @@ as extended finite automata", IEEE Trans. Automation Science and Engineering 8(3
 things that must remain possible M. H. de Queiroz, J. E. R. Cury and W. M. Wonham, "Multitasking
 supervisory control of discrete-event systems", Discrete Event Dynamic Systems 15(4), 2005.
 
-The engines differ in how they hold sets: one bit per state (:mod:`robosc.synthesis.dense`), or
-decision diagrams (:mod:`robosc.synthesis.bdd`).
+The engines differ in how they hold sets: as numbers of states
+(:mod:`robosc.synthesis.explicit`), or decision diagrams (:mod:`robosc.synthesis.bdd`).
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ from robosc.synthesis.guards.sum_of_products import END, NOTHING, Diagrams, TooL
 _Result = TypeVar("_Result")
 
 _FEW = 2**10
-"""Combinations up to which variables are in the plant's order: the dense engine's guard results."""
+"""Combinations up to which variables are in the plant's order, as those of the explicit engine."""
 _MOST_VARIABLES = 200
 """State variables above which no sum of products is tried: it recurses over them."""
 _MOST_CALLS = 2**17

@@ -1,4 +1,4 @@
-"""Synthesis with the symbolic engine; the supervisor is the same as the dense engine's."""
+"""Synthesis with the symbolic engine; the supervisor is the same as the explicit engine's."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution
 from robosc.synthesis.formatting import contributors
-from robosc.synthesis.guards.shorten import GuardInputs, make_guard
+from robosc.synthesis.guards.shorten import GuardInputs, GuardMaker
 from robosc.synthesis.guards.sum_of_products import TooLarge
 from robosc.synthesis.result import Sizes, make_supervisor
 from robosc.synthesis.time_limit import ExplanationTime
@@ -40,11 +40,12 @@ def synthesize_bdd(
     try:
         solution = SymbolicEngine(plant, progress, memory).solve()
         guards = []
+        maker = GuardMaker(plant)
         for event in solution.engine.events:
             if progress is not None:
                 progress("guards", event.number, len(plant.events))
             if plant.events[event.number].controllable and not solution.empty:
-                guards.append(_guard(solution, event))
+                guards.append(_guard(solution, event, maker))
         transitions = solution.controlled_transitions
         seconds = time.perf_counter() - start
         states = solution.controlled_states
@@ -55,7 +56,7 @@ def synthesize_bdd(
         raise _too_large(plant, memory) from None
 
 
-def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
+def _guard(solution: SymbolicSolution, relation: EventRelation, maker: GuardMaker) -> Guard:
     plant = solution.engine.plant
     event = plant.events[relation.number]
     requirement = event.requirement or TRUE
@@ -73,7 +74,7 @@ def _guard(solution: SymbolicSolution, relation: EventRelation) -> Guard:
         within_plant=lambda: care_set(possible & ~enabled),
     )
     try:
-        return make_guard(plant, event, inputs)
+        return maker.guard(event, inputs)
     except TooLarge:
         extra = wide_condition(care_set(required & ~enabled))
         return Guard(event, conjunction([requirement, extra]), requirement, "restricted")

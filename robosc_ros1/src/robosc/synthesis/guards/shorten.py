@@ -22,8 +22,9 @@ from typing import Any, Protocol
 
 from robosc.expr.traversal import operands, walk
 from robosc.expr.tree import FALSE, TRUE, Binary, Count, Expr, Unary
+from robosc.names import Copy
 from robosc.plant.automaton import Event, Plant, VariableKind
-from robosc.plant.counting import copies_of, with_counts
+from robosc.plant.counting import copies_of, with_component, with_counts
 from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.plant.support import event_support, step_support, support
 from robosc.supervisor import Guard, Status
@@ -89,21 +90,50 @@ class GuardInputs:
     within_plant: Callable[[], CareSet]
 
 
-def make_guard(plant: Plant, event: Event, inputs: GuardInputs) -> Guard:
-    """Return the guard of a controllable event."""
-    required = event.requirement or TRUE
-    if inputs.enabled == 0:
-        return Guard(event, FALSE, required, "never")
-    if inputs.enabled == inputs.required:
-        return Guard(event, required, required, "as required")
-    status: Status = "restricted"
-    extra = _condition(plant, event, inputs.within_requirement())
-    together = conjunction(operands(conjunction([required, extra]), "and"))
-    if event.requirement is None:
+class GuardMaker:
+    """Makes the guards of one plant.
+
+    Whether a guard is shorter if it is made anew than if it extends the requirements is found once
+    for all copies of a command whose requirements are the same but for the copy.
+    """
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
+        self._extending: dict[object, tuple[Copy, Expr]] = {}
+        """Per command of a family whose guard extends the requirements, the copy and these."""
+
+    def guard(self, event: Event, inputs: GuardInputs) -> Guard:
+        """Return the guard of a controllable event."""
+        required = event.requirement or TRUE
+        if inputs.enabled == 0:
+            return Guard(event, FALSE, required, "never")
+        if inputs.enabled == inputs.required:
+            return Guard(event, required, required, "as required")
+        status: Status = "restricted"
+        extra = _condition(self._plant, event, inputs.within_requirement())
+        together = conjunction(operands(conjunction([required, extra]), "and"))
+        if event.requirement is None or self._is_like_another(event):
+            return Guard(event, together, required, status)
+        fresh = _condition(self._plant, event, inputs.within_plant())
+        if _length(fresh) < _length(together):
+            return Guard(event, fresh, required, status)
+        if (copy := Copy.of(event.key.partition(".")[0])) is not None:
+            self._extending.setdefault(_of_family(event, copy), (copy, required))
         return Guard(event, together, required, status)
-    fresh = _condition(plant, event, inputs.within_plant())
-    shorter = fresh if _length(fresh) < _length(together) else together
-    return Guard(event, shorter, required, status)
+
+    def _is_like_another(self, event: Event) -> bool:
+        """Whether the guard of another copy extends its requirements, which are the same."""
+        copy = Copy.of(event.key.partition(".")[0])
+        known = None if copy is None else self._extending.get(_of_family(event, copy))
+        if copy is None or known is None:
+            return False
+        names = {known[0].name: copy.name, copy.name: known[0].name}
+        return with_component(known[1], lambda name: names.get(name, name)) == event.requirement
+
+
+def _of_family(event: Event, copy: Copy) -> object:
+    """Return what a command has in common with those of other copies."""
+    return event.kind, copy.family, event.key.partition(".")[2], event.index, event.path
 
 
 def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:

@@ -12,10 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import reduce
 from typing import TypeAlias
 
-import numpy as np
-
 from robosc.errors import StateSpaceError
-from robosc.synthesis.vectorised import Indexes
 
 NOTHING = 0
 """The empty set, at every depth."""
@@ -24,7 +21,6 @@ END = 1
 
 _MOST_CHILDREN = 2**21
 _MOST_STEPS = 200_000
-_LARGEST_TABLE = 2**22
 
 Product: TypeAlias = tuple[tuple[int, int], ...]
 """Per variable, the values that it must contain and those that it may contain, as bit masks."""
@@ -74,32 +70,19 @@ class Diagrams:
             self._children.append(own)
         return number
 
-    def of_rows(self, rows: Indexes) -> int:
-        """Return the set of combinations that are the rows of an array, distinct and sorted."""
-        if not len(rows):
-            return NOTHING
-        numbers = np.full(len(rows), END, np.int64)
-        for depth in range(len(self.sizes) - 1, -1, -1):
-            heads = rows[:, :depth]
-            fresh = np.ones(len(rows), np.bool_)
-            fresh[1:] = (heads[1:] != heads[:-1]).any(axis=1)
-            numbers = self._level(np.cumsum(fresh) - 1, rows[:, depth], numbers, self.sizes[depth])
-            rows = rows[fresh]
-        return int(numbers[0])
+    def of_rows(self, rows: Iterable[tuple[int, ...]]) -> int:
+        """Return the set of some combinations of values."""
+        return self._of(list(rows), 0)
 
-    def _level(self, parents: Indexes, values: Indexes, numbers: Indexes, size: int) -> Indexes:
-        """Return one node per parent, given the children as (parent, value, number)."""
-        count = int(parents[-1]) + 1
-        result = np.empty(count, np.int64)
-        step = max(1, _LARGEST_TABLE // size)
-        for start in range(0, count, step):
-            here = (parents >= start) & (parents < start + step)
-            table = np.zeros((min(step, count - start), size), np.int64)
-            table[parents[here] - start, values[here]] = numbers[here]
-            distinct, places = np.unique(table, axis=0, return_inverse=True)
-            nodes = np.array([self.node(row) for row in distinct.tolist()], np.int64)
-            result[start : start + step] = nodes[places.reshape(-1)]
-        return result
+    def _of(self, rows: Sequence[tuple[int, ...]], depth: int) -> int:
+        if not rows:
+            return NOTHING
+        if depth == len(self.sizes):
+            return END
+        by_value: list[list[tuple[int, ...]]] = [[] for _ in range(self.sizes[depth])]
+        for row in rows:
+            by_value[row[depth]].append(row)
+        return self.node(self._of(same, depth + 1) for same in by_value)
 
     # --- sets
 

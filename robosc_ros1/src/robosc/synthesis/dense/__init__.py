@@ -1,1 +1,0 @@
-"""The dense engine: sets of states as bit arrays, one bit per state of the product."""

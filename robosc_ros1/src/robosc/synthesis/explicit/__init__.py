@@ -1,0 +1,1 @@
+"""The explicit engine: one state after the other, as textbooks do."""

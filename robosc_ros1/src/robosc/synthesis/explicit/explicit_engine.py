@@ -1,0 +1,331 @@
+"""The explicit engine: the states that the plant reaches, and the fixpoint over their numbers.
+
+A state that violates a requirement is reached, and not left: what follows is of no interest. The
+states that the plant reaches without its requirements are only counted, and that in independent
+parts, which are few where the requirements alone hold things together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from math import prod
+from operator import itemgetter
+from typing import TypeAlias
+
+from robosc.errors import StateSpaceError
+from robosc.expr.tree import Expr
+from robosc.plant.automaton import Event, Plant, PlantState
+from robosc.plant.step import Verdict
+from robosc.plant.support import step_support, support
+from robosc.synthesis.compiled_steps import CompiledEvent, Stepper, Test
+from robosc.synthesis.event_parameters import weight
+from robosc.synthesis.fixpoint import supremal
+
+_States: TypeAlias = set[int]
+_REPORTED = 2**6
+"""States between two questions whether to go on."""
+_MOST_VALUES = 2**16
+"""Combinations of one event's parameter values that are tried in each state."""
+
+
+class TooMany(StateSpaceError):
+    """There are more states than the explicit engine may visit."""
+
+
+Limit: TypeAlias = Callable[[int, int, int], None]
+"""Called with how many states were found, how many of them are to be left yet, and how many steps
+were taken; may raise TooMany."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcomes:
+    """Where an event leads from a state: per outcome the new values of variables that change.
+
+    ``number`` is how many values of the event have an outcome; ``leaves``: with another one, a
+    variable would leave its range.
+    """
+
+    changes: tuple[tuple[tuple[int, int], ...], ...]
+    number: int
+    leaves: bool
+
+
+class EventOutcomes:
+    """The outcomes of an event, computed once for all states that are alike in what it reads."""
+
+    def __init__(self, event: Event, compiled: CompiledEvent, plant: Plant) -> None:
+        self.event = event
+        self.number = compiled.number
+        self.test = compiled.test
+        self._compiled = compiled
+        read = sorted(step_support(plant, event) | event.writes)
+        self._key: Callable[[PlantState], object] = itemgetter(*read) if read else lambda state: ()
+        self._known: dict[object, Outcomes] = {}
+
+    def of(self, state: PlantState) -> Outcomes:
+        key = self._key(state)
+        found = self._known.get(key)
+        if found is None:
+            found = self._known[key] = self._computed(state)
+        return found
+
+    def _computed(self, state: PlantState) -> Outcomes:
+        changes: dict[tuple[tuple[int, int], ...], None] = {}
+        number, leaves = 0, False
+        for values in self._compiled.values:
+            after = self._compiled.step(state, values)
+            if isinstance(after, Verdict):
+                leaves = leaves or after is Verdict.OUT_OF_RANGE
+            else:
+                number += 1
+                pairs = enumerate(zip(state, after, strict=True))
+                changes[tuple((n, new) for n, (old, new) in pairs if old != new)] = None
+        return Outcomes(tuple(changes), number, leaves)
+
+
+def changed(state: PlantState, change: Iterable[tuple[int, int]]) -> PlantState:
+    """Return the state with the new values of some variables."""
+    after = list(state)
+    for variable, value in change:
+        after[variable] = value
+    return tuple(after)
+
+
+@dataclass(eq=False)
+class ReachedStates:
+    """The states that a plant reaches under its requirements, numbered in breadth-first order.
+
+    ``after`` are the steps from each state, as pairs of the event's number and the target.
+    """
+
+    plant: Plant
+    starts: int
+    states: list[PlantState]
+    numbers: dict[PlantState, int]
+    after: list[tuple[tuple[int, int], ...]] = field(default_factory=list)
+    unsafe: _States = field(default_factory=set)
+
+
+def reached(
+    plant: Plant, events: Sequence[EventOutcomes], safe: Test, limit: Limit
+) -> ReachedStates:
+    """Return what is reached from the initial states; states that are not ``safe`` are not left.
+
+    Raises:
+        TooMany: by ``limit``.
+    """
+    states = list(plant.initial_states)
+    numbers = {state: number for number, state in enumerate(states)}
+    found = ReachedStates(plant, len(states), states, numbers)
+    steps = 0
+    for number, state in enumerate(states):  # appended to below
+        if not number % _REPORTED:
+            limit(len(states), len(states) - number, steps)
+        if not safe(state):
+            found.unsafe.add(number)
+            found.after.append(())
+            continue
+        after: list[tuple[int, int]] = []
+        for event in events:
+            if event.test is not None and not event.test(state):
+                continue
+            outcomes = event.of(state)
+            if outcomes.leaves and not event.event.controllable:
+                found.unsafe.add(number)
+            for change in outcomes.changes:
+                target = changed(state, change)
+                place = numbers.setdefault(target, len(states))
+                if place == len(states):
+                    states.append(target)
+                after.append((event.number, place))
+        steps += len(events) + len(after)
+        found.after.append(tuple(after))
+    limit(len(states), 0, steps)
+    return found
+
+
+def outcomes_of(plant: Plant, stepper: Stepper, required: bool) -> list[EventOutcomes]:
+    """Return the outcomes of all events of a plant, under its requirements or without them.
+
+    Raises:
+        TooMany: an event has too many values.
+    """
+    found = []
+    for number, event in enumerate(plant.events):
+        compiled = stepper.compiled(number, event.requirement if required else None)
+        if weight(event) > _MOST_VALUES:
+            raise TooMany(
+                f"the explicit engine would have to try {weight(event)} values of {event.name}"
+            )
+        found.append(EventOutcomes(event, compiled, plant))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class ExplicitSolution:
+    """The controlled system: numbers of states reached under control (``states``).
+
+    ``good`` is the supremal safe, controllable and nonblocking set, or if it does not contain the
+    initial states an intermediate set; ``states`` is empty then.
+    """
+
+    engine: ExplicitEngine
+    states: frozenset[int]
+    good: frozenset[int]
+    empty: bool
+
+    @property
+    def restricted(self) -> bool:
+        """Whether synthesis forbids anything that the requirements allow."""
+        after = self.engine.found.after
+        return any(t not in self.states for number in self.states for _, t in after[number])
+
+
+class ExplicitEngine:
+    """Synthesis over the states that are reached; the sets of :mod:`robosc.synthesis.fixpoint`."""
+
+    def __init__(self, plant: Plant, limit: Limit) -> None:
+        self.plant = plant
+        self.stepper = Stepper(plant)
+        self.events = outcomes_of(plant, self.stepper, True)
+        invariants = [self.stepper.test(condition) for condition, _ in plant.invariants]
+        self.found = reached(
+            plant, self.events, lambda state: all(holds(state) for holds in invariants), limit
+        )
+        self._before = self._sources(lambda event: not event.branches)
+        self._uncontrolled = self._sources(lambda event: not event.controllable)
+        self._branching = [
+            (number, event, [t for e, t in after if e == event])
+            for event in (n for n, one in enumerate(plant.events) if one.branches)
+            for number, after in enumerate(self.found.after)
+            if any(e == event for e, _ in after)
+        ]
+
+    def _sources(self, which: Callable[[Event], bool]) -> list[list[int]]:
+        chosen = {number for number, event in enumerate(self.plant.events) if which(event)}
+        before: list[list[int]] = [[] for _ in self.found.states]
+        for number, after in enumerate(self.found.after):
+            for event, target in after:
+                if event in chosen:
+                    before[target].append(number)
+        return before
+
+    def solve(self) -> ExplicitSolution:
+        """Return the controlled system."""
+        good, starts = supremal(self)
+        if not starts:
+            return ExplicitSolution(self, frozenset(), frozenset(good), True)
+        refused = self.refused(good)
+        states = set(range(self.found.starts))
+        left = list(states)
+        for number in left:  # appended to below
+            for event, target in self.found.after[number]:
+                if target in good and target not in states and (number, event) not in refused:
+                    states.add(target)
+                    left.append(target)
+        return ExplicitSolution(self, frozenset(states), frozenset(good), False)
+
+    def refused(self, good: _States | frozenset[int]) -> set[tuple[int, int]]:
+        """Return states and commands in them of which some outcome is not good."""
+        return {
+            (number, event)
+            for number, event, targets in self._branching
+            if not good.issuperset(targets)
+        }
+
+    # --- the fixpoint
+
+    def reachable(self) -> _States:
+        return set(range(len(self.found.states)))
+
+    def safe(self, states: _States) -> _States:
+        return states - self.found.unsafe
+
+    def controllable(self, states: _States, before: _States) -> _States:
+        bad = before - states
+        return states - self._leading(bad, self._uncontrolled, states) if bad else states
+
+    def nonblocking(self, states: _States) -> _States:
+        is_marked, all_states = self.plant.is_marked, self.found.states
+        return self._coreachable({n for n in states if is_marked(all_states[n])}, states, states)
+
+    def reaching_goals(self, states: _States) -> _States:
+        for goal in self.plant.goals:
+            there, along, origin = (
+                {n for n in states if test(self.found.states[n])}
+                for test in map(self.stepper.test, goal.conditions)
+            )
+            states = states - (origin - self._coreachable(there, along, states))
+        return states
+
+    def same(self, states: _States, subset: _States) -> bool:
+        return len(states) == len(subset)
+
+    def has_start(self, states: _States) -> bool:
+        return states.issuperset(range(self.found.starts))
+
+    def _coreachable(self, targets: _States, along: _States, inside: _States) -> _States:
+        """Return the states from which targets are reached on states ``along``, under control."""
+        refused = self.refused(inside)
+        before = self._before
+        if self._branching:
+            before = [list(sources) for sources in before]
+            for number, event, after in self._branching:
+                if (number, event) not in refused:
+                    for target in after:
+                        before[target].append(number)
+        return self._leading(targets, before, along)
+
+    @staticmethod
+    def _leading(to: _States, before: Sequence[Sequence[int]], within: _States) -> _States:
+        """Return some states, and those from which they are reached on states ``within``."""
+        found = set(to)
+        left = list(to)
+        while left:
+            for number in before[left.pop()]:
+                if number in within and number not in found:
+                    found.add(number)
+                    left.append(number)
+        return found
+
+
+class PlantStates:
+    """The states that a plant reaches without its requirements, in independent parts.
+
+    Raises:
+        TooMany: by ``limit``.
+    """
+
+    def __init__(self, plant: Plant, parts: Iterable[Plant], limit: Limit) -> None:
+        self._plant = plant
+        self._parts: list[tuple[tuple[int, ...], ReachedStates]] = []
+        for part in parts:
+            variables = tuple(
+                plant.variable_index[variable.kind, variable.name] for variable in part.variables
+            )
+            events = outcomes_of(part, Stepper(part), False)
+            self._parts.append((variables, reached(part, events, lambda state: True, limit)))
+
+    @property
+    def count(self) -> int:
+        return prod(len(states.states) for _, states in self._parts)
+
+    def some(self, stepper: Stepper, condition: Expr, most: int) -> bool | None:
+        """Whether a state fulfils a condition; None: more than ``most`` would have to be tried."""
+        read = set(support(self._plant, condition))
+        columns: list[list[tuple[tuple[int, int], ...]]] = []
+        for variables, states in self._parts:
+            own = [(place, v) for place, v in enumerate(variables) if v in read]
+            if own:
+                values = {tuple((v, s[place]) for place, v in own) for s in states.states}
+                columns.append(list(values))
+        if prod(map(len, columns)) > most:
+            return None
+        holds = stepper.test(condition)
+        initial = self._plant.initial
+        return any(
+            holds(changed(initial, (pair for part in parts for pair in part)))
+            for parts in product(*columns)
+        )

@@ -1,0 +1,131 @@
+"""Synthesis with the explicit engine."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Collection, Iterator
+from functools import partial
+
+from robosc.plant.automaton import Event, Plant, PlantState
+from robosc.progress import Progress
+from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.decomposition import parts_without_requirements
+from robosc.synthesis.event_parameters import weight
+from robosc.synthesis.explicit.care_set import ExplicitCareSet, care_set
+from robosc.synthesis.explicit.explicit_engine import (
+    EventOutcomes,
+    ExplicitEngine,
+    ExplicitSolution,
+    Limit,
+    PlantStates,
+    TooMany,
+)
+from robosc.synthesis.explicit.search import ExplicitSystem
+from robosc.synthesis.guards.shorten import GuardInputs, GuardMaker
+from robosc.synthesis.result import Sizes, make_supervisor
+from robosc.synthesis.time_limit import ExplanationTime
+
+
+def synthesize_explicit(
+    plant: Plant,
+    limit: Limit,
+    progress: Progress | None = None,
+    explaining: ExplanationTime | None = None,
+    most_guarded: float = math.inf,
+) -> Supervisor:
+    """Return the supervisor of a plant; an empty one is a result, not an error.
+
+    Raises:
+        TooMany: by ``limit``, or commands are restricted in more than ``most_guarded`` states.
+    """
+    start = time.perf_counter()
+    solution = ExplicitEngine(plant, limit).solve()
+    if len(solution.states) > most_guarded and solution.restricted:
+        raise TooMany("there are too many states for guards from single ones")
+    plant_states = PlantStates(plant, parts_without_requirements(plant), limit)
+    guards, transitions = _measured(solution, progress)
+    sizes = Sizes(plant_states.count, len(solution.states), transitions)
+    seconds = time.perf_counter() - start
+    system = ExplicitSystem(solution, plant_states, explaining)
+    return make_supervisor(system, "explicit", seconds, sizes, guards, progress)
+
+
+def enabled_commands(plant: Plant, limit: Limit) -> list[Event] | None:
+    """Return the commands that the supervisor allows in some state; None if it is empty.
+
+    Raises:
+        TooMany: by ``limit``.
+    """
+    solution = ExplicitEngine(plant, limit).solve()
+    if solution.empty:
+        return None
+    return [
+        event.event
+        for event in solution.engine.events
+        if event.event.controllable and _Places(solution, event).allowed
+    ]
+
+
+def _measured(
+    solution: ExplicitSolution, progress: Progress | None
+) -> tuple[tuple[Guard, ...], int]:
+    """Return the guards, and the number of transitions under control."""
+    guards: list[Guard] = []
+    transitions = 0
+    events = solution.engine.events
+    maker = GuardMaker(solution.engine.plant)
+    for event in events if not solution.empty else ():
+        if progress is not None:
+            progress("guards", event.number, len(events))
+        if not event.event.controllable:
+            transitions += _occurrences(solution, event)
+            continue
+        places = _Places(solution, event)
+        transitions += len(places.allowed) * weight(event.event)
+        guards.append(maker.guard(event.event, places.inputs))
+    return tuple(guards), transitions
+
+
+def _occurrences(solution: ExplicitSolution, event: EventOutcomes) -> int:
+    states = solution.engine.found.states
+    return sum(event.of(states[number]).number for number in solution.states)
+
+
+class _Places:
+    """The controlled states in which a command is possible (``possible``), required (``asked``),
+    and allowed under control."""
+
+    def __init__(self, solution: ExplicitSolution, event: EventOutcomes) -> None:
+        self._stepper = solution.engine.stepper
+        states, after = solution.engine.found.states, solution.engine.found.after
+        own = event.number
+        refused = solution.engine.refused(solution.good) if event.event.branches else set()
+        self.possible = [n for n in solution.states if event.of(states[n]).changes]
+        self.asked = [n for n in self.possible if event.test is None or event.test(states[n])]
+        self.allowed = {
+            n
+            for n in self.asked
+            if (n, own) not in refused
+            and any(e == own and target in solution.good for e, target in after[n])
+        }
+        self._states = states
+
+    @property
+    def inputs(self) -> GuardInputs:
+        return GuardInputs(
+            len(self.asked),
+            len(self.allowed),
+            partial(self._care_set, self.asked),
+            partial(self._care_set, self.possible),
+        )
+
+    def _care_set(self, among: Collection[int]) -> ExplicitCareSet:
+        return care_set(
+            self._stepper,
+            self._chosen(self.allowed),
+            self._chosen(n for n in among if n not in self.allowed),
+        )
+
+    def _chosen(self, numbers: Collection[int] | Iterator[int]) -> Iterator[PlantState]:
+        return (self._states[number] for number in numbers)
