@@ -11,8 +11,8 @@ from ros2.bed import HERE, Bed
 from ros_support import Completed
 
 from robosc.model.ros import rosidl
-from robosc.model.ros.interfaces import Definition
-from robosc.model.ros.packages import is_ros2_package
+from robosc.model.ros.interfaces import Definition, Folder
+from robosc.model.ros.packages import Packages, is_ros2_package
 
 PACKAGE = """
 <package format="3">
@@ -21,6 +21,14 @@ PACKAGE = """
   <export><build_type>ament_cmake</build_type></export>
 </package>
 """
+
+
+def read(home: Path, package: str, type_: str, folder: Folder) -> tuple[Definition, ...] | None:
+    """The parts of a definition in the folder of its package; None if there is none."""
+    packages = Packages()
+    files = (packages.definition(home, type_, s, folder) for s in (f".{folder}", ".idl"))
+    file = next((file for file in files if file is not None), None)
+    return None if file is None else rosidl.read(file, package, type_, folder)
 
 
 @pytest.fixture
@@ -50,11 +58,11 @@ Point centre
 builtin_interfaces/Time stamp
 float64 area 1.5
 """)  # fmt: skip
-    assert rosidl.read(shapes, "shapes", "Shape", "msg") == (
+    assert read(shapes, "shapes", "Shape", "msg") == (
         Definition.of(
             "shapes/Shape",
             (
-                ("name", "string", "round # thing"), ("corners", "int32[]"), ("labels", "string[3]"),
+                ("name", "string", "round # thing"), ("corners", "int32[]"), ("labels", "wstring[3]"),
                 ("centre", "shapes/Point"), ("stamp", "builtin_interfaces/Time"),
                 ("area", "float64", 1.5),
             ),
@@ -66,11 +74,11 @@ float64 area 1.5
 def test_services_and_actions_have_their_parts(shapes: Path) -> None:
     write(shapes, "srv/Cut.srv", "bool now\n---\nint32 pieces\n")
     write(shapes, "action/Turn.action", "float64 angle\n---\n---\nfloat64 done\n")
-    assert rosidl.read(shapes, "shapes", "Cut", "srv") == (
+    assert read(shapes, "shapes", "Cut", "srv") == (
         Definition.of("shapes/CutRequest", (("now", "bool"),)),
         Definition.of("shapes/CutResponse", (("pieces", "int32"),)),
     )
-    assert rosidl.read(shapes, "shapes", "Turn", "action") == (
+    assert read(shapes, "shapes", "Turn", "action") == (
         Definition.of("shapes/TurnGoal", (("angle", "float64"),)),
         Definition.of("shapes/TurnResult", ()),
         Definition.of("shapes/TurnFeedback", (("done", "float64"),)),
@@ -84,7 +92,7 @@ def test_services_and_actions_have_their_parts(shapes: Path) -> None:
 def test_faulty_files_say_where(shapes: Path, text: str, fault: str) -> None:
     write(shapes, "msg/Bad.msg", text)
     with pytest.raises(ValueError, match=fault):
-        rosidl.read(shapes, "shapes", "Bad", "msg")
+        read(shapes, "shapes", "Bad", "msg")
 
 
 @pytest.mark.parametrize(
@@ -100,11 +108,11 @@ def test_faulty_files_say_where(shapes: Path, text: str, fault: str) -> None:
 def test_faulty_idl_says_what(shapes: Path, text: str, fault: str) -> None:
     write(shapes, "msg/Bad.idl", text)
     with pytest.raises(ValueError, match=fault):
-        rosidl.read(shapes, "shapes", "Bad", "msg")
+        read(shapes, "shapes", "Bad", "msg")
 
 
 def test_what_is_not_there_is_none(shapes: Path) -> None:
-    assert rosidl.read(shapes, "shapes", "Nothing", "msg") is None
+    assert read(shapes, "shapes", "Nothing", "msg") is None
 
 
 def test_idl_with_constants_typedefs_and_annotations(shapes: Path) -> None:
@@ -130,7 +138,7 @@ module shapes { module msg {
   };
 }; };
 """)  # fmt: skip
-    assert rosidl.read(shapes, "shapes", "Shape", "msg") == (
+    assert read(shapes, "shapes", "Shape", "msg") == (
         Definition.of(
             "shapes/Shape",
             (
@@ -153,8 +161,8 @@ def test_idl_says_the_same_as_what_it_was_made_from(bed: Bed, tmp_path: Path) ->
                 continue
             alone = tmp_path / package
             write_copy(idl, alone / kind)
-            by_hand = rosidl.read(share / package, package, type_, kind)
-            assert by_hand == rosidl.read(alone, package, type_, kind), idl
+            by_hand = read(share / package, package, type_, kind)
+            assert by_hand == read(alone, package, type_, kind), idl
             assert is_ros2_package(share / package, "2")
             seen += 1
     assert seen > 90

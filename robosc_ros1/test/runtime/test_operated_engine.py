@@ -8,7 +8,6 @@ from runtime.played_engine import Played
 from runtime.test_shadow_engine import Shadowed
 from runtime.test_supervisor_engine import Bench
 
-from robosc.runtime.monitor_engine import NOTHING_TO_OPERATE
 from robosc.runtime.operating import HELD
 
 CLEAR, BLOCKED = 20.0, 5.0
@@ -145,5 +144,5 @@ def test_nodes_that_send_nothing_refuse_orders() -> None:
         bench.shadow.operate(word)
         bench.shadow.cycle()
     entries = [e for e in bench.shadow.recorder.take() if e.kind == "operator"]
-    assert [(e.outcome, e.detail) for e in entries] == [("refused", NOTHING_TO_OPERATE)] * 3
+    assert [(e.outcome, e.detail) for e in entries] == [("refused", "this node sends nothing")] * 3
     assert bench.shadow.stopped is None

@@ -53,6 +53,9 @@ class Engine:
     default that of the port.
     """
 
+    sends = True
+    """Whether it sends commands, which an operator may hold."""
+
     def __init__(
         self,
         controller: Controller,

@@ -66,6 +66,8 @@ class MonitorEngine(JudgingEngine):
 
     gathering = GATHERING
 
+    sends = False
+
     def __init__(
         self,
         controller: Controller,

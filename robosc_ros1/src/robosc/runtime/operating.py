@@ -20,8 +20,9 @@ HELD = "held by the operator"
 
 class Operated(Protocol):
     """What is operated: an engine. ``stopped`` is why it sends nothing, ``closing`` that it ends;
-    ``changed`` is set for its reporter."""
+    ``changed`` is set for its reporter, ``sends`` whether it sends commands at all."""
 
+    sends: bool
     stopped: Optional[str]
     closing: bool
     changed: threading.Event
@@ -82,7 +83,10 @@ class EngineOperator:
             text = "the operator can hold, release and step, not %r" % order[:40]
             self._parts.log("warning", "operator", text)
             return
-        refusal = "the node ends" if self._engine.closing else orders[order]()
+        if not self._engine.sends:
+            refusal: Optional[str] = "this node sends nothing"
+        else:
+            refusal = "the node ends" if self._engine.closing else orders[order]()
         outcome = "refused" if refusal else "operated"
         self._parts.recorder.record("operator", "", order, outcome, refusal or None)
         self._parts.log("info", "operator " + order, "%s: %s" % (order, refusal or "done"))
