@@ -140,7 +140,7 @@ def state_document(
             "waits_for": [],
             "count": snapshot["counts"][command.key, command.kind],
         }
-        for command, reasons in ((c, _obstacles(snapshot, c)) for c in controller.COMMANDS)
+        for command, reasons in ((c, obstacles(snapshot, c)) for c in controller.COMMANDS)
     ]
     counters = snapshot["counters"].keys()
     if "withheld" in counters or not {"blocked", "forbidden"} & counters:  # they choose commands
@@ -176,7 +176,7 @@ def state_document(
     return document
 
 
-def _obstacles(snapshot: Dict[str, Any], command: Command) -> List[Dict[str, Any]]:
+def obstacles(snapshot: Dict[str, Any], command: Command) -> List[Dict[str, Any]]:
     """Return why a command cannot be sent now. Guards are simplified for the states that synthesis
     allows; commands of others may lead elsewhere, so requirements are looked at, too."""
     controller: Controller = snapshot["controller"]

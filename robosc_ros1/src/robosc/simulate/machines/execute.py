@@ -30,9 +30,9 @@ from robosc.runtime.calls import FAILED, Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port, WaitingCall
-from robosc.runtime.reasons import blocked_by
 from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import ParameterError, Settings, read
+from robosc.runtime.telemetry import obstacles
 from robosc.runtime.values import Undefined, in_range
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines.generated import make_controller, restore, state_of_controller
@@ -236,11 +236,12 @@ class Execution:
         return found
 
     def commands(self) -> list[CommandState]:
-        counts = self._engine.snapshot()["counts"]
+        snapshot = self._engine.snapshot()
+        counts = snapshot["counts"]
         commands = [
             CommandState(
                 self._events[c.key, c.kind],
-                self._reasons(c),
+                self._reasons(c, snapshot),
                 None if c.data is None else _data(c.data, self._controller),
                 counts[c.key, c.kind],
             )
@@ -248,8 +249,10 @@ class Execution:
         ]
         return with_preferences(commands, self.plant.robot, self.state.phases)
 
-    def _reasons(self, command: runtime.Command) -> tuple[Reason, ...]:
-        found = [Reason(**r) for r in blocked_by(self._controller, command)]
+    def _reasons(
+        self, command: runtime.Command, snapshot: Mapping[str, Any]
+    ) -> tuple[Reason, ...]:
+        found = [Reason(**r) for r in obstacles(snapshot, command)]
         if self.stopped is not None:
             found.insert(0, Reason("stopped", "there was a safe stop"))
         return tuple(found)
