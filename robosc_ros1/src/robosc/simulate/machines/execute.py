@@ -249,9 +249,7 @@ class Execution:
         ]
         return with_preferences(commands, self.plant.robot, self.state.phases)
 
-    def _reasons(
-        self, command: runtime.Command, snapshot: Mapping[str, Any]
-    ) -> tuple[Reason, ...]:
+    def _reasons(self, command: runtime.Command, snapshot: dict[str, Any]) -> tuple[Reason, ...]:
         found = [Reason(**r) for r in obstacles(snapshot, command)]
         if self.stopped is not None:
             found.insert(0, Reason("stopped", "there was a safe stop"))
