@@ -299,6 +299,15 @@ def test_a_supervisor_that_ends_passes_nothing_on() -> None:
     assert rig.port.wrong == []
 
 
+@pytest.mark.parametrize("key", [ARM, LAMP])
+def test_whose_request_waits_is_told_when_the_supervisor_ends(key: str) -> None:
+    rig = Rig("supervisor", "absent", key)
+    rig.engine.close()
+    rig.engine.run()
+    assert rig.answers == ["passed", "error"]
+    assert rig.ends() == [("error", "absent")]
+
+
 class Replacing(Robot):
     """A goal of the arm may replace one that goes on."""
 

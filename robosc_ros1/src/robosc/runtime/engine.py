@@ -166,6 +166,7 @@ class Engine:
         while not self._is_over():
             self._turns.wait(shortest(self.time_to_deadline(), self._pauses.beat))
             self.cycle()
+        self.cycle()  # those are told whose requests have ended with it
 
     def _is_over(self) -> bool:
         """Whether it has ended, and the stop command was sent if a server has come in time."""
