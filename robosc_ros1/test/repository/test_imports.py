@@ -39,7 +39,6 @@ THIRD_PARTY = {
     "jsonschema": ("agents.server", "verbs"),
     "uvicorn": ("agents.server",),
     "actionlib": ("agents.ros1",),
-    "actionlib_msgs": ("agents.ros1",),
     "action_msgs": ("agents.ros2",),
     "argcomplete": ("cli",),
     "pygls": (
