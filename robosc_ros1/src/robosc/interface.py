@@ -12,10 +12,10 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 from robosc import pipeline, report
-from robosc.errors import Diagnostic, render_all
+from robosc.errors import Diagnostic, listing, render_all
 from robosc.errors import EmptySupervisorError as EmptySupervisorError
 from robosc.errors import ModelError as ModelError
 from robosc.errors import RoboscError as RoboscError
@@ -47,6 +47,10 @@ class _Shown:
 
     def _dot(self) -> str | None:
         return None
+
+    def __repr__(self) -> str:
+        first, *_ = str(self).strip().splitlines() or [""]
+        return f"<{type(self).__name__}: {first}>"
 
     def _repr_html_(self) -> str:
         text = f"<pre>{html.escape(str(self))}</pre>"
@@ -81,7 +85,7 @@ def _svg(dot: str) -> str:
     return picture[picture.index("<svg") :]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis(_Shown):
     """What there is to say about a model.
 
@@ -105,7 +109,7 @@ class Diagnosis(_Shown):
         return render_all(self.diagnostics) or "no errors, no warnings\n"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LoadedRobot(_Drawn):
     """A robot without errors; ``diagnostics`` are the warnings."""
 
@@ -130,7 +134,7 @@ class LoadedRobot(_Drawn):
         return f"{self.name}: {', '.join(self.components)}\n{render_all(self.diagnostics)}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Synthesized(_Drawn):
     """A supervisor; it may be empty. ``supervisor`` is the whole of it, for other functions."""
 
@@ -185,7 +189,7 @@ class Synthesized(_Drawn):
         return report.supervisor_text(self.supervisor)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Explored(_Shown):
     """A transition system. ``graph`` has it with numbers in place of names, for other functions."""
 
@@ -215,7 +219,7 @@ class Explored(_Shown):
         return report.graph_text(self.graph)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Verified(_Shown):
     """The result of a proof by independent means; ``report`` is the whole of it."""
 
@@ -242,7 +246,7 @@ class Verified(_Shown):
         return report.verify_text(self.report)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Answer(_Shown):
     """What a line of a simulation did.
 
@@ -347,12 +351,13 @@ def synthesize(
 ) -> Synthesized:
     """The supervisor of a robot: sizes, guards, reasons. It may be empty.
 
-    ``engine`` is ``auto``, ``dense`` or ``bdd``.
+    ``engine`` is ``auto``, ``explicit`` or ``bdd``.
 
     Raises:
         UsageError, ModelError: as :func:`load`.
         StateSpaceError: it is too large for the engine and the limit, or for the memory.
     """
+    _one_of(engine, ("auto", "explicit", "bdd"), "engine")
     robot = _robot(subject, options)
     found = pipeline.synthesize(robot, engine, max_states, options.progress, options.explaining)
     return Synthesized(found)
@@ -413,8 +418,12 @@ def generate(model: Model, options: Options = _AS_USUAL, output: Output = _HERE)
         UsageError: the file cannot be read, or something that robosc did not write is in the way.
         ModelError, EmptySupervisorError, StateSpaceError: there is no controller.
     """
+    _one_of(output.target, get_args(pipeline.Target), "target")
+    _one_of(output.mode, ("controller", "supervisor", "monitor"), "mode")
     if output.folder is not None:
         output = replace(output, folder=Path(output.folder))
+    if output.config is not None:
+        output = replace(output, config=Path(output.config))
     return pipeline.generate(_named(model), options, output)
 
 
@@ -425,7 +434,13 @@ def export(subject: Model | LoadedRobot, format_: Format, options: Options = _AS
         UsageError: graphviz is needed and not installed, or as :func:`load`.
         RoboscError: as :func:`synthesize`.
     """
+    _one_of(format_, ("cif", "dot", "svg", "json"), "format")
     return pipeline.export(_robot(subject, options), format_)
+
+
+def _one_of(word: str, words: tuple[str, ...], what: str) -> None:
+    if word not in words:
+        raise UsageError(f"{word!r} is no {what}: there are {listing(words)}")
 
 
 def _named(model: Model) -> Model:

@@ -87,7 +87,7 @@ class Output:
     mode: Mode = "controller"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Generated:
     """A written package; ``seconds`` is the time from the model to the last file.
 
@@ -101,6 +101,9 @@ class Generated:
     files: Written
     seconds: float
     warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Generated: {self.package} in {self.files.folder}>"
 
 
 @dataclass(frozen=True, slots=True)

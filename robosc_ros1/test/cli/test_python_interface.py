@@ -122,3 +122,35 @@ def test_the_function_simulate_stays_when_the_subpackage_is_imported(path: Path)
     assert "Bulb" in played._repr_html_()
     with pytest.raises(robosc.LineFault, match="unknown parameter"):
         robosc.simulate(path, execute=True, parameters={"rates": 3})
+
+
+def test_results_are_short_where_python_shows_them(path: Path) -> None:
+    supervisor = robosc.synthesize(path)
+    written = robosc.generate(path, output=robosc.Output(folder=Path("out")))
+    results = (
+        robosc.load(path), supervisor, robosc.check(path), robosc.verify(supervisor),
+        robosc.explore(supervisor), robosc.simulate(supervisor), written,
+    )  # fmt: skip
+    shown = [repr(result) for result in results]
+    assert all(len(text) < 200 and "\n" not in text for text in shown), shown
+    assert shown[0] == "<LoadedRobot: Lamp: Bulb>"
+
+
+def test_wrong_words_are_told(path: Path) -> None:
+    wrong = (
+        lambda: robosc.synthesize(path, engine="fast"),
+        lambda: robosc.export(path, "png"),  # type: ignore[arg-type]
+        lambda: robosc.generate(path, output=robosc.Output("ros3")),  # type: ignore[arg-type]
+        lambda: robosc.generate(path, output=robosc.Output(mode="spy")),  # type: ignore[arg-type]
+    )
+    for call in wrong:
+        with pytest.raises(robosc.UsageError, match="there are"):
+            call()
+    assert not list(path.parent.glob("*_controller"))
+
+
+def test_folders_may_be_texts(path: Path) -> None:
+    Path("own.yaml").write_text("package: lamps\n", encoding="utf-8")
+    output = robosc.Output(folder="out", config="own.yaml")  # type: ignore[arg-type]
+    assert robosc.generate(path, output=output).package == "lamps"
+    assert Path("out", "lamps", "package.xml").is_file()
