@@ -63,7 +63,8 @@ class RoverWorld(World):
                 self._pressed, self._told = button == "/stop", self.time
                 if self._pressed:
                     self.observer.note(stopped=True)
-        if self.time >= self._told:
+        # Before the first tick only sensors speak: what a button said then would not be published.
+        if self.time and self.time >= self._told:
             self._told = self.time + TOLD
             yield "/stop", STOP["/stop"], {"data": self._pressed}
 
