@@ -278,7 +278,10 @@ class Encoding:
                 return self._known[node, event]
             sources = self._sources(node, event, 2)
             if len(sources) <= 1:
-                return self._of_one_source(node, sources, event)
+                partition = self._of_one_source(node, sources, event)
+                if _is_costly(node):
+                    self._known[node, event] = partition
+                return partition
             return self._comparison(node, event)
 
         def operation(node: Operation, operands: tuple[Partition, ...]) -> Partition:
@@ -360,8 +363,8 @@ class Encoding:
 
 
 def _is_costly(node: Expr) -> bool:
-    """Whether to cache a node: comparisons and sums occur again in guards and warnings."""
-    return isinstance(node, Operation) and not node.operation.is_lazy
+    """Whether to cache a node: comparisons, sums and leaves occur again in guards and warnings."""
+    return isinstance(node, Leaf) or (isinstance(node, Operation) and not node.operation.is_lazy)
 
 
 def _value(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value | None:
