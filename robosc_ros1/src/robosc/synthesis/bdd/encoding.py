@@ -41,7 +41,7 @@ class _Block:
 class Encoding:
     """The boolean variables of one plant, and the sets of states of values and expressions."""
 
-    def __init__(self, plant: Plant, memory: int) -> None:
+    def __init__(self, plant: Plant, memory: int, reverse: bool = False) -> None:
         self.plant = plant
         self._blocks: dict[LeafSource, _Block] = {}
         self._known: dict[tuple[Expr, int | None], Partition] = {}
@@ -52,7 +52,7 @@ class Encoding:
         )
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
-        for item in ordered(plant):
+        for item in ordered(plant)[:: -1 if reverse else 1]:
             block = self._blocks[item] = self._block(item, first)
             first += len(block.now) + len(block.after)
         self.manager = Manager(first, memory)
