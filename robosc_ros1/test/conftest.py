@@ -133,13 +133,27 @@ BEGUN = pytest.StashKey[float]()
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Where changes are judged, a test that was skipped has failed."""
+    """Where changes are judged, a test that was skipped has failed; what failed is kept in a file.
+
+    Each line of .cache/failed-tests is "slow" or "quick", a space, and the test as pytest takes it.
+    """
     # Side by side, each process has a reporter, of its own tests, and may end after the one of all.
     if hasattr(session.config, "workerinput"):
         return
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
     if os.environ.get("CI") and reporter is not None and reporter.stats.get("skipped"):
         session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
+    if os.environ.get("CI") and reporter is not None:
+        stats = reporter.stats
+        # Side by side, pytest-xdist appends the group.
+        failed = {
+            report.nodeid.rpartition("@")[0] or report.nodeid: (
+                "slow" if "slow" in getattr(report, "keywords", ()) else "quick"
+            )
+            for report in [*stats.get("failed", []), *stats.get("error", [])]
+        }
+        with (REPOSITORY / ".cache" / "failed-tests").open("a", encoding="utf-8") as file:
+            file.writelines(f"{speed} {test}\n" for test, speed in failed.items())
     if session.exitstatus == pytest.ExitCode.TESTS_FAILED:
         folder = tempfile.gettempdir()
         Path(folder, reaper.KEEP).touch()

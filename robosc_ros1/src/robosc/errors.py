@@ -69,6 +69,9 @@ class ModelError(RoboscError):
         super().__init__(f"{len(diagnostics)} diagnostics")
         self.diagnostics = tuple(diagnostics)
 
+    def __str__(self) -> str:
+        return "\n" + render_all(self.diagnostics)
+
 
 class UsageError(RoboscError):
     """Wrong arguments, an unreadable file, a target folder in the way."""

@@ -34,11 +34,25 @@ if TYPE_CHECKING:
     from robosc.emit.write.writer import Written
     from robosc.model.entities import Robot
     from robosc.progress import Progress
+    from robosc.source import Source
     from robosc.supervisor import Supervisor
     from robosc.synthesis.explore import Graph
     from robosc.synthesis.verify.verify_report import VerifyReport
 
 Target: TypeAlias = Literal["ros1", "ros2"]
+
+
+@dataclass(frozen=True, slots=True)
+class ModelText:
+    """A model as a text; ``path`` is the file that it counts as: diagnostics name it, and around
+    it libraries, definitions of messages and options of the generator are searched for."""
+
+    text: str
+    path: str | Path = "model.rscd"
+
+
+Model: TypeAlias = str | Path | ModelText
+"""A model file, or the text of one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +87,7 @@ class Output:
     mode: Mode = "controller"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Generated:
     """A written package; ``seconds`` is the time from the model to the last file.
 
@@ -87,6 +101,9 @@ class Generated:
     files: Written
     seconds: float
     warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Generated: {self.package} in {self.files.folder}>"
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,27 +126,27 @@ class Checked:
         return 0 if self.failure is None else self.failure.exit_code
 
 
-def load(path: str | Path, options: Options = Options(), target: Target | None = None) -> Loaded:
+def load(model: Model, options: Options = Options(), target: Target | None = None) -> Loaded:
     """The robot in a model file; ``target`` decides which fields times and headers have.
 
     Raises:
         UsageError: the file cannot be read, or holds a library.
         ModelError: the model has errors.
     """
-    robot, diagnostics = _read(path, options, target)
+    robot, diagnostics = _read(model, options, target)
     if robot is None:
         if has_errors(diagnostics):
             raise ModelError(diagnostics)
-        raise UsageError(f"{path} holds a library; this needs a robot")
+        raise UsageError(f"{_path_of(model)} holds a library; this needs a robot")
     return Loaded(robot, diagnostics)
 
 
-def check(path: str | Path, options: Options = Options()) -> Checked:
+def check(model: Model, options: Options = Options()) -> Checked:
     """Everything that is to be said about a robot or a library, synthesis included.
 
     Raises UsageError if the file cannot be read; whatever is wrong with the model is in the result.
     """
-    robot, diagnostics = _read(path, options)
+    robot, diagnostics = _read(model, options)
     if robot is None:
         failure = ModelError(diagnostics) if has_errors(diagnostics) else None
         return Checked(diagnostics, failure)
@@ -185,25 +202,45 @@ def supervise(robot: Robot, progress: Progress | None = None) -> Supervisor:
     return _existing(synthesize(robot, progress=progress))
 
 
+def supervised(system: Robot | Supervisor, progress: Progress | None) -> Supervisor:
+    """The supervisor of a robot, or that which was synthesized before, if it allows a controller.
+
+    Raises:
+        RoboscError: as :func:`supervise`.
+    """
+    from robosc.supervisor import Supervisor
+
+    if isinstance(system, Supervisor):
+        return _existing(system)
+    return supervise(system, progress)
+
+
 def explore(
-    robot: Robot, *, plant: bool = False, limit: int = 100_000, progress: Progress | None = None
+    system: Robot | Supervisor,
+    *,
+    plant: bool = False,
+    limit: int = 100_000,
+    progress: Progress | None = None,
 ) -> Graph:
-    """The controlled transition system, or with ``plant`` the uncontrolled one.
+    """The controlled transition system of a robot, or with ``plant`` the uncontrolled one.
+
+    ``system`` is a supervisor if it was synthesized before.
 
     Raises:
         EmptySupervisorError: there is no controlled system.
         StateSpaceError: it has more than ``limit`` states.
     """
+    from robosc.model.entities import Robot
     from robosc.plant.build import lower
     from robosc.synthesis import explore as walk
 
     if plant:
-        return walk(lower(robot), limit)
-    return walk(supervise(robot, progress), limit)
+        return walk(lower(system) if isinstance(system, Robot) else system.plant, limit)
+    return walk(supervised(system, progress), limit)
 
 
-def verify(robot: Robot, progress: Progress | None = None) -> VerifyReport:
-    """Proves the supervisor of a robot by independent means.
+def verify(system: Robot | Supervisor, progress: Progress | None = None) -> VerifyReport:
+    """Proves the supervisor of a robot by independent means; or one that was synthesized before.
 
     Raises:
         EmptySupervisorError: there is none.
@@ -211,7 +248,7 @@ def verify(robot: Robot, progress: Progress | None = None) -> VerifyReport:
     """
     from robosc.synthesis.verify.verification import verify as prove
 
-    return prove(supervise(robot, progress), progress=progress)
+    return prove(supervised(system, progress), progress=progress)
 
 
 def export(robot: Robot, format_: Format, *, with_supervisor: bool = False) -> str:
@@ -228,9 +265,7 @@ def export(robot: Robot, format_: Format, *, with_supervisor: bool = False) -> s
     return exported(lower(robot), format_, with_supervisor)
 
 
-def generate(
-    path: str | Path, options: Options = Options(), output: Output = Output()
-) -> Generated:
+def generate(model: Model, options: Options = Options(), output: Output = Output()) -> Generated:
     """Write the package with the controller of the robot in a model file.
 
     Nothing is written unless all goes well.
@@ -245,7 +280,7 @@ def generate(
     from robosc.emit.write.writer import write
 
     start = time.perf_counter()
-    made = _package(path, options, output)
+    made = _package(model, options, output)
     files = write(made.package, made.folder, output.force, made.location)
     seconds = time.perf_counter() - start
     return Generated(
@@ -254,7 +289,7 @@ def generate(
 
 
 def difference(
-    path: str | Path, options: Options = Options(), output: Output = Output()
+    model: Model, options: Options = Options(), output: Output = Output()
 ) -> tuple[str, tuple[Diagnostic, ...]]:
     """What :func:`generate` would change, as a unified diff, and the diagnostics.
 
@@ -263,7 +298,7 @@ def difference(
     """
     from robosc.emit.write.writer import difference
 
-    made = _package(path, options, output)
+    made = _package(model, options, output)
     return difference(made.package, made.folder, output.force, made.location), made.diagnostics
 
 
@@ -279,16 +314,16 @@ class _Made:
     warnings: tuple[str, ...]
 
 
-def _package(path: str | Path, options: Options, output: Output) -> _Made:
+def _package(model: Model, options: Options, output: Output) -> _Made:
     from robosc.emit.package import ros1_target, ros2_target
     from robosc.emit.package.original_config import load_config
     from robosc.emit.package.package import namesake
 
     supervises = options.supervises or output.mode != "controller"
-    loaded = load(path, replace(options, supervises=supervises), output.target)
+    loaded = load(model, replace(options, supervises=supervises), output.target)
     if output.mode == "controller":
         _refuse_corrections(loaded.robot)
-    config = load_config(Path(path), output.config)
+    config = load_config(_path_of(model), output.config)
     # The configuration names the controller, which a supervisor must not overwrite.
     own = config.package if output.mode == "controller" else None
     name = own or f"{package_name(loaded.robot.name)}_{output.mode}"
@@ -360,18 +395,33 @@ def _existing(supervisor: Supervisor, warnings: tuple[Diagnostic, ...] = ()) -> 
     return supervisor
 
 
+def _path_of(model: Model) -> Path:
+    return Path(model.path if isinstance(model, ModelText) else model)
+
+
+def _source_of(model: Model) -> tuple[Source | None, tuple[Diagnostic, ...]]:
+    from robosc.syntax.parser import read_source, source_of
+
+    if isinstance(model, ModelText):
+        return source_of(str(model.path), model.text.encode("utf-8", "surrogatepass"))
+    return read_source(str(model))
+
+
 def _read(
-    path: str | Path, options: Options, target: Target | None = None
+    model: Model, options: Options, target: Target | None = None
 ) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
     from robosc.model.resolve import load as resolve
     from robosc.model.ros.definitions import MessageDefinitions
 
     ros_version = None if target is None else target.removeprefix("ros")
-    definitions = MessageDefinitions.for_model(Path(path), ros_version=ros_version)
+    definitions = MessageDefinitions.for_model(_path_of(model), ros_version=ros_version)
     library_path = [str(folder) for folder in options.library_path]
     with collector_at_rest():
+        source, unreadable = _source_of(model)
+        if source is None:
+            return None, unreadable
         return resolve(
-            str(path),
+            source,
             library_path,
             definitions,
             strict=options.strict,

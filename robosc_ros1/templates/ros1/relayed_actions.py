@@ -13,6 +13,7 @@ import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 from .ros_actions import Ends, GoalCaller, new_goal_id
+from .ros_connections import AT_ONCE, is_taken
 from .ros_goal_tracker import RESULT_TIMEOUT, WAITING, end_of
 from .ros_raw import passed_on, raw_subscriber, read
 
@@ -83,7 +84,7 @@ class ActionRelay(GoalCaller):
         self._latest = RelayedGoal(GoalID())  # the one that came last, which has the token
         self._goals = {}  # by id: those that were passed on and are not over
         self._early = deque(maxlen=EARLY)  # ids of cancels whose goals were not known
-        self._send_goal = self._publisher(self._robot + "/goal", self._goal_type)
+        self._send_goal = self._publisher(self._robot + "/goal", self._goal_type, AT_ONCE)
         self._send_cancel = self._publisher(self._robot + "/cancel", GoalID)
         self._send_result = self._publisher(self._controller + "/result", self._result_type)
         super().__init__(robot, self._send_cancel, Ends(self._send_goal))
@@ -162,11 +163,14 @@ class ActionRelay(GoalCaller):
 
     def transmit(self, goal, token):
         self._latest, message = goal
+        self._own.append(self._latest.id)
+        self._send_goal.publish(message)
+        if not is_taken(self._send_goal):
+            return False
         self._latest.token, self._latest.sent = token, True
         self._goals[self._latest.id] = self._latest
-        self._own.append(self._latest.id)
         self._sent.add(self._latest.id)
-        self._send_goal.publish(message)
+        return True
 
     def transmit_cancel(self):
         if self._is_sent():
@@ -268,8 +272,8 @@ class ActionRelay(GoalCaller):
     # Topics
 
     @staticmethod
-    def _publisher(topic, type_):
-        return rospy.Publisher(topic, type_, queue_size=QUEUE, tcp_nodelay=True)
+    def _publisher(topic, type_, queue=QUEUE):
+        return rospy.Publisher(topic, type_, queue_size=queue, tcp_nodelay=True)
 
     def _pass_back(self, engine, part, type_, heard, onward=None):
         """Subscribe to a topic of the robot's server, and relay it to the controller."""

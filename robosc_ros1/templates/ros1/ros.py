@@ -19,7 +19,7 @@ from ._runtime.port import BEFORE_TIME, NotTaken, steady_time
 from .ros_actions import Action
 from .ros_backlog import BACKLOG
 from .ros_calls import Service
-from .ros_connections import AT_ONCE
+from .ros_connections import AT_ONCE, is_taken
 from .ros_messages import clean, compose
 from .ros_port import CallingPort, TopicOutlet
 from .ros_served import ServedService
@@ -128,8 +128,7 @@ class RosPort(CallingPort):
         Raises:
             NotTaken: none has.
         """
-        links = publisher.impl.connections
-        if links and not any(link.took for link in links):
+        if not is_taken(publisher):
             raise NotTaken("no subscriber of %s takes messages now" % publisher.resolved_name)
 
     def finish(self, key, timeout):

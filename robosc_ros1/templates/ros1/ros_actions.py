@@ -18,6 +18,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from ._runtime.port import NotTaken
 from .ros_backlog import BACKLOG
 from .ros_calls import Seeker
+from .ros_connections import is_taken, queue_nothing
 from .ros_goal_tracker import GoalTracker, Sent
 from .ros_messages import clean, compose
 from .ros_port import FOREIGN, Caller
@@ -137,6 +138,8 @@ class GoalCaller(Caller):
         self._seeker = Seeker(self._seek, 0.01)
 
     def transmit(self, goal, token):
+        """Send a goal; return whether the server's connection took it. One that is not taken at
+        once must not be sent later."""
         raise NotImplementedError
 
     def transmit_cancel(self):
@@ -221,7 +224,10 @@ class GoalCaller(Caller):
                 self.retire(self._token)
             self._token, self._cancelled = token, False
             self.forget()
-            self.transmit(goal, token)
+            if not self.transmit(goal, token):
+                self._token = None
+                self.forget()
+                raise NotTaken
 
     def cancel(self, token):
         with self._lock:
@@ -263,6 +269,7 @@ class Action(GoalCaller):
         # actionlib itself follows only rules that spell the name as the model does.
         self._client = actionlib.ActionClient(rospy.resolve_name(name), type_)
         client = self._client
+        queue_nothing(client.pub_goal)
         client.manager._generate_id = self._new_goal_id
         client.manager.update_results = self._take_result
         client.manager.update_statuses = self._take_status
@@ -321,7 +328,10 @@ class Action(GoalCaller):
         _forget_goals(self._client.manager)
         with clean(self._client.pub_goal):
             self._handle = self._client.send_goal(goal, tracker.on_transition, tracker.on_feedback)
-        self._sent.add(_id_of(self._handle))
+        if is_taken(self._client.pub_goal):
+            self._sent.add(_id_of(self._handle))
+            return True
+        return False
 
     def _on_status(self, array):
         # In the thread in which the client has just taken this status.

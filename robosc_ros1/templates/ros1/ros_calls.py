@@ -123,7 +123,7 @@ class Service(Caller):
         try:
             work.start()
         except RuntimeError:  # the system has no more threads, now
-            self._forget(token)
+            self._forget(token, connection)
             raise
         try:
             sent = connection.socket.send(buffer.getvalue(), socket.MSG_DONTWAIT)
@@ -163,11 +163,12 @@ class Service(Caller):
             self.report(token, "error", "%s" % error or type(error).__name__)
         finally:
             connection.close()
-            self._forget(token)
+            self._forget(token, connection)
 
-    def _forget(self, token):
+    def _forget(self, token, connection):
         with self._lock:
-            self._connections.pop(token, None)
+            if self._connections.get(token) is connection:  # not that of another attempt
+                del self._connections[token]
 
     def _connect(self):
         """Connect to the server; return whether that is decided."""

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from constructs import CONSTRUCTS, WHOLE, model
+from runtime.schemas import validate
 
 from robosc import pipeline
 from robosc.cli import main
@@ -75,13 +76,16 @@ def run(construct: str, mode: str, path: Path, capfd: pytest.CaptureFixture[str]
 
 def test_documents(run: Run) -> None:
     """What the verbs that print a document print."""
-    assert run("check", "--json")[1].startswith('{\n  "version": 1')
     for verb, *words in (
-        ("synthesize", "--json"), ("explore", "--json", "--limit", "100000"), ("verify", "--json"),
+        ("check", "--json"), ("synthesize", "--json"), ("verify", "--json"),
+        ("explore", "--json", "--limit", "100000"), ("explore", "--plant", "--json"),
         ("export", "--format", "json"),
     ):  # fmt: skip
         code, out, err = run(verb, *words)
-        assert (json.loads(out)["version"] == 1) if code == 0 else err
+        if code == 0:
+            validate(json.loads(out), verb)
+        else:
+            assert err
 
 
 def test_texts(run: Run) -> None:
@@ -132,7 +136,8 @@ def test_scripts(run: Run, tmp_path: Path, path: Path, mode: str, execute: bool)
     script.write_text(session.script(), encoding="utf-8")
     words = ("--script", str(script), *(["--execute"] if execute else []))
     assert "expectations met" in run("simulate", *words)[1]
-    assert run("simulate", *words, "--json")[1]
+    for line in run("simulate", *words, "--json")[1].splitlines():
+        validate(json.loads(line), "simulate")
 
 
 @pytest.mark.parametrize("execute", [False, True], ids=["single events", "execute"])
@@ -153,7 +158,7 @@ def test_logs(run: Run, tmp_path: Path, path: Path, mode: str) -> None:
     ]
     log = tmp_path / "run.jsonl"
     log.write_text("\n".join(lines), encoding="utf-8")
-    run("replay", str(log))
+    validate(json.loads(run("replay", str(log), "--json")[1]), "replay")
 
 
 def _session(path: Path, mode: str, execute: bool) -> Session:

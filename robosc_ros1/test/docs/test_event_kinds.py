@@ -12,6 +12,8 @@ from robosc.language.events import COMMUNICATIONS, EventKind
 
 SCHEMAS = Path(__file__).parents[3] / "docs" / "schemas"
 KINDS = list(dict.fromkeys(kind.word for kind in EventKind))
+SENT = {kind.word for kind in EventKind if kind.controllable and not kind.of_component}
+"""The kinds of commands, those of served calls among them."""
 PHASES = {
     name
     for sort in COMMUNICATIONS.values()
@@ -47,6 +49,15 @@ def test_schemas_name_every_kind_of_event() -> None:
         if "timeout" in kinds and "tau" in kinds
     ]
     assert found and all(kinds == KINDS for kinds in found)
+
+
+def test_schemas_name_every_kind_of_command() -> None:
+    found = [
+        {k for k in kinds if k != "tau"}
+        for kinds in all_enumerations()
+        if "request" in kinds and "timeout" not in kinds
+    ]
+    assert found and all(kinds == SENT for kinds in found)
 
 
 def test_schemas_name_every_phase() -> None:

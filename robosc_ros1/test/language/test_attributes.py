@@ -21,6 +21,7 @@ HAVE = {
     "expect": (Value.CONDITION, ("service", "action"), False),
     "goals": (Value.REPLACE, ("action",), False),
     "rate": (Value.RATE, ("incoming", *CALLS), False),
+    "stop": (Value.NONE, ("incoming",), False),
     "type": (Value.TYPE, ("incoming", "outgoing"), True),
     "request": (Value.TYPE, CALLS, True),
     "response": (Value.TYPE, CALLS, True),
@@ -30,6 +31,7 @@ TEXTS = {
     Value.STRING: '"/name"', Value.DURATION: "2 s", Value.CONDITION: "true", Value.TYPE: "none",
     Value.RATE: "20 Hz",
     Value.REPLACE: "replace",
+    Value.NONE: "none",
 }  # fmt: skip
 
 
@@ -68,7 +70,7 @@ def test_a_label_of_another_kind_or_with_another_value(kind: str, row: Attribute
     if kind not in row.communications:
         assert not is_accepted(kind, {row.name: TEXTS[row.value], **whole})
         return
-    for value, text in TEXTS.items():
-        if value is not row.value and row.name in whole:
+    for text in TEXTS.values():
+        if text != TEXTS[row.value] and row.name in whole:
             # 'none' could be the name of a constant, were it no keyword.
             assert not is_accepted(kind, {**whole, row.name: text}), text

@@ -75,7 +75,7 @@ REACTION = "on response from seen do last := value"
         (REQUIREMENT, "prefer drive |", ["except", "over"]),
         (REQUIREMENT, "prefer drive over |", ["drive", "turn", "all"]),
         (REQUIREMENT, "stop |", ["with"]),
-        (REQUIREMENT, "stop with |", ["drive", "turn"]),
+        (REQUIREMENT, "stop with |", ["drive", "turn", "nothing"]),
         (REQUIREMENT, "requirement drive needs Eye.|", ["bright", "last", "open", "shut"]),
         (REQUIREMENT, "requirement drive needs Eye.last = |", ["far", "nothing"]),
         (REQUIREMENT, "requirement { drive, | } needs Eye.open", ["drive", "turn"]),

@@ -62,3 +62,34 @@ def test_a_robot_that_sends_no_numbers_needs_no_stop(data: str, type_: str) -> N
 def test_it_is_told_once() -> None:
     first = "provide drive with 1.0 if Eye.far > 2"
     assert told(first, "provide drive with 0.5 if Eye.far <= 2") == [first]
+
+
+def test_a_robot_may_stop_with_nothing() -> None:
+    assert told("provide drive with 0.3", "stop with nothing") == []
+    assert faults("stop with nothing stop with nothing")[0][0] == "several-stops"
+
+
+def test_a_message_named_nothing_is_meant_where_there_is_one() -> None:
+    def robot(messages: str) -> list[str]:
+        text = f"component C {{ {messages} }} stop with nothing"
+        return [code for code, _ in faults(text)]
+
+    assert robot("outgoing message nothing with type: none") == ["stop-not-a-message"]
+    assert robot("incoming message nothing with type: none") == []
+
+
+@pytest.mark.parametrize("other", ["", "stop: none, "])
+def test_a_topic_that_moves_nothing_needs_no_stop(other: str) -> None:
+    """It is said of the topic: once for all messages on it, and for no other topic."""
+    text = f"""
+    component Base {{
+        incoming message dim with identifier: "/lights", stop: none, type: double
+        incoming message glare with identifier: "lights", type: double
+        incoming message drive with {other}type: double
+    }}
+    provide glare with 1.0
+    provide dim with 0.2
+    provide drive with 0.4
+    """
+    found = [shown for code, shown in faults(text) if code == "no-stop"]
+    assert found == ([] if other else ["provide drive with 0.4"])

@@ -19,7 +19,7 @@ from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
     "limits", "remedies", "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "expr",
-    "model", "plant", "supervisor", "synthesis", "emit", "simulate", "view", "new", "pipeline", "report", "lsp", "agents",
+    "model", "plant", "supervisor", "synthesis", "emit", "simulate", "view", "new", "pipeline", "report", "interface", "lsp", "agents",
     "model_files", "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
@@ -39,7 +39,6 @@ THIRD_PARTY = {
     "jsonschema": ("agents.server", "verbs"),
     "uvicorn": ("agents.server",),
     "actionlib": ("agents.ros1",),
-    "actionlib_msgs": ("agents.ros1",),
     "action_msgs": ("agents.ros2",),
     "argcomplete": ("cli",),
     "pygls": (
@@ -140,7 +139,7 @@ def allowed_inside(importer: str, imported: str) -> bool:
     if layer == "runtime":
         return target == "runtime"
     if layer == "":  # the façade
-        return target == "pipeline"
+        return target == "interface"
     if target == "__version__":
         return True
     if target not in ORDER or layer not in ORDER:

@@ -266,6 +266,8 @@ def test_a_goal_that_is_over_is_forgotten(stage: Stage, puppet: Puppet) -> None:
 import queue, rospy, time
 from gauntlet_interfaces.msg import ReachAction
 from probe_controller.ros_actions import Action
+from probe_controller.ros_connections import send_promptly
+send_promptly()
 rospy.init_node("many_goals")
 action, told = Action("/run", ReachAction), queue.Queue()
 statuses = lambda: action._client.manager.statuses
@@ -297,6 +299,8 @@ def test_a_goal_waits_until_the_server_has_heard_of_every_connection(
 import rospy, time
 from gauntlet_interfaces.msg import ReachAction
 from probe_controller import ros_actions
+from probe_controller.ros_connections import send_promptly
+send_promptly()
 rospy.init_node("careful")
 ros_actions.SETTLED = float("inf")
 ask, hidden = ros_actions.ask, {"/run/result"}

@@ -6,8 +6,10 @@ The test plays the robot, and listens to what reaches it.
 from __future__ import annotations
 
 import json
+import random
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import pytest
 from agents.agent_support import Agent, StartAgent
@@ -93,3 +95,54 @@ def test_nothing_is_sent_while_the_operator_holds(
         told = agent.call("move", linear={"x": 0.3})
         assert told["outcome"] in ("refused", "blocked"), told
         assert all(m["linear"]["x"] == 0.0 for m in robot.all_heard("/vel"))
+
+
+ROUNDS = 12
+"""Of four calls each. 250 rounds passed by hand."""
+
+
+def test_an_agent_that_tries_everything_violates_nothing(
+    guarded: Stage, robot: Puppet, start_agent: StartAgent
+) -> None:
+    """Between two measurements, what reaches the robot is what that state allows."""
+    rng = random.Random(7)
+    with running(guarded, robot, start_agent) as (node, agent):
+        robot.do("action", name="/grab", type="robot_common/GrabberAction", mode="succeed")
+        for _ in range(ROUNDS):
+            free = rng.random() < 0.5
+            mark = robot.mark
+            robot.publish("/distance", FLOAT, 2.0 if free else 0.1)
+            sensed = "free" if free else "obstructed"
+            node.shows(
+                lambda s, w=sensed: s["variables"]["DistanceSensor.current"] == w, since=mark
+            )
+            mark = robot.mark
+            calls = [
+                ("move", {"linear": {"x": rng.choice([0.0, 0.3, -2.0])}}),
+                ("stop", {}),
+                ("grab", {}),
+                ("set_light_state", {"state": rng.random() < 0.5}),
+            ]
+            rng.shuffle(calls)
+            for tool, arguments in calls:
+                told = called(agent, tool, arguments)
+                if told["outcome"] == "blocked":
+                    assert all(reason["text"] for reason in told["blocked_by"]), told
+                else:
+                    assert told["outcome"] in ("sent", "answered", "failed"), told
+            heard = [line for line in robot.lines[mark:] if line.get("heard") == "/vel"]
+            speeds = [line["message"]["linear"]["x"] for line in heard]
+            assert free or not any(speeds), (sensed, speeds)
+            grabs = [line for line in robot.lines[mark:] if line.get("asked") == "/grab"]
+            assert not (free and grabs), grabs
+
+
+def called(agent: Agent, tool: str, arguments: dict[str, Any]) -> dict[str, Any]:
+    """What comes of a call, once it is not one too many per second."""
+
+    def answer() -> dict[str, Any] | None:
+        told = agent.call(tool, **arguments)
+        return None if "calls per second" in str(told.get("why")) else told
+
+    found: dict[str, Any] = await_condition(answer, f"the end of {tool}")
+    return found

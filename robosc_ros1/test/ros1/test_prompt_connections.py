@@ -137,13 +137,32 @@ def test_a_subscriber_that_has_gone_ends_the_connection(link: Link) -> None:
     assert link.transport.done
 
 
+class Publisher:
+    """As rospy has it, with one connection."""
+
+    def __init__(self, link: Link) -> None:
+        self.impl = self
+        self.connections = [link.connection]
+        self.queue_size = QUEUE
+
+    def set_queue_size(self, size: int) -> None:
+        self.queue_size = size
+
+
+@pytest.mark.parametrize("later", [False, True])
 def test_a_command_that_is_not_taken_at_once_is_not_sent(
-    ros: None, monkeypatch: pytest.MonkeyPatch
+    ros: None, monkeypatch: pytest.MonkeyPatch, later: bool
 ) -> None:
-    """A subscriber that takes its time must not get a movement that has been forbidden since."""
+    """A subscriber that takes its time must not get a movement that has been forbidden since; a
+    publisher may be told so ``later`` than its connection was made, as that of actionlib's goals."""
     monkeypatch.setattr(sys, "path", [str(TEMPLATES), *sys.path])
-    link = Link(queue=import_module("ros_connections").AT_ONCE)
+    module: Any = import_module("ros_connections")
+    link = Link(queue=QUEUE if later else module.AT_ONCE)
+    publisher = Publisher(link)
     try:
+        if later:
+            module.queue_nothing(publisher)
+            assert publisher.queue_size == module.AT_ONCE
         sent, number = [], 0
         while link.connection.took:
             link.publish(number, size=1000)
@@ -151,10 +170,12 @@ def test_a_command_that_is_not_taken_at_once_is_not_sent(
             number += 1
         assert len(sent) > 2
         link.publish(number, size=1000)  # nor is this one
+        assert not module.is_taken(publisher)
         taken = [link.take() for _ in sent[:-1]]
         assert taken == sent[:-1]
         while not link.connection.took:
             link.publish(1000, size=10)
+        assert module.is_taken(publisher)
         assert link.take() == 1000
     finally:
         link.close()

@@ -57,3 +57,16 @@ def test_names_are_remapped_whatever_they_name(
             node.shows(lambda s: is_connected(s["unconnected"], {vel, light, grab}))
             state: Any = ServerProxy(guarded.master.uri).getSystemState("/stage")
             assert [f"{grab}/goal", [node.name]] in state[2][0]
+
+
+@pytest.mark.parametrize("rule", ["/vel:=/supervised/vel", "/grab:=/supervised/grab"])
+def test_a_supervisor_with_the_remappings_of_its_controller_ends_at_once(
+    guarded: Stage, rule: str
+) -> None:
+    """It would feed itself with what it sends."""
+    name = "line_follower_supervisor"
+    done = guarded.workspace.run("rosrun", name, name, rule, master=guarded.master, check=False)
+    assert done.returncode == 2
+    told = rule.partition(":=")[2] + " is the same on both sides"
+    assert told in done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr

@@ -11,6 +11,8 @@ from gauntlet_interfaces.msg import ReachAction
 from gauntlet_interfaces.srv import SetLevel
 from probe_controller.ros_actions import Action
 from probe_controller.ros_calls import Service
+from probe_controller.ros_connections import send_promptly
+send_promptly()
 rospy.init_node("short_of_threads")
 caller, told = %s, queue.Queue()
 begin = getattr(caller, "call", None) or caller.start

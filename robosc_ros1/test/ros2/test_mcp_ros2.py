@@ -20,7 +20,10 @@ MODEL = str(HERE / "models" / "guarded_arm.rscd")
 @contextmanager
 def running(graph: Graph, sdk: str, start: StartAgent) -> Iterator[Agent]:
     (site,) = Path(sdk).parents[1].glob("lib/python3*/site-packages")
-    path = os.pathsep.join((str(SOURCES), graph.environment["PYTHONPATH"], str(site)))
+    # Behind the bed's own packages: what synthesis needs is Debian's.
+    path = os.pathsep.join(
+        (str(SOURCES), graph.environment["PYTHONPATH"], str(site), "/usr/lib/python3/dist-packages")
+    )
     command = (graph.bed.python, "-m", "robosc", "mcp", MODEL, "--ros", NODE)
     with start(*command, env={**graph.environment, "PYTHONPATH": path}, whole=True) as agent:
         await_condition(lambda: agent.call("state").get("components"), "the state")

@@ -272,6 +272,27 @@ def test_goals_of_others_are_none_of_its_own(graph: Graph, controller: Start) ->
     arm(robot, "resting", lambda s: s["variables"]["Arm.last"] == "good")
 
 
+def test_a_goal_of_somebody_else_makes_the_server_busy(graph: Graph, controller: Start) -> None:
+    """Also one that was begun before the node was; it is not the node's to cancel."""
+    other = graph.peer("other")
+    robot = graph.peer()
+    robot.serve("door/lock", "std_srvs/srv/SetBool", {"success": True})
+    robot.act("reach", ACTION)
+    other.order("send_goal", name="reach", type=ACTION, data={"target": 9})
+    foreign = robot.expect("goal", name="reach")
+    controller()
+    robot.watch("guarded_arm")
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    told_by = "/reach: the server carries out a goal that this node did not send"
+    robot.expect_state("guarded_arm", lambda s: any(told_by in fault for fault in s["faults"]))
+    robot.expect_state("guarded_arm", lambda s: s["communications"]["reach"] == "busy")
+    told(robot, foreign, end="succeed", result={"code": 0})
+    other.expect("result", name="reach")
+    own = robot.expect("goal", name="reach", where=lambda data: data["target"] != 9)
+    assert own["id"] != foreign["id"]
+    robot.expect_state("guarded_arm", lambda s: s["faults"] == [])
+
+
 def test_a_goal_that_others_cancel_becomes_an_error(graph: Graph, controller: Start) -> None:
     node = controller(rate=0.1)
     robot, other = ready(graph), graph.peer("other")

@@ -553,6 +553,23 @@ def test_a_pause_in_the_middle_of_a_cycle_is_noticed_before_a_command() -> None:
     assert standing.port.take() == []
 
 
+def test_after_a_pause_no_operator_lets_a_command_through_on_messages_that_waited() -> None:
+    standing = Standing()
+    assert standing.hear() == [DRIVE]
+    standing.engine.operate("hold")
+    standing.engine.cycle()
+    standing.port.take()
+    standing.port.time += 7.0
+    standing.engine.operate("step")
+    assert standing.hear() == []
+    (done,) = standing.port.done
+    done()
+    standing.engine.cycle()
+    standing.engine.operate("step")
+    standing.engine.cycle()
+    assert len(standing.port.take()) == 1
+
+
 def test_a_second_pause_begins_anew_and_a_hanging_connection_ends() -> None:
     standing = Standing()
     for _ in range(2):

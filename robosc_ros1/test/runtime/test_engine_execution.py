@@ -284,6 +284,20 @@ def test_a_suspended_engine_follows_and_commands_again_when_resumed() -> None:
     assert played.engine.stopped is None
 
 
+def test_a_safe_stop_of_a_suspended_engine_is_final_and_commands_nothing() -> None:
+    """Others may command the robot while the engine is not active."""
+    played = Played(stop_command=HALT)
+    played.begin()
+    played.engine.suspend()
+    played.engine.cycle()
+    played.port.take()
+    played.engine.stop("broken")
+    played.engine.cycle()
+    assert (played.engine.stopped, played.port.take()) == ("broken", [])
+    assert not played.engine.resume()
+    assert played.see(50) == []
+
+
 def test_only_a_suspended_engine_can_be_resumed() -> None:
     played = Played()
     played.begin()

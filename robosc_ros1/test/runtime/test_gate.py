@@ -15,6 +15,7 @@ from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController
 from runtime.test_supervisor_engine import GuardedPort
 
 from robosc.runtime.engine import Engine
+from robosc.runtime.matching import CommandPattern
 from robosc.runtime.model import Command, Requirement
 from robosc.runtime.operating import HELD
 from robosc.runtime.port import NotTaken
@@ -266,6 +267,45 @@ def test_a_stop_service_that_is_absent_is_called_only_while_the_node_stands(serv
         rig.wait_until(6.0)
         times = rig.port.times(LAMP)
         assert len(times) == (server == "late" and not released)
+
+
+@pytest.mark.parametrize("mode", ["controller", "supervisor"])
+@pytest.mark.parametrize("event", ["hold", "safe stop", "signal"])
+def test_a_stop_service_that_waits_for_its_server_already_becomes_the_stop_command(
+    event: str, mode: str
+) -> None:
+    """That the requirements forbid it then holds back nothing: it is to stop the robot."""
+    rig = Rig(mode, "late", LAMP, stop_command=LAMP, rate=0.1)
+    rig.wait_until(EVENT)
+    assert rig.engine._calls.open
+    rig.see(CLEAR)
+    rig.happens(event)
+    assert rig.ends() == []
+    rig.port.engine = Rig("controller", "slow", LAMP, stop_command=HALT).engine  # not judged
+    rig.wait_until(2.0)
+    assert len(rig.port.times(LAMP)) == 1
+
+
+def test_a_supervisor_that_ends_passes_nothing_on() -> None:
+    """Its stop command may have been sent, or waits for its server."""
+    rig = Rig("supervisor", "slow", LAMP, stop_command=HALT)
+    rig.engine.close()
+    answers: list[str] = []
+    rig.engine.request(ARM, None, {"speed": 0.5}, lambda kind, _: answers.append(kind))
+    rig.engine.offer("/drive", [CommandPattern(HALT)], 0, 0)
+    rig.engine.cycle()
+    assert answers == ["blocked"]
+    assert rig.port.times(ARM) == [] and len(rig.port.times(HALT)) == 1
+    assert rig.port.wrong == []
+
+
+@pytest.mark.parametrize("key", [ARM, LAMP])
+def test_whose_request_waits_is_told_when_the_supervisor_ends(key: str) -> None:
+    rig = Rig("supervisor", "absent", key)
+    rig.engine.close()
+    rig.engine.run()
+    assert rig.answers == ["passed", "error"]
+    assert rig.ends() == [("error", "absent")]
 
 
 class Replacing(Robot):

@@ -125,6 +125,27 @@ def test_who_holds_a_robot_that_is_held_is_told_and_one_release_does_not_free_it
     assert order(played, "release") == [GO]
 
 
+def test_holding_again_cancels_what_was_let_through() -> None:
+    played = Played(stop_command=HALT)
+    played.controller.lamp_allowed = False
+    played.begin()
+    order(played, "hold")
+    played.end(ARM, "cancelled", "over")
+    while ARM not in order(played, "step"):
+        pass
+    token = played.port.tokens[ARM]
+    assert order(played, "hold") == [HALT]
+    assert played.port.cancelled[-1] == (ARM, token)
+
+
+def test_a_step_that_nothing_has_used_ends_when_the_supervisor_is_held_again() -> None:
+    bench = Bench()
+    bench.sense(CLEAR)
+    for word in ("hold", "step", "hold"):
+        bench.guard.operate(word)
+    assert bench.offer("fast") == []
+
+
 def test_what_an_operator_holds_a_manager_does_not_free() -> None:
     played = Played()
     played.begin()

@@ -75,6 +75,10 @@ def test_declarations_of_a_robot(text: str, tree: str) -> None:
             "Message(incoming, a, -, none, -, -, once)",
         ),
         (
+            "incoming message a with stop: none, type: none",
+            "Message(incoming, a, -, none, -, -, -, -, none)",
+        ),
+        (
             'outgoing message a with identifier: "/a/b", type: T links l',
             "Message(outgoing, a, '/a/b', T, l)",
         ),

@@ -53,7 +53,7 @@ robot R {
 model.rscd:3:33: error[syntax]: expected 'identifier:', 'timeout:', 'max_age:' or 'type:' after 'with'
     3 |         outgoing message a with typ: double
       |                                 ^^^ did you mean 'type'?
-model.rscd:4:33: error[syntax]: expected 'identifier:', 'rate:' or 'type:' after 'with'
+model.rscd:4:33: error[syntax]: expected 'identifier:', 'rate:', 'stop:' or 'type:' after 'with'
     4 |         incoming message b with identifier "/b", type: T
       |                                 ^^^^^^^^^^ write 'identifier:' with its colon
 model.rscd:5:35: error[syntax]: expected ',' and 'response:'

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 from robosc.agents.outcomes import CallWatch
@@ -12,7 +13,7 @@ from robosc.view.server import Unable
 
 PATIENCE = 2.0
 """Seconds for which a call waits for its server."""
-_LOOK = 0.1
+_LOOK = 0.02
 _LEAVING = 5.0
 """Seconds for the end of a goal that was cancelled."""
 
@@ -22,6 +23,7 @@ class Ros1Caller:
 
     def __init__(self, listener: Ros1) -> None:
         self._listener = listener
+        self._clients: dict[str, Any] = {}
 
     def publish(self, topic: str, data: Any) -> None:
         self._listener.publish(topic, data)
@@ -42,30 +44,31 @@ class Ros1Caller:
         return "answered", Shortener()(answer)
 
     def goal(self, name: str, type_: str, data: Any, watch: CallWatch) -> End:
-        import actionlib
         import rospy
-        from actionlib_msgs.msg import GoalStatus
+        from actionlib import CommState, TerminalState
 
         client, class_ = self._client(name, type_)
         goal = filled(class_().action_goal.goal, data)
         if not client.wait_for_server(rospy.Duration(PATIENCE)):
             raise Unable(f"nobody serves {name}")
-        client.send_goal(goal, feedback_cb=lambda told: watch.report(Shortener()(told)))
+        # Not actionlib's simple client: it loses the end of a goal that is rejected at once.
+        handle = client.send_goal(goal, feedback_cb=lambda _, told: watch.report(Shortener()(told)))
         left = None
-        while not client.wait_for_result(rospy.Duration(_LOOK)):
+        while handle.get_comm_state() != CommState.DONE:
+            time.sleep(_LOOK)
             if watch.cancelled.is_set() and left is None:
-                client.cancel_goal()
+                handle.cancel()
                 left = _LEAVING
             if left is not None:
                 left -= _LOOK
                 if left < 0:
                     return "failed", "it was cancelled, and has not ended"
-        state, text = client.get_state(), client.get_goal_status_text()
-        if state == actionlib.GoalStatus.SUCCEEDED:
-            return "answered", Shortener()(client.get_result())
-        if state in (GoalStatus.PREEMPTED, GoalStatus.RECALLED):
+        state, text = handle.get_terminal_state(), handle.get_goal_status_text()
+        if state == TerminalState.SUCCEEDED:
+            return "answered", Shortener()(handle.get_result())
+        if state in (TerminalState.PREEMPTED, TerminalState.RECALLED):
             return "cancelled", Shortener()(text)
-        return "refused" if state == GoalStatus.REJECTED else "failed", Shortener()(text)
+        return "refused" if state == TerminalState.REJECTED else "failed", Shortener()(text)
 
     def close(self) -> None:
         self._listener.close()
@@ -77,7 +80,9 @@ class Ros1Caller:
         class_ = roslib.message.get_message_class(f"{type_.removesuffix('Action')}Action")
         if class_ is None:
             raise Unable(f"this machine has no {type_}: source the workspace that has it")
-        return actionlib.SimpleActionClient(name, class_), class_
+        if name not in self._clients:
+            self._clients[name] = actionlib.ActionClient(name, class_)
+        return self._clients[name], class_
 
 
 def filled(message: Any, data: Any) -> Any:

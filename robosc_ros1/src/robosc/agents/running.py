@@ -100,14 +100,14 @@ class Verdicts:
         with self._changed:
             return self._count
 
-    def await_verdict(self, since: int, name: str, data: Json, timeout: float) -> Json:
-        """Return the first document after ``since`` that judges a request of this name, with these
-        data; None if none comes in time."""
+    def await_verdict(self, since: int, names: Sequence[str], data: Json, timeout: float) -> Json:
+        """Return the first document after ``since`` that judges a request of one of these names,
+        with these data; None if none comes in time."""
         end = self._now() + timeout
         with self._changed:
             while True:
                 for count, document in self._told:
-                    if count > since and _is_about(document, name, data):
+                    if count > since and _is_about(document, names, data):
                         return document
                 left = end - self._now()
                 if left <= 0:
@@ -166,8 +166,7 @@ class Running:
         with self._judging:
             since = self._verdicts.mark()
             self._caller.publish(self._name(tool), _fields(data))
-            name = tool.title
-            verdict = self._verdicts.await_verdict(since, name, data, _VERDICT)
+            verdict = self._verdicts.await_verdict(since, tool.alike, data, _VERDICT)
         return _outcome(verdict)
 
     def _call(self, tool: Tool, data: Json, watch: CallWatch) -> CallOutcome:
@@ -186,8 +185,7 @@ class Running:
             with self._lock:
                 del self._busy[tool.key]
         if word in ("failed", "refused"):
-            name = tool.title
-            verdict = self._verdicts.await_verdict(since, name, None, 0.2)
+            verdict = self._verdicts.await_verdict(since, tool.alike, None, 0.2)
             if verdict is not None and "blocked_by" in verdict:
                 return _outcome(verdict)
             return CallOutcome(word, {"why": [str(answer)]})
@@ -252,10 +250,10 @@ def _outcome(verdict: Json) -> CallOutcome:
     return sent(more.get("corrected"))
 
 
-def _is_about(document: Json, name: str, data: Json) -> bool:
-    """Whether a document judges a request of this name; of other data it is another's."""
+def _is_about(document: Json, names: Sequence[str], data: Json) -> bool:
+    """Whether a document judges a request of these names; of other data it is another's."""
     event = document.get("event", {})
-    if event.get("kind") != "request" or event.get("name") not in (name, ""):
+    if event.get("kind") != "request" or event.get("name") not in ("", *names):
         return False
     if data is None or document.get("corrected") or not isinstance(event.get("value"), dict):
         return True

@@ -52,7 +52,8 @@ class Tool:
     """A command of the supervised side, or a call that the controller serves.
 
     ``title`` is the model's name for it. ``data`` are the values of a command that always carries
-    the same ones; it takes no arguments.
+    the same ones; it takes no arguments. ``alike`` are the names of all commands of its topic: a
+    supervisor knows only by the data which one a message is.
     """
 
     name: str
@@ -60,7 +61,8 @@ class Tool:
     communication: Communication
     description: str
     schema: Json
-    data: Mapping[str, object] | None = None
+    data: Mapping[str, object] | None
+    alike: tuple[str, ...]
 
     @property
     def key(self) -> str:
@@ -89,7 +91,12 @@ def tools(robot: Robot, guarded: bool) -> tuple[Tool, ...]:
             schema = _arguments(NoneType() if data is not None else communication.request)
             text = "\n".join(_description(robot, communication, guarded))
             title = robot.display_names[communication.key]
-            found.append(Tool(name, title, communication, text, schema, data))
+            alike = tuple(
+                robot.display_names[c.key]
+                for c in robot.communications.values()
+                if (c.kind, c.ros_name) == (communication.kind, communication.ros_name)
+            )
+            found.append(Tool(name, title, communication, text, schema, data, alike))
     return tuple(found)
 
 

@@ -17,6 +17,7 @@ class Value(Enum):
     CONDITION = "a condition"
     RATE = "a rate, such as '20 Hz', or 'once'"
     REPLACE = "'replace'"
+    NONE = "'none'"
     TYPE = "a type"
 
 
@@ -54,6 +55,8 @@ ATTRIBUTES = (
               "`replace`: a goal may be requested while another one is busy, and replaces it"),
     Attribute("rate", Value.RATE, ("incoming", *_CALLS, *_SERVED), False,
               "how often a command is sent while it is allowed, or that it is sent `once`"),
+    Attribute("stop", Value.NONE, ("incoming",), False,
+              "`none`: what is sent to its topic moves nothing, so nothing need stop it"),
     Attribute("type", Value.TYPE, _MESSAGES, True, "the type of a message"),
     Attribute("request", Value.TYPE, (*_CALLS, *_SERVED), True, "the type of what is sent"),
     Attribute("response", Value.TYPE, (*_CALLS, *_SERVED), True, "the type of what comes back"),

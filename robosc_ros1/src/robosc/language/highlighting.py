@@ -32,7 +32,7 @@ def _sections() -> dict[str, Any]:
     target = rf"((?:{_NAME}(?:\[[^\]]*\])?\s*\.\s*)?{_NAME})"
     return {
         "label": {"patterns": [
-            _captured(r"\b(goals|rate)\s*(:)\s*(replace|once)\b",
+            _captured(r"\b(goals|rate|stop)\s*(:)\s*(replace|once|none)\b",
                       "keyword.other", "punctuation.separator", "keyword.control"),
             _captured(rf"\b({_any(words_of(Role.LABEL))})\s*(:)(?!=)",
                       "keyword.other", "punctuation.separator"),

@@ -57,6 +57,9 @@ class Keyword:
 
 
 _FILES = ("robot", "library")
+NOTHING = "nothing"
+"""What ``stop with`` names where no message stops the robot, unless a message has this name."""
+
 _STATEMENTS = ("robot", "component", "for")
 _TRANSITIONS = ("behaviour", "state")
 
@@ -81,7 +84,7 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("function", declaration, (*_FILES, "component"))
     yield Keyword("prefer", declaration, _STATEMENTS)
     yield Keyword("assume", declaration, ("robot", "for"))
-    yield Keyword("stop", declaration, ("robot",))
+    yield Keyword("stop", (Role.DECLARATION, Role.LABEL), ("robot",))
     yield Keyword("for", clause, ("robot", "for"))
     yield Keyword("variable", declaration, ("behaviour",))
     yield Keyword("initial", modifier, _TRANSITIONS)
@@ -116,7 +119,7 @@ def _table() -> Iterator[Keyword]:
     for word in ("with", "links", "from", "to", "start", "use", "import", "over", "except", "in"):
         yield Keyword(word, clause)
     events = words_of_events()
-    labels = (*(attribute.name for attribute in ATTRIBUTES), "prefix")
+    labels = (*(a.name for a in ATTRIBUTES if a.name != "stop"), "prefix")
     for word in dict.fromkeys((*events, *labels)):
         roles = ((Role.EVENT, events), (Role.LABEL, labels))
         yield Keyword(word, tuple(role for role, words in roles if word in words))

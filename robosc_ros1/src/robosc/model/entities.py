@@ -60,9 +60,10 @@ class Communication:
     ``timeout`` is the silence after which a message is silent, or the deadline of a service or
     action; ``within`` that of an accepted goal; ``max_age`` the greatest age of a message on
     arrival; ``expect`` what must hold of a response. ``rate`` is how often a command is sent, in
-    Hz, or ``once``; ``goals`` is ``replace`` if a goal may replace a busy one. ``heard``: somebody
-    asks whether it ever arrived. ``request`` is what the controller sends, ``response`` what it
-    receives. ``identifier`` is the name in ROS, prefix included.
+    Hz, or ``once``; ``goals`` is ``replace`` if a goal may replace a busy one; ``stop`` is ``none``
+    if what is sent to the topic moves nothing. ``heard``: somebody asks whether it ever arrived.
+    ``request`` is what the controller sends, ``response`` what it receives. ``identifier`` is the
+    name in ROS, prefix included.
     """
 
     name: str
@@ -79,6 +80,7 @@ class Communication:
     expect: Expr | None = None
     rate: float | str | None = None
     goals: str | None = None
+    stop: str | None = None
     heard: bool = False
     span: Span = span_field()
 
@@ -344,6 +346,8 @@ class Robot:
     goals: tuple[Goal, ...] = ()
     assumptions: tuple[Assumption, ...] = ()
     lasting: tuple[Lasting, ...] = ()
+    goes_on: bool = False
+    """``stop with nothing``: it may go on with its last commands when the node ends."""
     supervises: bool = False
     """Whether the data of commands are those that another controller sends."""
     conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)

@@ -375,6 +375,7 @@ class FileResolver:
             resolver.stop(stops),
             tuple(found.goals),
             tuple(found.assumptions),
+            goes_on=resolver.stops_with_nothing(stops),
             conditions=conditions_over(self.types, self.component_table),
             span=node.name.span,
         )

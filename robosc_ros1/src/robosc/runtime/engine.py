@@ -26,7 +26,7 @@ from .inbox import Inbox
 from .input_events import InputEvents
 from .intake import Intake
 from .model import Controller
-from .operating import HELD, EngineOperator
+from .operating import HELD, INACTIVE, EngineOperator
 from .pauses import Pauses
 from .places import path_of
 from .port import Port, WaitingCall, steady_time
@@ -166,6 +166,7 @@ class Engine:
         while not self._is_over():
             self._turns.wait(shortest(self.time_to_deadline(), self._pauses.beat))
             self.cycle()
+        self.cycle()  # those are told whose requests have ended with it
 
     def _is_over(self) -> bool:
         """Whether it has ended, and the stop command was sent if a server has come in time."""
@@ -376,12 +377,14 @@ class Engine:
     # Stopping
 
     def _safe_stop(self, reason: str) -> None:
-        if self.stopped not in (None, HELD):
+        if self.stopped not in (None, HELD, INACTIVE):
             return
+        is_active = self.stopped != INACTIVE  # else nothing goes on, and others may command
         self.stopped = reason
         self.recorder.record("stop", "", None, "stopped", reason)
         self._log("error", "stop", "safe stop: " + reason)
-        self.stand_still()
+        if is_active:
+            self.stand_still()
         if self.settings.exit_on_stop:
             self._port.exit(1)
 
@@ -417,6 +420,8 @@ class Engine:
 
     def let_through(self) -> Optional[str]:
         """Perform the command that would be next; return why not, if so."""
+        if self._pauses.holds:
+            return "it stood still, and first applies the messages that waited"
         now = self._now()
         self._scheduler.begin(now)
         # One that was performed last is next only in the round after.

@@ -96,6 +96,7 @@ class EngineOperator:
             self._holds += 1
             text = "it is held %d times, and takes as many releases" % self._holds
             self._parts.log("warning", "operator", text)
+            self._engine.stand_still()  # what was let through one by one goes on
             return None
         if self._engine.stopped is not None:
             return "it stands still: " + self._engine.stopped

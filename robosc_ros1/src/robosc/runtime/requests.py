@@ -89,8 +89,9 @@ class Requests:
 
     def end_open(self, why: str) -> None:
         """End all open requests but the stop command, since the node stands still."""
+        stop = self._parts.settings.stop_command
         for key, request in list(self._calls.open.items()):
-            if not request.stops:
+            if not request.stops and key != stop:
                 token = self._calls.close(key)
                 assert token is not None
                 self._give_up(key, token, request, why)

@@ -130,7 +130,8 @@ class Sending:
         """
         parts, recorder = self._parts, self._parts.recorder
         command = parts.commands.get((parts.settings.stop_command, "request"))
-        if command is None or not command.possible:
+        waits = None if command is None else parts.calls.open.get(command.key)
+        if command is None or not (waits or command.possible):
             return frozenset()
         name = parts.names[command.key]
         try:
@@ -143,6 +144,9 @@ class Sending:
                     raise Withheld("the node does not stand still any more")
                 return data
 
+            if waits is not None:  # it was made already, and is the stop command from now on
+                waits.ask, waits.stops = ask, True
+                return frozenset()
             request = self.send(command, data, ask, stops=True)
         except Exception as error:
             recorder.record("request", name, None, "failed", str(error))

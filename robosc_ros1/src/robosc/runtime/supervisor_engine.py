@@ -137,14 +137,16 @@ class SupervisorEngine(JudgingEngine):
         kept = self._calls.kept(key)
         if kept is not None:
             self._answer(*kept)
-        former = self._answers.get(key) if key in self._calls.open else None
-        self._answers[key] = answer
+        was_open = key in self._calls.open
+        former, self._answers[key] = self._answers.pop(key, None), answer
         if not self.passes(key, "request", checked, key):
-            self._answers.pop(key, None)
+            del self._answers[key]
+            if former is not None:
+                self._answers[key] = former
             answer("blocked", [{"kind": "failed", "text": "it could not be sent"}])
             return
         answer("passed", None)
-        if former is not None:  # no server has taken it, and none will
+        if former is not None and was_open:  # no server has taken it, and none will
             former("cancelled", "replaced before it was sent")
 
     def _cancel(self, key: str) -> None:
@@ -179,6 +181,8 @@ class SupervisorEngine(JudgingEngine):
     def reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
         if kind == "cancel":  # what goes on may end, however the node stands
             return super().reasons(key, kind, data)
+        if self.closing:
+            return [{"kind": "stopped", "text": "the supervisor ends"}]
         if self.stopped == HELD and not self._is_step:
             return [{"kind": "stopped", "text": self.stopped}]
         if self.stopped not in (None, HELD):
@@ -318,6 +322,7 @@ class SupervisorEngine(JudgingEngine):
         (self._relayed if missed.key in self._relayed.keys else self._requests).miss(missed)
 
     def stand_still(self) -> None:
+        self._is_step = False
         super().stand_still()
         self._relayed.call_all_off()
 

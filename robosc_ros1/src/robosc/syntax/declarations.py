@@ -226,6 +226,7 @@ def _attribute(attribute: Attribute) -> ParserElement:
         Value.CONDITION: Expression,
         Value.RATE: t.rate,
         Value.REPLACE: t.replace,
+        Value.NONE: t.none,
         Value.TYPE: t.type_,
     }
     value = values[attribute.value](f"{attribute.value.value} after '{attribute.name}:'")

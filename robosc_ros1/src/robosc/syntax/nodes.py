@@ -293,6 +293,7 @@ class MessageNode(_Node):
     timeout: ExprNode | None = None
     rate: RateNode | Name | None = None
     max_age: ExprNode | None = None
+    stop: Name | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -655,7 +656,7 @@ class PreferNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class StopNode(_Node):
-    """``stop with communication``."""
+    """``stop with communication``, or ``stop with nothing``."""
 
     communication: Access
 

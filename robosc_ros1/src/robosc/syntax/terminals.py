@@ -182,6 +182,11 @@ def replace(expected: str) -> ParserElement:
     return terminal("replace", expected, make_name)
 
 
+def none(expected: str) -> ParserElement:
+    """The word ``none``; leaves it as a name."""
+    return terminal("none", expected, make_name)
+
+
 def string(expected: str) -> ParserElement:
     """A string; leaves a StringNode."""
     return terminal("STRING", expected, _build_string)

@@ -78,7 +78,12 @@ class SupervisorTables(Tables):
             [(robot, type_, key) for _, robot, type_, key in served_actions],
         )
         self.guarded = [controller for controller, _, _, _ in commands]
-        self._sides = [*inputs, *commands, *services, *actions, *served, *served_actions]
+        # The names of the controller and of the robot, by what they name.
+        self._sides = (
+            [*((controller, robot) for robot, controller, *_ in inputs), *commands],
+            [*services, *served],
+            [*actions, *served_actions],
+        )
         self.inputs = inputs
         self.commands = commands
         self.relayed_services = services
@@ -89,7 +94,10 @@ class SupervisorTables(Tables):
         ]
 
     def demand_apart(self, resolved):
-        same = {resolved(one) for one, other, *_ in self._sides if resolved(one) == resolved(other)}
+        same = set()
+        for rows in self._sides:
+            of_controller, of_robot = ({resolved(row[side]) for row in rows} for side in (0, 1))
+            same |= of_controller & of_robot
         if same:
             text = (
                 "%s is the same on both sides, so this node would get what it sends: a supervisor"

@@ -12,6 +12,7 @@ from robosc.emit.export.dot import dot_text, svg_text
 from robosc.emit.export.json_export import export_document
 from robosc.errors import EmptySupervisorError, StateSpaceError
 from robosc.plant.automaton import Plant
+from robosc.supervisor import Supervisor
 from robosc.synthesis import Graph, explore, synthesize
 
 Format: TypeAlias = Literal["cif", "dot", "svg", "json"]
@@ -40,12 +41,22 @@ def exported(plant: Plant, format_: Format, with_supervisor: bool = False) -> st
     return picture if format_ == "dot" else svg_text(picture)
 
 
+def picture(supervisor: Supervisor) -> str:
+    """The picture of a robot and its controlled states in DOT."""
+    return dot_text(supervisor.plant.robot, _controlled(supervisor))
+
+
 def _drawn(plant: Plant) -> Graph | None:
     """The controlled system, if it is small enough for a picture."""
-    if prod(variable.size for variable in plant.variables) > limits.DRAWN_PRODUCT:
-        return None
-    supervisor = synthesize(plant)
-    if supervisor.empty:
+    return _controlled(synthesize(plant)) if _is_small(plant) else None
+
+
+def _is_small(plant: Plant) -> bool:
+    return prod(variable.size for variable in plant.variables) <= limits.DRAWN_PRODUCT
+
+
+def _controlled(supervisor: Supervisor) -> Graph | None:
+    if supervisor.empty or not _is_small(supervisor.plant):
         return None
     try:
         return explore(supervisor, limits.DRAWN_STATES)

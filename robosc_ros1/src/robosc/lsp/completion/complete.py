@@ -29,7 +29,7 @@ from robosc.lsp.interfaces import model_type
 _TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
 _DURATIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.DURATION)
 _CONDITIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.CONDITION)
-_WORDS = {"goals": "replace", "rate": "once"}
+_WORDS = {"goals": "replace", "rate": "once", "stop": "none"}
 """The words that are values of attributes."""
 _LABELS = {
     word: tuple(attribute.name for attribute in _TYPES if word in attribute.communications)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from robosc.expr.types import Type
 from robosc.language.events import EventKind
+from robosc.language.keywords import NOTHING
 from robosc.lsp.completion.candidates import (
     Candidate,
     Candidates,
@@ -50,6 +51,7 @@ class StatementCandidates:
                 yield from keywords(("with",))
             case "stop":
                 yield from self._candidates.communications(("request",))
+                yield from keywords((NOTHING,))
             case "provide":
                 yield from self._provide()
             case "datatype":

@@ -10,11 +10,18 @@ from robosc.model.entities import Robot, data_expressions
 
 
 def check_stop(robot: Robot, report: Report) -> None:
-    """Warn of a message that carries numbers, in a model that names no stop."""
-    if robot.stop is not None:
+    """Warn of a message that carries numbers, in a model that names no stop.
+
+    Nothing is told of a topic of which a message says ``stop: none``, nor where ``stop with
+    nothing`` says that the robot may go on.
+    """
+    if robot.stop is not None or robot.goes_on:
         return
+    unmoved = {c.ros_name for c in robot.communications.values() if c.stop is not None}
     for provide in robot.provides:
         message = robot.commands[provide.communication].communication
+        if message.ros_name in unmoved:
+            continue
         numbers = [
             expr
             for expr in data_expressions(provide.data)
@@ -27,6 +34,6 @@ def check_stop(robot: Robot, report: Report) -> None:
                 "no-stop",
                 provide.span if here else robot.component(message.component).span,
                 f"when the node ends, the robot goes on with the last {message.name}",
-                "name the message that stops it: stop with NAME",
+                "name the message that stops it: stop with NAME, or stop with nothing",
             )
             return

@@ -241,6 +241,7 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
         expect = _expectation(info, info.node.expect, report)
     rate = None if info.node.rate is None else _rate(info.node.rate, report)
     goals = getattr(info.node, "goals", None)
+    stop = getattr(info.node, "stop", None)
     interface, known = _interface(info, report)
     if info.request is None or info.response is None or info.feedback is None or not known:
         return
@@ -264,6 +265,7 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
         expect,
         rate,
         None if goals is None else goals.text,
+        None if stop is None else stop.text,
         span=info.node.name.span,
     )
 

@@ -14,6 +14,7 @@ from robosc.expr.tree import Expr
 from robosc.expr.types import NoneType
 from robosc.expr.undefined_data import condition_on_data, none_of
 from robosc.language.events import Kind
+from robosc.language.keywords import NOTHING
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import (
@@ -205,7 +206,7 @@ class StatementResolver:
             note = Note("the first one is here", nodes[0].span)
             message = "a robot has one stop command"
             self._report.add("several-stops", node.span, message, "remove one of them", [note])
-        if not nodes:
+        if not nodes or self.stops_with_nothing(nodes):
             return None
         access = nodes[0].communication
         info = resolve_communication(access, self._symbols, self._types.scope, self._report)
@@ -217,6 +218,14 @@ class StatementResolver:
                 self._report.add("stop-not-a-message", access.span, message, _STOPS)
             return None
         return None if info is None else info.key
+
+    def stops_with_nothing(self, nodes: Sequence[StopNode]) -> bool:
+        """Whether the robot may go on with its last commands: ``nothing``, and no message of it."""
+        if not nodes:
+            return False
+        access = nodes[0].communication
+        bare = access.root.text == NOTHING and access.index is None and access.path == ()
+        return bare and not self._symbols.communications(NOTHING)
 
     def provide(self, node: ProvideNode) -> Provide | None:
         """The provide statement; None after an error."""
