@@ -138,15 +138,23 @@ def _limit(
         growing = steps > _FIRST_STEPS and left > _GROWING * found
         if found > most or (doubting and (growing or steps > _MOST_STEPS)):
             raise _too_many(plant, most, advice)
+        if steps > max(limits.EXPLICIT_STEPS, limits.EXPLICIT_VALUES * found):
+            raise TooMany(
+                f"there are more than {limits.EXPLICIT_STEPS} steps from state to state."
+                f" {_contributors(plant)}: narrow their ranges, or convert them by an enum{advice}"
+            )
 
     return limit
 
 
+def _contributors(plant: Plant) -> str:
+    names = contributors((variable.name, variable.size) for variable in plant.variables)
+    return f"The largest contributors are {names}"
+
+
 def _too_many(plant: Plant, most: int, advice: str) -> TooMany:
     """Return the error that names the largest variables and how to reduce the states."""
-    names = contributors((variable.name, variable.size) for variable in plant.variables)
     return TooMany(
-        f"there are more than {most} states, as many as are allowed. The largest contributors are"
-        f" {names}: narrow their ranges, drop variables that no condition needs, or raise"
-        f" --max-states{advice}"
+        f"there are more than {most} states, as many as are allowed. {_contributors(plant)}: narrow"
+        f" their ranges, drop variables that no condition needs, or raise --max-states{advice}"
     )
