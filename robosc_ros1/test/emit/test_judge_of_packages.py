@@ -131,12 +131,16 @@ def test_requests_may_arrive_some_time_before_their_events(
     monkeypatch.setattr(judging, "TIMEOUT", 30.0)
     judge = judged(judging, source)
     key = "LightBulb.set_light_state"
+    reported = importlib.import_module("reported_requests").ReportedRequest
     some = list(judge.robot.requests[key])
     judge.robot.requests[key].extend([some[-1]] * 3)
 
     def tell() -> None:
         with judge._changed:
-            judge.asked[key] += [[{"state": some[-1].state}, True] for _ in range(3)]
+            for _ in range(3):
+                request = reported(key, {"state": some[-1].state}, judge.shadow)
+                request.arrived = True
+                judge.asked[key].append(request)
             judge._changed.notify_all()
 
     teller = threading.Timer(0.1, tell)
@@ -222,3 +226,62 @@ def test_arrays_of_enums_have_what_the_enum_converts_from(
         robot = Robot(judging, 1, lambda data: data)
         messages = [robot.message("Reader.read", "response") for _ in range(50)]
     assert {type(sign) for message in messages for sign in message.signs} == {kind}
+
+
+WAITING = """
+robot R {
+    interface set use SetLevel from some_interfaces
+    datatype object Level { level: integer }
+    component Count {
+        outgoing message items with type: integer
+        behaviour {
+            variable n: integer
+            on response from items do n := value
+            initial marked state s {}
+        }
+    }
+    component Lamp {
+        service set with request: Level, response: boolean links set
+        behaviour {
+            variable times: integer
+            initial marked state resting { on request to set do times := times + 1 goto working }
+            state working { on response, error from set goto resting }
+        }
+    }
+    provide set with { level: Count.n + 10 * Lamp.times }
+}
+"""
+
+
+def test_a_request_that_waits_for_its_server_arrives_with_the_data_of_that_moment(
+    tmp_path: Path,
+) -> None:
+    with judging_modules(tmp_path, supervisor_of(WAITING)) as judging:
+        requests = importlib.import_module("reported_requests")
+        state = judging.ReferenceModel(judging.PLANT)
+        asked: dict[str, list[Any]] = {"Lamp.set": []}
+
+        def follow(kind: str, key: str, value: Any = None) -> None:
+            state.happen(kind, key, None if value is None else judging.Told(value))
+            requests.look_at_latest(asked, state)
+
+        def fitting() -> set[int]:
+            return {n for n in range(40) if asked["Lamp.set"][0].fits(SimpleNamespace(level=n))}
+
+        asked["Lamp.set"].append(requests.ReportedRequest("Lamp.set", {"level": 0}, state))
+        follow("request", "Lamp.set")
+        assert fitting() == {0}  # what the request itself changed counts for the next one
+        follow("response", "Count.items", 3)
+        assert fitting() == {0, 3}
+        follow("error", "Lamp.set")
+        follow("response", "Count.items", 5)
+        assert fitting() == {0, 3}
+        sent = [SimpleNamespace(level=3)]
+        assert requests.are_told(sent, asked["Lamp.set"], range(1))
+        asked["Lamp.set"].append(requests.ReportedRequest("Lamp.set", {"level": 15}, state))
+        follow("request", "Lamp.set")
+        asked["Lamp.set"][-1].arrived = True
+        follow("response", "Count.items", 6)
+        assert requests.are_told([*sent, SimpleNamespace(level=15)], asked["Lamp.set"], range(1))
+        wrong = [SimpleNamespace(level=16), SimpleNamespace(level=16)]
+        assert not requests.are_told(wrong, asked["Lamp.set"], range(1))

@@ -54,20 +54,6 @@ def holds_piece(received, wanted):
     )
 
 
-def are_told(received, told, first):
-    """Whether the received requests match the reported ones, in order.
-
-    ``told`` are the reported ones, each [data, whether it has certainly arrived]. ``first`` are the
-    possible indexes of the first of them in ``received``. One request may have arrived before it is
-    reported.
-    """
-    reached = set(first)
-    for data, sure in told:
-        fitting = [n for n in reached if n < len(received) and carries(received[n], data or {})]
-        reached = {n + 1 for n in fitting} | (set() if sure else reached)
-    return any(n >= len(received) - 1 for n in reached)
-
-
 def has_come(value):
     """Whether the value of an event has any part."""
     parts = value.values() if isinstance(value, dict) else [value]

@@ -12,7 +12,7 @@ import threading
 import time
 from collections import deque
 
-from arrivals import alike, are_told, fits, has_come, holds_piece, is_finite, logged
+from arrivals import alike, fits, has_come, holds_piece, is_finite, logged
 from cancel_order import CancelOrder
 from message_fields import Told
 from operations import Undefined
@@ -20,6 +20,7 @@ from phases import AGREED, COMMANDS, SENT, kind_of
 from plant_data import PLANT
 from random_messages import PLANT_COMMUNICATIONS
 from reference_model import ReferenceModel, Wrong
+from reported_requests import ReportedRequest, are_told, look_at_latest
 from stamps import has_not_come, must_be_dropped
 from told_calls import ToldCalls
 from told_reasons import wrong_cancel, wrong_sent
@@ -55,7 +56,7 @@ class Checker:
         self.lapses = 0  # the number of timeouts and delayed transitions
         self.expected = {topic: deque() for topic, _, _ in publications}
         self.topics = {key: topic for topic, _, keys in publications for key in keys}
-        self.asked = {key: [] for key in self.shadow.calls}  # [data, certainly arrived?]
+        self.asked = {key: [] for key in self.shadow.calls}  # the reported requests
         self.served = {key: ToldCalls(key, robot) for key in self.shadow.served}
         self._orders = [
             CancelOrder(c["key"]) for c in PLANT["communications"] if c["kind"] == "action"
@@ -180,6 +181,7 @@ class Checker:
             self._judge(event)
         except Wrong as wrong:
             self.faults.append("event %d: %s" % (event["number"], wrong))
+        look_at_latest(self.asked, self.shadow)
         self._count()
         self._remember()
         self._compare()
@@ -307,7 +309,7 @@ class Checker:
             elif key in self.topics:
                 self.expected[self.topics[key]].append(data)
             else:
-                self.asked[key].append([data, False])
+                self.asked[key].append(ReportedRequest(key, data, self.shadow))
         self._happen(kind, key)
 
     def _input(self, kind, key, value):
@@ -343,7 +345,7 @@ class Checker:
             queue = self.robot.sent.get((key, kind))
             # What is there may be the end of a replaced goal, and the latest one was never sent.
             if queue and self.asked.get(key) and "replaces" not in PLANT_COMMUNICATIONS[key]:
-                self.asked[key][-1][1] = True
+                self.asked[key][-1].arrived = True
             message = queue.popleft() if queue else None
             if self._drops(key):
                 while queue and not fits(self.shadow, kind, key, value, message):

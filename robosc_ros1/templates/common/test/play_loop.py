@@ -4,7 +4,6 @@
 import threading
 import time
 
-from arrivals import carries
 from guide import LONGEST
 
 GUIDED = 0.75
@@ -90,7 +89,7 @@ class RequestMatcher:
     def _may_be_of(self, key, request):
         told = self._judge.asked[key]
         is_new = self._judge.shadow.phase[key] != "idle" and self._claimed.get(key) != len(told)
-        return is_new and carries(request, told[-1][0] or {} if told else {})
+        return is_new and (not told or told[-1].fits(request))
 
 
 def play_rounds(judge, seconds, play, least=0, now=time.monotonic):

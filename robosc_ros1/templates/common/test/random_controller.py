@@ -144,11 +144,15 @@ class RandomController(GuardedCalls):
             if not in_order(feedback, self.robot.told.get((key, "feedback"), [])):
                 self.faults.append("%s got feedback that the robot did not send" % key)
 
+    def may_be_unknown(self, goal):
+        """Whether a goal with this end may never have come to the robot."""
+        return goal.status in self.NOT_BEGUN
+
     def _compare_goal(self, goal):
         told = "goal %s of %s" % (goal.id, goal.key)
         other = self.robot.goals.get(goal.id)
-        if other is None:  # rejected or cancelled by the robot before it began
-            if goal.status not in self.NOT_BEGUN:
+        if other is None:  # rejected, cancelled or withheld before it began
+            if not self.may_be_unknown(goal):
                 self.faults.append("%s ended as %d by itself" % (told, goal.status))
             return
         status = self.robot.status_of(other)
