@@ -8,6 +8,7 @@ from contextlib import suppress
 from math import prod
 
 from robosc import limits
+from robosc.errors import OUT_OF_MEMORY, StateSpaceError
 from robosc.plant.automaton import Plant
 from robosc.progress import Progress
 from robosc.supervisor import Supervisor
@@ -111,7 +112,10 @@ def _synthesize(
         return _symbolic(plant, progress, explaining)
     advice = f"; {remedy()}" if engine == "auto" else ""
     limit = _limit(plant, max_states, progress, advice=advice)
-    return synthesize_explicit(plant, limit, progress, explaining)
+    try:
+        return synthesize_explicit(plant, limit, progress, explaining)
+    except MemoryError:
+        raise StateSpaceError(OUT_OF_MEMORY + advice) from None
 
 
 def _symbolic(plant: Plant, progress: Progress | None, explaining: ExplanationTime) -> Supervisor:
