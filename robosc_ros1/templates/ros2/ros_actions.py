@@ -271,6 +271,13 @@ class Action(Caller):
             goal.inquiries -= 1
             self._ask(goal)
 
+    def _expect(self, goal):
+        """Check the server of a goal that was cancelled until it is answered, if it is not now:
+        one that is, is watched."""
+        if not goal.answered:
+            subject = (self, goal.token)
+            self._executor_thread.poll(subject, lambda: self._await(goal), WATCH)
+
     def _await(self, goal):
         """Check the server of a goal that was cancelled before it was answered; True: enough."""
         if goal.token not in self._goals or goal.answered:
@@ -307,11 +314,7 @@ class Action(Caller):
             self._send_cancel(goal)
         else:
             goal.inquiries = INQUIRIES
-            self._executor_thread.do(
-                lambda: self._executor_thread.poll(
-                    (self, goal.token), lambda: self._await(goal), WATCH
-                )
-            )
+            self._executor_thread.do(lambda: self._expect(goal))
 
     def _send_cancel(self, goal):
         goal.cancelled, goal.asked = True, time.monotonic()

@@ -135,6 +135,15 @@ def test_the_launch_file_of_ros_2_takes_what_differs_between_launches(
     assert node.parameters[1] == {}
 
 
+def test_the_launch_file_of_ros_2_takes_parameters_of_components(tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    thermostat = pipeline.synthesize(pipeline.load(model_path("thermostat")).robot)
+    write(EMITTERS["ros2"](thermostat, PACKAGE), tmp_path)
+    launch = tmp_path / PACKAGE / "launch" / f"{PACKAGE}.launch.py"
+    (node,) = started(launch, str, Heater_pause="0.5", wanted="18.0")
+    assert node.parameters[1] == {"Heater.pause": 0.5, "wanted": 18.0}
+
+
 ROBOT = """\
 robot Twins {
     parameter A_wide: double = 1.0

@@ -102,6 +102,17 @@ def test_a_violated_requirement_cancels(graph: Graph, controller: Start, end: st
     assert state["counters"]["mismatches"] == 0
 
 
+def test_the_server_of_a_goal_that_was_accepted_while_it_was_cancelled_is_watched(
+    graph: Graph, built: Any
+) -> None:
+    """The executor takes the acceptance before what the cancel has left to it."""
+    robot = graph.peer()
+    robot.act("go", "robot_common/action/Navigate")
+    script = HERE / "cancelled_goal_node.py"
+    node = graph.start(graph.bed.python, script, **built.environment("courier_controller"))
+    assert node.wait(60.0) == 0, node.output
+
+
 def test_a_refused_cancel_is_survived(graph: Graph, controller: Start) -> None:
     node = controller(timeout__reach=60.0)
     robot = ready(graph, cancel=False)

@@ -49,10 +49,11 @@ def test_a_person_holds_steps_and_releases_a_controller_and_sends_to_it(
     graph: Graph, robot: Peer, controller: Start, browser: Browser
 ) -> None:
     view = viewing(graph, FOLLOWER, "--operate", "DistanceSensor")
-    # Nobody serves the light: as long as it is waited for, it is no command that may be stepped.
-    more = {"timeout__set_light_state": 600.0, "qos__distance__reliability": "reliable"}
-    controller(FOLLOWER, operate=True, **more)
+    # Once the light shows that there is no line, it is no command that may be stepped.
+    robot.serve("/set_light_state", "robot_common/srv/LightBulbService", {})
+    controller(FOLLOWER, operate=True, qos__distance__reliability="reliable")
     watch(robot, FOLLOWER)
+    robot.expect_state(FOLLOWER, lambda s: s["components"]["LightBulb"] == "known")
     robot.subscribe("/vel", "geometry_msgs/msg/Twist")
     robot.expect("message", name=f"{FOLLOWER}/events")  # from now on it hears each of them
     browser.open(address(view))

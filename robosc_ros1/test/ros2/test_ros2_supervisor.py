@@ -252,9 +252,9 @@ def test_the_launch_file_starts_both_with_the_right_names(
 
 def test_the_launch_file_starts_the_supervisor_alone(built: Any) -> None:
     file = built.folder / "src" / NODE / "launch" / f"{NODE}.launch.py"
-    (node,) = started(file, lambda package: f"/share/{package}", ns="left", timeout_lock="0.5")
+    (node,) = started(file, lambda package: f"/share/{package}", ns="left", near_by="0.5")
     assert (node.package, node.namespace) == (NODE, "left")
-    assert node.parameters == [f"/share/{NODE}/config/{NODE}.yaml", {"timeout.lock": 0.5}]
+    assert node.parameters == [f"/share/{NODE}/config/{NODE}.yaml", {"near_by": 0.5}]
     file = built.folder / "src" / NODE / "launch" / f"{NODE}.launch.py"
     words = {"controller_package": "p", "controller_args": "-x 'a b'", "controller_name": ""}
     _, other = started(file, str, **words, ns="left", use_sim_time="true")

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Iterable
 
 import pytest
+from random_models import random_model
+from synthesis.differential import differences
+from synthesis.subject import oracle_of
 
 from robosc.model.resolve import load
 from robosc.plant.automaton import Plant
 from robosc.plant.build import lower
 from robosc.source import Source
 from robosc.synthesis.bdd import manager
+from robosc.synthesis.bdd import synthesize as bdd_synthesize
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.rounds import first_rounds
+from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
 
 STATIONS = 8
 
@@ -83,3 +89,22 @@ robot Still {
     robot, _ = load(Source("still.rscd", text))
     assert robot is not None
     assert first_rounds(lower(robot)) == {}
+
+
+@pytest.mark.parametrize("most_nodes", [0, 2**9])
+def test_another_direction_is_the_same_system(
+    most_nodes: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In reverse alone; and given up, in one direction or in both, at few nodes."""
+    for seed in range(500, 508):
+        oracle = oracle_of(random_model(random.Random(seed), 1 + seed % 2))
+        with monkeypatch.context() as reverse:
+            reverse.setattr(
+                bdd_synthesize,
+                "SymbolicEngine",
+                lambda *args, **options: SymbolicEngine(*args, **{**options, "reverse": True}),
+            )
+            assert differences(oracle.robot, oracle, "bdd") == [], seed
+        with monkeypatch.context() as few:
+            few.setattr(bdd_synthesize, "_MANY_NODES", most_nodes)
+            assert differences(oracle.robot, oracle, "bdd") == [], seed

@@ -128,3 +128,28 @@ def test_guards_looked_for_in_every_way_are_exact(
     for seed in range(300, 316):
         oracle = oracle_of(random_model(random.Random(seed), 1 + seed % 2))
         assert differences(oracle.robot, oracle, engine) == [], seed
+
+
+@pytest.mark.parametrize("n", [20, 50])
+def test_a_count_of_many_is_found_without_writing_out_its_cases(n: int) -> None:
+    """With a requirement beside it, whose guard anew would have millions of products."""
+    text = f"""robot Couriers {{
+  component Bot[1..{n}] {{
+    incoming message go with identifier: "/r{{index}}/go", type: none
+    outgoing message there with identifier: "/r{{index}}/there", type: none
+    outgoing message battery with identifier: "/r{{index}}/battery", type: boolean
+    behaviour {{
+      variable charged: boolean = false
+      on response from battery do charged := value
+      initial marked state rests {{ on request to go goto drives }}
+      marked state drives {{ on response from there goto rests }}
+    }}
+    requirement go needs charged
+  }}
+  requirement always count(b.drives for b in Bot) <= 5
+}}
+"""
+    robot = robot_of(text)
+    found = {to_dsl(guard.expr, robot) for guard in synthesize(plant_of(text), "bdd").guards}
+    count = "count(b.drives for b in Bot) < 5"
+    assert found == {f"Bot[{i}].charged and {count}" for i in range(1, n + 1)}

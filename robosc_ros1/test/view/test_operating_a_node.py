@@ -38,11 +38,13 @@ def test_a_person_holds_steps_and_releases_a_controller_and_sends_to_it(
     stage: Stage, puppet: Puppet, browser: Browser
 ) -> None:
     words = ("rosrun", "robosc", "view", "--ros", f"/{NODE}", "--port", "0", "--operate")
+    # Once the light shows that there is no line, it is no command that may be stepped.
+    puppet.do("service", name="/set_light_state", type="robot_common/LightBulbService")
     with (
         stage.workspace.start(*words, "DistanceSensor", master=stage.master) as view,
-        # Nobody serves the light: as long as it is waited for, it is no command that may be stepped.
-        stage.controller(puppet, NODE, operate=True, timeout__set_light_state=600.0) as node,
+        stage.controller(puppet, NODE, operate=True) as node,
     ):
+        node.enters("LightBulb", "known")
         browser.open(address(view))
         browser.sees(link_says("live"))
         assert browser.run("return location.href").endswith("/")  # the token is out of sight

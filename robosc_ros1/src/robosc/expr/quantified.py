@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Generic, TypeAlias, TypeVar
+from typing import TypeAlias
 
 from robosc import limits
 from robosc.expr.tree import FALSE, TRUE, Binary, Expr, Literal, Unary
 from robosc.expr.types import BooleanType
 from robosc.source import Span
-
-_Node = TypeVar("_Node")
-
 
 _CHAIN = 64
 """Chains up to this length are left-associative; longer trees of that form would be too high."""
@@ -74,7 +71,7 @@ def compared(conditions: Sequence[Expr], operator: str, number: int) -> Expr | N
 
     None if it is too large.
     """
-    cases = Cases[Expr](chain, (FALSE, TRUE))
+    cases = _Cases()
     least = partial(cases.least, conditions)
     match operator:
         case ">=":
@@ -91,43 +88,38 @@ def compared(conditions: Sequence[Expr], operator: str, number: int) -> Expr | N
     return None if cases.nodes > limits.COUNT_NODES else found
 
 
-class Cases(Generic[_Node]):
+class _Cases:
     """Expands counts: halves the conditions, and splits the number in all ways.
 
-    ``chain`` joins conditions by an operator; ``constants`` are the nodes for false and true.
     ``nodes`` counts the nodes that were made.
     """
 
-    def __init__(
-        self, chain: Callable[[str, Sequence[_Node]], _Node], constants: tuple[_Node, _Node]
-    ) -> None:
-        self._chain = chain
-        self._false, self._true = constants
+    def __init__(self) -> None:
         self.nodes = 0
 
-    def least(self, parts: Sequence[_Node], number: int) -> _Node:
+    def least(self, parts: Sequence[Expr], number: int) -> Expr:
         """The condition that at least ``number`` of the conditions hold."""
         if number <= 0:
-            return self._true
+            return TRUE
         if number > len(parts) or self.nodes > limits.COUNT_NODES:
-            return self._false
+            return FALSE
         if number in (1, len(parts)):
             self.nodes += len(parts)
-            return self._chain("or" if number == 1 else "and", parts)
+            return chain("or" if number == 1 else "and", parts)
         half = len(parts) // 2
         left, right = parts[:half], parts[half:]
         ways = [
             self.both(self.least(left, first), self.least(right, number - first))
             for first in range(max(0, number - len(right)), min(number, len(left)) + 1)
         ]
-        return self._chain("or", ways)
+        return chain("or", ways)
 
-    def both(self, left: _Node, right: _Node) -> _Node:
+    def both(self, left: Expr, right: Expr) -> Expr:
         """The conjunction of two conditions, simplified for constants."""
         for one, other in ((left, right), (right, left)):
-            if one == self._true:
+            if one == TRUE:
                 return other
-            if one == self._false:
+            if one == FALSE:
                 return one
         self.nodes += 1
-        return self._chain("and", (left, right))
+        return chain("and", (left, right))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from operator import is_
 from typing import TypeVar
 
 from robosc.expr.tree import (
@@ -86,7 +87,12 @@ def rewritten(expr: Expr, leaf: Callable[[Literal | Leaf], Expr]) -> Expr:
 
 
 def with_operands(node: Operation, operands: tuple[Expr, ...]) -> Expr:
-    """The operation on other operands."""
+    """The operation on other operands; itself if they are the same.
+
+    So what is known of a shared part of a large condition is known after it was rewritten, too.
+    """
+    if all(map(is_, operands, node.operands)):
+        return node
     match node:
         case Unary():
             return replace(node, operand=operands[0])

@@ -16,7 +16,7 @@ from operator import is_not
 from typing import TypeGuard
 
 from robosc.expr.identity_cache import IdentityCache
-from robosc.expr.quantified import Cases, at_least, chain
+from robosc.expr.quantified import at_least, chain
 from robosc.expr.traversal import may_be_undefined, operands, rewritten, walk
 from robosc.expr.tree import (
     Binary,
@@ -210,7 +210,14 @@ def _counted_of(number: int, written: int) -> int | None:
 @cache
 def _written(conditions: int, number: int) -> int:
     """Return the number of leaves of the expansion of "at least ``number`` of them hold"."""
-    return Cases[int](lambda _, parts: sum(parts), (-1, 0)).least([1] * conditions, number)
+    if number in (0, 1, conditions):
+        return conditions if number else 0
+    left = conditions // 2  # as in :func:`robosc.expr.quantified.at_least`
+    right = conditions - left
+    return sum(
+        _written(left, first) + _written(right, number - first)
+        for first in range(max(0, number - right), min(number, left) + 1)
+    )
 
 
 def _grouped(operator: str, parts: Sequence[Expr]) -> list[Expr]:

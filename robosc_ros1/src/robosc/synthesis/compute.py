@@ -8,6 +8,7 @@ from contextlib import suppress
 from math import prod
 
 from robosc import limits
+from robosc.errors import OUT_OF_MEMORY, StateSpaceError
 from robosc.plant.automaton import Plant
 from robosc.progress import Progress
 from robosc.supervisor import Supervisor
@@ -111,7 +112,10 @@ def _synthesize(
         return _symbolic(plant, progress, explaining)
     advice = f"; {remedy()}" if engine == "auto" else ""
     limit = _limit(plant, max_states, progress, advice=advice)
-    return synthesize_explicit(plant, limit, progress, explaining)
+    try:
+        return synthesize_explicit(plant, limit, progress, explaining)
+    except MemoryError:
+        raise StateSpaceError(OUT_OF_MEMORY + advice) from None
 
 
 def _symbolic(plant: Plant, progress: Progress | None, explaining: ExplanationTime) -> Supervisor:
@@ -138,15 +142,23 @@ def _limit(
         growing = steps > _FIRST_STEPS and left > _GROWING * found
         if found > most or (doubting and (growing or steps > _MOST_STEPS)):
             raise _too_many(plant, most, advice)
+        if steps > max(limits.EXPLICIT_STEPS, limits.EXPLICIT_VALUES * found):
+            raise TooMany(
+                f"there are more than {limits.EXPLICIT_STEPS} steps from state to state."
+                f" {_contributors(plant)}: narrow their ranges, or convert them by an enum{advice}"
+            )
 
     return limit
 
 
+def _contributors(plant: Plant) -> str:
+    names = contributors((variable.name, variable.size) for variable in plant.variables)
+    return f"The largest contributors are {names}"
+
+
 def _too_many(plant: Plant, most: int, advice: str) -> TooMany:
     """Return the error that names the largest variables and how to reduce the states."""
-    names = contributors((variable.name, variable.size) for variable in plant.variables)
     return TooMany(
-        f"there are more than {most} states, as many as are allowed. The largest contributors are"
-        f" {names}: narrow their ranges, drop variables that no condition needs, or raise"
-        f" --max-states{advice}"
+        f"there are more than {most} states, as many as are allowed. {_contributors(plant)}: narrow"
+        f" their ranges, drop variables that no condition needs, or raise --max-states{advice}"
     )

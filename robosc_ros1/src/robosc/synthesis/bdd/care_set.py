@@ -81,13 +81,13 @@ class BddCareSet:
     def size(self) -> int:
         return prod(self.encoding.plant.variables[variable].size for variable in self.variables)
 
-    def condition(self, order: Callable[[int], Any]) -> Expr:
+    def condition(self, order: Callable[[int], Any], most_steps: int) -> Expr:
         plant = self.encoding.plant
         place = None if self.size <= _FEW else self.encoding.place
         variables = tuple(sorted(self.variables, key=place))
         if len(variables) > _MOST_VARIABLES:
             raise TooLarge("a guard reads too many state variables")
-        diagrams = Diagrams([plant.variables[variable].size for variable in variables])
+        diagrams = Diagrams(plant.sizes(variables), most_steps)
         calls = 0
 
         def node(children: list[int]) -> int:

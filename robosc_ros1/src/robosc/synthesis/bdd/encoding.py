@@ -41,7 +41,7 @@ class _Block:
 class Encoding:
     """The boolean variables of one plant, and the sets of states of values and expressions."""
 
-    def __init__(self, plant: Plant, memory: int) -> None:
+    def __init__(self, plant: Plant, memory: int, reverse: bool = False) -> None:
         self.plant = plant
         self._blocks: dict[LeafSource, _Block] = {}
         self._known: dict[tuple[Expr, int | None], Partition] = {}
@@ -52,7 +52,7 @@ class Encoding:
         )
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
-        for item in ordered(plant):
+        for item in ordered(plant)[:: -1 if reverse else 1]:
             block = self._blocks[item] = self._block(item, first)
             first += len(block.now) + len(block.after)
         self.manager = Manager(first, memory)
@@ -278,7 +278,10 @@ class Encoding:
                 return self._known[node, event]
             sources = self._sources(node, event, 2)
             if len(sources) <= 1:
-                return self._of_one_source(node, sources, event)
+                partition = self._of_one_source(node, sources, event)
+                if _is_costly(node):
+                    self._known[node, event] = partition
+                return partition
             return self._comparison(node, event)
 
         def operation(node: Operation, operands: tuple[Partition, ...]) -> Partition:
@@ -360,8 +363,8 @@ class Encoding:
 
 
 def _is_costly(node: Expr) -> bool:
-    """Whether to cache a node: comparisons and sums occur again in guards and warnings."""
-    return isinstance(node, Operation) and not node.operation.is_lazy
+    """Whether to cache a node: comparisons, sums and leaves occur again in guards and warnings."""
+    return isinstance(node, Leaf) or (isinstance(node, Operation) and not node.operation.is_lazy)
 
 
 def _value(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value | None:

@@ -27,6 +27,10 @@ _Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
 """Allowed and refused states, and the state variables that distinguish them."""
 
 
+class TooManyNodes(Exception):
+    """The search takes more nodes than it may; another order of the variables may do with fewer."""
+
+
 _SECONDS = 0.05
 """Between two reports of progress."""
 
@@ -101,9 +105,12 @@ class SymbolicEngine:
         progress: Progress | None = None,
         memory: int = limits.MEMORY,
         most_disjuncts: int = MOST_DISJUNCTS,
+        reverse: bool = False,
+        most_nodes: int | None = None,
     ) -> None:
         self.plant = plant
-        self.encoding = Encoding(plant, memory)
+        self._most_nodes = most_nodes
+        self.encoding = Encoding(plant, memory, reverse)
         self.manager = self.encoding.manager
         self.relations = Relations(self.encoding, most_disjuncts)
         self.events = self.relations.events
@@ -330,6 +337,8 @@ class SymbolicEngine:
 
         def report(part: Bdd, level: int) -> None:
             nonlocal latest, again
+            if self._most_nodes is not None and self.manager.nodes > self._most_nodes:
+                raise TooManyNodes
             # Counting takes longer than closing a small part.
             if self._progress is not None and (now := time.monotonic()) >= again:
                 again = now + _SECONDS

@@ -80,11 +80,11 @@ class ExplicitCareSet:
         inside = frozenset(row for row in rows if known[key(row)])
         return inside, rows - inside
 
-    def condition(self, order: Callable[[int], Any]) -> Expr:
+    def condition(self, order: Callable[[int], Any], most_steps: int) -> Expr:
         left = self
         for variable in sorted(self.variables, key=order):
             left = left.without([(variable,)]) or left
-        diagrams = Diagrams(self.stepper.plant.sizes(left.variables))
+        diagrams = Diagrams(self.stepper.plant.sizes(left.variables), most_steps)
         sets = diagrams.of_rows(left.allowed), diagrams.of_rows(left.refused)
         return condition_of(self.stepper.plant, left.variables, diagrams, *sets)
 

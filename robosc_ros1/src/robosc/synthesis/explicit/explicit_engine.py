@@ -108,6 +108,10 @@ class ReachedStates:
     unsafe: _States = field(default_factory=set)
 
 
+_STEPS = 10**6
+"""Steps after which the limit is asked at the latest."""
+
+
 def reached(
     plant: Plant, events: Sequence[EventOutcomes], safe: Test, limit: Limit
 ) -> ReachedStates:
@@ -119,9 +123,10 @@ def reached(
     states = list(plant.initial_states)
     numbers = {state: number for number, state in enumerate(states)}
     found = ReachedStates(plant, len(states), states, numbers)
-    steps = 0
+    steps = due = 0
     for number, state in enumerate(states):  # appended to below
-        if not number % _REPORTED:
+        if not number % _REPORTED or steps >= due:
+            due = steps + _STEPS
             limit(len(states), len(states) - number, steps)
         if not safe(state):
             found.unsafe.add(number)

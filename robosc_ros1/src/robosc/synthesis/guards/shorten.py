@@ -31,7 +31,7 @@ from robosc.supervisor import Guard, Status
 from robosc.synthesis.guards.greedy_selection import drop
 from robosc.synthesis.guards.lasting_counts import lasting_counts
 from robosc.synthesis.guards.precondition import next_precondition, precondition
-from robosc.synthesis.guards.sum_of_products import TooLarge
+from robosc.synthesis.guards.sum_of_products import MOST_STEPS, TooLarge
 
 _SMALL = 2**6
 """Combinations up to which a cover is computed without trying anything else before."""
@@ -39,6 +39,8 @@ _LARGE = 2**9
 """Combinations above which a cover takes longer than to try preconditions."""
 _LONG = 40
 """Length (:func:`_length`) above which a shorter guard is looked for."""
+_FEW_STEPS = 2**12
+"""Steps that a cover may take where a short guard is known already."""
 
 
 class CareSet(Protocol):
@@ -64,13 +66,13 @@ class CareSet(Protocol):
     def size(self) -> int:
         """The number of combinations of values of all parts."""
 
-    def condition(self, order: Callable[[int], Any]) -> Expr:
+    def condition(self, order: Callable[[int], Any], most_steps: int) -> Expr:
         """Return a condition that separates the sets.
 
         State variables that it can do without are dropped, the first by ``order`` first.
 
         Raises:
-            TooLarge: it would be too long.
+            TooLarge: it would be too long, or take more than ``most_steps``.
         """
 
 
@@ -114,8 +116,13 @@ class GuardMaker:
         together = conjunction(operands(conjunction([required, extra]), "and"))
         if event.requirement is None or self._is_like_another(event):
             return Guard(event, together, required, status)
-        fresh = _condition(self._plant, event, inputs.within_plant())
-        if _length(fresh) < _length(together):
+        length = _length(together)
+        steps = _FEW_STEPS if length <= _LONG else MOST_STEPS
+        try:
+            fresh = _condition(self._plant, event, inputs.within_plant(), steps)
+        except TooLarge:
+            fresh = together
+        if fresh is not together and _length(fresh) < length:
             return Guard(event, fresh, required, status)
         if (copy := Copy.of(event.key.partition(".")[0])) is not None:
             self._extending.setdefault(_of_family(event, copy), (copy, required))
@@ -136,7 +143,7 @@ def _of_family(event: Event, copy: Copy) -> object:
     return event.kind, copy.family, event.key.partition(".")[2], event.index, event.path
 
 
-def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
+def _condition(plant: Plant, event: Event, care_set: CareSet, most_steps: int = MOST_STEPS) -> Expr:
     """Return a short condition that separates a care set.
 
     Each kind of candidate has models in the tests whose guards are long without it: counts, and
@@ -164,7 +171,7 @@ def _condition(plant: Plant, event: Event, care_set: CareSet) -> Expr:
         if _length(demanded) <= _LONG:
             return min(conditions, key=_length)
     if not conditions:
-        conditions = _attempt(left, rank)
+        conditions = _attempt(left, rank, most_steps)
     if not conditions:
         raise TooLarge(f"the guard of {event.name} would be too long")
     return min(conditions, key=_length)
@@ -242,9 +249,11 @@ def _demanded(plant: Plant, event: Event, care_set: CareSet) -> Expr | None:
     return conjunction(drop(parts, parts, without))
 
 
-def _attempt(care_set: CareSet, rank: Callable[[int], Any]) -> list[Expr]:
+def _attempt(
+    care_set: CareSet, rank: Callable[[int], Any], most_steps: int = MOST_STEPS
+) -> list[Expr]:
     try:
-        return [care_set.condition(rank)]
+        return [care_set.condition(rank, most_steps)]
     except TooLarge:
         return []
 

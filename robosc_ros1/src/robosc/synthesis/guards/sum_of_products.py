@@ -20,7 +20,8 @@ END = 1
 """The set of the empty combination, below the last variable."""
 
 _MOST_CHILDREN = 2**21
-_MOST_STEPS = 200_000
+MOST_STEPS = 200_000
+"""Steps, some two seconds, that a sum of products may take."""
 
 Product: TypeAlias = tuple[tuple[int, int], ...]
 """Per variable, the values that it must contain and those that it may contain, as bit masks."""
@@ -40,7 +41,7 @@ class Diagrams:
     for each value of its own. Equal sets over the same variables are equal numbers.
     """
 
-    def __init__(self, sizes: Sequence[int], most_steps: int = _MOST_STEPS) -> None:
+    def __init__(self, sizes: Sequence[int], most_steps: int = MOST_STEPS) -> None:
         self.sizes = tuple(sizes)
         self._most_steps = most_steps
         self._children: list[tuple[int, ...]] = [(), ()]
