@@ -1,0 +1,308 @@
+"""Records a run: the controller plays on a virtual clock, and the plant's step says what is right.
+
+The engine decides when a command goes out; whether it may, what it carries, and what state every
+event leads to are those of the plant. Where the two differ the script says what the plant says, and
+ends.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from robosc.expr.tree import Literal, ParameterRef
+from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
+from robosc.language.events import EventKind, Kind
+from robosc.plant.automaton import Event
+from robosc.runtime.places import places
+from robosc.runtime.values import Undefined, jsonable
+from robosc.simulate.machines.execute import Execution, read_settings
+from robosc.simulate.machines.machine import Happening, label
+from robosc.simulate.values.literals import literal_text
+from robosc.supervisor import Supervisor
+from robosc.traces.coverage import Case, Coverage
+from robosc.traces.exact_steps import NOTHING, Carried, State, Step, Steps
+from robosc.traces.samples import Sample
+from robosc.traces.search import Move
+
+PATIENCE = 3600
+"""Seconds of deadlines that no run is to meet."""
+MARGIN = 0.001
+"""Seconds before a message would be silent in which it is sent again."""
+LONGEST = 30.0
+"""Seconds: longer times of the model are not waited for."""
+BEATS = 300
+"""The most moments of a clock that one wait may have."""
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A line of a script: what is done, what is expected after it, and which cases it shows."""
+
+    text: str
+    expected: tuple[str, ...]
+    cases: frozenset[Case]
+
+
+@dataclass(eq=False)
+class Run:
+    """The lines of a run, and the parameters with which its node starts."""
+
+    parameters: Mapping[str, Any]
+    lines: list[Line] = field(default_factory=list)
+
+    @property
+    def cases(self) -> set[Case]:
+        return set().union(*(line.cases for line in self.lines))
+
+
+class Departure(Exception):
+    """The controller did what the plant forbids, or left out what it demands."""
+
+
+class Recorder:
+    """One run from the start of the controller."""
+
+    def __init__(self, supervisor: Supervisor, steps: Steps, coverage: Coverage) -> None:
+        self._steps = steps
+        self._coverage = coverage
+        self._robot = steps.robot
+        self._by_name = {
+            (s.event.kind.word, s.event.name, s.event.index if s.event.kind.of_component else 0): s
+            for s in steps.steps
+        }
+        self._timeouts = {
+            f"~{key}": found
+            for key, c in self._robot.communications.items()
+            if c.kind is Kind.OUTGOING and (found := seconds(c.timeout)) is not None
+        }
+        calls = [c for c in self._robot.communications.values() if c.kind in (Kind.SERVICE, Kind.ACTION)]
+        names = self._robot.display_names
+        parameters = {f"timeout/{names[c.key]}": PATIENCE for c in calls}
+        parameters |= {
+            f"goal_timeout/{names[c.key]}": PATIENCE for c in calls if c.kind is Kind.ACTION
+        }
+        self.run = Run(parameters)
+        self.machine = Execution(supervisor, read_settings(self._robot, parameters))
+        self.state: State = steps.initial
+        self.is_over = False
+        self._heard: dict[str, tuple[Step, Sample, float]] = {}
+        self._record("", None, SILENT_PARTS, self.machine.beginning)
+
+    # --- what is done ------------------------------------------------------------------------
+
+    def play(self, move: Move, wanted: frozenset[Case]) -> None:
+        """Do an input and record it; then let a beat pass where more is sent with the next one, or
+        where it is to be seen that nothing is."""
+        step, sample = move
+        before = self.state
+        if step.event.kind.clocked:
+            self._await(step)
+        else:
+            self._fire(step, sample)
+        if not self.is_over and self._is_worth_a_beat(before):
+            self._beat()
+
+    def _fire(self, step: Step, sample: Sample) -> None:
+        event = step.event
+        if not self.machine.can(event, sample.given):
+            self.is_over = True
+            return
+        happened = self.machine.fire(event, sample.given)
+        text = f"{label(event)} {sample.text}".strip()
+        phase = f"~{event.key}"
+        if phase in self._timeouts:
+            self._heard[phase] = step, sample, self.machine.time
+        self._record(text, step, sample.parts, happened)
+
+    def _is_worth_a_beat(self, before: State) -> bool:
+        steps = self._steps
+        return any(
+            command.event.kind is not EventKind.CANCEL
+            and (steps.enabled(command, self.state) != steps.enabled(command, before))
+            for command in steps.commands
+        )
+
+    def _beat(self) -> None:
+        """Let a period pass, with messages before it that would fall silent in it."""
+        self._keep_fresh(0.1, None)
+        if not self.is_over:
+            self._wait(0.1)
+
+    def _keep_fresh(self, time: float, target: str | None) -> None:
+        """Send again what would fall silent within a time."""
+        for phase, (step, sample, heard) in list(self._heard.items()):
+            ends = heard + self._timeouts[phase]
+            near = ends <= self.machine.time + time + MARGIN
+            if phase != target and self.state[phase] == "fresh" and near and not self.is_over:
+                self._fire(step, sample)
+
+    def _await(self, step: Step) -> None:
+        """Let time pass until an event that it causes, while messages stay fresh."""
+        target = step.phase
+        begun = self.machine.time
+        waited = 0.0
+        for _ in range(BEATS):
+            if self.is_over or not step.in_phase(self.state):
+                return
+            delay = self.machine.next_deadline
+            if delay is None or self.machine.time + delay - begun > LONGEST:
+                return
+            delay = max(math.ceil(delay * 1e6) / 1e6, 1e-6)
+            sent = self._heard_within(delay, target)
+            if sent:
+                self._keep_fresh(delay, target)
+                continue
+            waited += delay
+            if self._wait(delay, step):
+                return
+
+    def _heard_within(self, time: float, target: str | None) -> bool:
+        return any(
+            phase != target
+            and self.state[phase] == "fresh"
+            and heard + self._timeouts[phase] <= self.machine.time + time + MARGIN
+            and heard < self.machine.time
+            for phase, (_, _, heard) in self._heard.items()
+        )
+
+    def _wait(self, time: float, until: Step | None = None) -> bool:
+        """Let time pass; whether an event happened then."""
+        happened = self.machine.wait(time)
+        self._record(f"wait {time:.6f}".rstrip("0").rstrip("."), None, NOTHING, happened)
+        event = None if until is None else until.event
+        return event is not None and any(
+            (h.kind, h.name) == (event.kind.word, event.name) for h in happened
+        )
+
+    # --- what the plant says -------------------------------------------------------------------
+
+    def _record(
+        self, text: str, step: Step | None, parts: Carried, happened: Iterable[Happening]
+    ) -> None:
+        before, cases = self.state, set[Case]()
+        sent: list[tuple[Step, Any]] = []
+        try:
+            for happening in happened:
+                cases |= self._follow(happening, step, parts, sent)
+            self._demand_all(before, happened, sent)
+        except Departure:
+            self.is_over = True
+        cases |= self._coverage.of_state(self.state)
+        if self.machine.stopped is not None:
+            self.is_over = True
+        expected = tuple(self._expected(before, sent))
+        self.run.lines.append(Line(text, expected, frozenset(cases)))
+
+    def _follow(
+        self, happening: Happening, step: Step | None, parts: Carried, sent: list[tuple[Step, Any]]
+    ) -> set[Case]:
+        """Let the plant take an event that the controller reports."""
+        if happening.outcome != "applied":
+            raise Departure
+        index = happening.index
+        found = self._by_name[happening.kind, happening.name, index]
+        carried = parts if found is step else NOTHING
+        if found.event.controllable:
+            if not found.event.kind.of_component and not self._steps.enabled(found, self.state):
+                raise Departure
+            try:
+                carried = found.carried(self.state)
+                data = found.provided(self.state)[1]
+            except Undefined:
+                raise Departure from None
+            if found.event.kind is not EventKind.TAU:
+                sent.append((found, data))
+        after = found.after(self.state, carried)
+        if after is None:
+            sent[:] = [one for one in sent if one[0] is not found]
+            raise Departure
+        cases = self._coverage.of_step(found, self.state, carried, after)
+        self.state = after
+        return cases
+
+    def _demand_all(
+        self, before: State, happened: Iterable[Happening], sent: list[tuple[Step, Any]]
+    ) -> None:
+        """Demand what became allowed and was not sent."""
+        ended = {h.name for h in happened if h.kind in ("response", "error", "cancelled")}
+        for command in self._steps.commands:
+            known = {id(one) for one, _ in sent}
+            if id(command) in known or command.event.name in ended:
+                continue
+            is_new = self._steps.enabled(command, self.state) and not command.allowed(before)
+            phase_was = command.in_phase(before)
+            if is_new and phase_was and not _is_busy(command, self.state):
+                sent.append((command, command.provided(self.state)[1]))
+                raise Departure
+
+    def _expected(self, before: State, sent: list[tuple[Step, Any]]) -> Iterator[str]:
+        names = [label(step.event) for step, _ in sent]
+        yield f"sent {', '.join(_folded(names)) or 'nothing'}"
+        latest = {label(step.event): data for step, data in sent if data is not None}
+        for name, data in latest.items():
+            fields = [f"{path}: {literal_text(v, True)}" for path, v in _leaves(data)]
+            if fields:
+                yield f"data {name} {', '.join(fields)}"
+        yield from self._changes(before)
+
+    def _changes(self, before: State) -> Iterator[str]:
+        names = [c.name for c in self._robot.components if c.behaviour is not None]
+        was = places({n: before[n] for n in names if n in before})
+        now = places({n: self.state[n] for n in names if n in self.state})
+        for name, place in now.items():
+            if place != was[name] or not self.run.lines:
+                yield f"{name}.{place}"
+        for key, variable in self._robot.variables.items():
+            value = self.state[key]
+            plain = not isinstance(variable.type, ArrayType | ObjectType)
+            if plain and value is not None and " " not in key and value != before[key]:
+                enum = isinstance(variable.type, EnumType)
+                quoted = isinstance(variable.type, StringType)
+                if not (isinstance(value, float) and not math.isfinite(value)):
+                    yield f"{key} = {value if enum else literal_text(value, quoted)}"
+
+
+SILENT_PARTS: Carried = NOTHING
+
+
+def _is_busy(command: Step, state: State) -> bool:
+    return command.phase is not None and state[command.phase] != "idle"
+
+
+def _folded(names: list[str]) -> list[str]:
+    """``move.request * 3`` for what comes three times in a row."""
+    found: list[list[Any]] = []
+    for name in names:
+        if found and found[-1][0] == name:
+            found[-1][1] += 1
+        else:
+            found.append([name, 1])
+    return [name if count == 1 else f"{name} * {count}" for name, count in found]
+
+
+def _leaves(data: Any, before: str = "") -> Iterator[tuple[str, Any]]:
+    """The fields of data that a line can name, by path."""
+    if isinstance(data, dict):
+        for name, part in data.items():
+            yield from _leaves(part, f"{before}.{name}" if before else str(name))
+    elif isinstance(data, list | tuple) or isinstance(jsonable(data), list | dict):
+        for number, part in enumerate(jsonable(data)):
+            yield from _leaves(part, f"{before}[{number}]")
+    else:
+        yield before, data
+
+
+def seconds(expr: Any) -> float | None:
+    """The default of a duration; None if there is none."""
+    match expr:
+        case Literal(value=int() | float() as value):
+            return float(value)
+        case ParameterRef(parameter=parameter):
+            return float(parameter.default)
+    return None
+
+
+_ = Event

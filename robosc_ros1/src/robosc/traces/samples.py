@@ -1,0 +1,370 @@
+"""What the robot sends in runs: values at, just below and just above the numbers of the model.
+
+A sample is written as a script writes it: a literal, or literals by path, in the types of ROS, before
+any enum converts them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from robosc.expr.traversal import path_text, walk
+from robosc.expr.tree import (
+    REASON,
+    Binary,
+    Convert,
+    Expr,
+    Literal,
+    ParameterRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    condition_of,
+)
+from robosc.expr.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+    Type,
+)
+from robosc.language.events import EventKind, Kind
+from robosc.language.reasons import FAILED, REFUSED
+from robosc.model.entities import Robot, data_expressions
+from robosc.plant.automaton import Event
+from robosc.plant.event_values import is_optional, value_parts, value_type
+from robosc.plant.logic import exact
+from robosc.simulate.faults import InvalidLine
+from robosc.simulate.machines.machine import label
+from robosc.simulate.values.event_data import Given, complete, outer_parts, part_given
+from robosc.simulate.values.literals import literal_text
+from robosc.simulate.values.typed_values import within_whole
+
+NEAR = 1e-6
+"""How far a number is from the one beside which it lies, as a fraction of it, or of 1."""
+MOST = 40
+"""The most samples of one event."""
+PLAYED = (FAILED, "rejected", REFUSED)
+"""The reasons of errors that a server can be made to cause; time causes ``timeout``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """What an event carries: ``text`` as in a script, ``given`` for machines, ``parts`` as the
+    plant reads them; ``rounded``: the same as it arrives in fields of 32 bits, if that differs."""
+
+    text: str
+    given: Given
+    parts: Mapping[Any, Any]
+    rounded: Mapping[Any, Any] | None = None
+
+
+Narrow: TypeAlias = Callable[[Event, Any], Any]
+"""A raw value as it arrives in the fields of an event's message."""
+
+
+def as_it_is(_: Event, raw: Any) -> Any:
+    return raw
+
+
+class Samples:
+    """Values of the inputs of a robot."""
+
+    def __init__(self, robot: Robot, events: Iterable[Event], narrow: Narrow = as_it_is) -> None:
+        self.robot = robot
+        self._narrow = narrow
+        self.events = tuple(events)
+        self._expressions = list(_expressions(robot, self.events))
+        self._read_by = _origins(self.events)
+
+    def of(self, event: Event) -> list[Sample]:
+        """The samples of an event, the plainest first; one without value if it carries none."""
+        found: dict[str, Sample] = {}
+        for raw in self._raws(event):
+            text = _text(raw)
+            if text not in found and (sample := self._sample(event, raw, text)) is not None:
+                found[text] = sample
+            if len(found) >= MOST:
+                break
+        return list(found.values())
+
+    def _sample(self, event: Event, raw: Any, text: str) -> Sample | None:
+        try:
+            given = complete(self.robot, event, raw, label(event))
+            narrow = self._narrow(event, raw)
+            arrived = given if narrow == raw else complete(self.robot, event, narrow, label(event))
+        except InvalidLine:
+            return None
+        rounded = None if narrow == raw else self._parts(event, arrived)
+        return Sample(text, given, self._parts(event, given), rounded)
+
+    def _parts(self, event: Event, given: Given) -> Mapping[Any, Any]:
+        parts = {p.path: part_given(given, p.path, p.type) for p in event.parameters if not p.test}
+        parts |= {p: part_given(given, p, t) for p, t in value_parts(self.robot, event).items()}
+        parts[()] = given.get((), parts.get(()))
+        if event.kind is EventKind.ERROR:
+            parts[REASON] = given.get(REASON) or FAILED
+        return {**given, **parts}
+
+    def _raws(self, event: Event) -> Iterator[Any]:
+        type_ = value_type(self.robot, event)
+        values = [None] if isinstance(type_, NoneType) else list(self._values(event, type_))
+        if is_optional(self.robot, event):
+            values.insert(0, None)
+        if not any(p.path == REASON for p in event.parameters):
+            yield from values
+            return
+        kind = self.robot.communications[event.key].kind
+        for word in PLAYED[:1] if kind is Kind.SERVICE else PLAYED[:2]:
+            for value in values:
+                yield {"reason": word, **({} if value is None else _fields(value))}
+
+    def _values(self, event: Event, type_: Type) -> Iterator[Any]:
+        if not isinstance(type_, ObjectType):
+            yield from self._of_type(event, (), type_)
+            return
+        outer = outer_parts(self.robot, event)
+        if list(outer) == [()]:
+            outer = {(name,): inner for name, inner in type_.properties}
+        columns = {
+            path_text(path): list(self._of_type(event, path, part)) or [None]
+            for path, part in outer.items()
+        }
+        yield from _combined(columns)
+        if any(isinstance(step, int) for path in outer for step in path):
+            yield {}  # no element arrives
+
+    def _of_type(self, event: Event, path: tuple[Any, ...], type_: Type) -> Iterator[Any]:
+        while isinstance(type_, EnumType):
+            type_ = within_whole(type_)
+        match type_:
+            case BooleanType():
+                yield from (False, True)
+            case StringType():
+                yield from self._strings(event, path)
+            case IntegerType(bounds=bounds):
+                yield from self._integers(event, path, bounds)
+            case DoubleType():
+                yield from self._numbers(event, path)
+            case ArrayType(element=element):
+                yield from self._arrays(event, path, element)
+            case ObjectType(properties=properties):
+                names = [(n, list(self._of_type(event, (*path, n), t))) for n, t in properties]
+                yield from _combined(dict(names))
+
+    # --- numbers of the model ----------------------------------------------------------------
+
+    def _literals(self, event: Event, path: tuple[Any, ...]) -> list[Any]:
+        """The constants that stand beside a part of the event's value, or beside a variable that
+        gets it."""
+        names = self._read_by.get((event.identity, path), frozenset())
+        wide = self._read_by.get((event.identity, None), frozenset())
+        near = [v for e, reads in self._expressions if reads & names for v in _constants(e)]
+        return near or [v for e, reads in self._expressions if reads & wide for v in _constants(e)]
+
+    def _numbers(self, event: Event, path: tuple[Any, ...]) -> Iterator[float]:
+        found = [float(v) for v in self._literals(event, path) if _is_number(v)]
+        finite = sorted({v for v in found if math.isfinite(v) and abs(v) < 1e30} or {0.0})
+        more = {a * b for a in finite for b in finite} if len(finite) < 6 else set()
+        more |= {a / b for a in finite for b in finite if b} if len(finite) < 6 else set()
+        far = [finite[0] - 1.0, finite[-1] + 1.0]
+        far += [(a + b) / 2 for a, b in zip(finite, finite[1:])]
+        near = [v + sign * NEAR * max(1.0, abs(v)) for v in finite for sign in (0, -1, 1)]
+        rest = sorted(more | {-v for v in finite} | {0.0})
+        yield from map(_rounded, dict.fromkeys([*far, *near, *rest]))
+
+    def _integers(
+        self, event: Event, path: tuple[Any, ...], bounds: tuple[int, int] | None
+    ) -> Iterator[int]:
+        low, high = bounds or (-(2**31), 2**31 - 1)
+        found = sorted({int(v) for v in self._literals(event, path) if _is_number(v) and abs(v) < 2**31})
+        values = [v + step for v in found or [0] for step in (0, -1, 1)]
+        values += [*(bounds or ()), 0, 1, 2, 3]
+        yield from dict.fromkeys(v for v in values if low <= v <= high)
+
+    def _strings(self, event: Event, path: tuple[Any, ...]) -> Iterator[str]:
+        found = [v for v in self._literals(event, path) if isinstance(v, str)]
+        yield from dict.fromkeys([*found, "other"])
+
+    def _arrays(self, event: Event, path: tuple[Any, ...], element: Type) -> Iterator[Any]:
+        """Arrays of equal elements, and those of which one differs."""
+        indexes = [
+            p[len(path)]
+            for p in value_parts(self.robot, event)
+            if p[: len(path)] == path and len(p) > len(path) and isinstance(p[len(path)], int)
+        ]
+        longest = max([4, *(abs(int(i)) for i in indexes)]) + 1
+        items = list(self._of_type(event, path, element))
+        usual = items[:2]
+        for item in items:
+            yield [item] * longest
+        for place in dict.fromkeys([*map(int, indexes), longest // 2, 0]):
+            for item in items[:12]:
+                for rest in usual:
+                    array = [rest] * longest
+                    array[place] = item
+                    yield array
+        yield []
+
+
+def _combined(columns: Mapping[str, list[Any]]) -> Iterator[dict[str, Any]]:
+    """Objects in which each part has each of its values, the others their first or second one."""
+    columns = {name: _likely(name, values) for name, values in columns.items()}
+
+    def base(index: int) -> dict[str, Any]:
+        return {n: v[min(index, len(v) - 1)] for n, v in columns.items() if v}
+
+    bases = [base(0), base(1)]
+    yield from bases
+    rounds = max(map(len, columns.values()), default=0)
+    for number in range(rounds):
+        for name, values in columns.items():
+            if number < len(values):
+                for one in bases:
+                    yield {**one, name: values[number]}
+
+
+_OF_SCANS = {"angle_min": -1.0, "angle_increment": 0.5, "range_min": 0.05, "range_max": 100.0}
+"""What tells the directions and limits of a scan."""
+
+
+def _likely(name: str, values: list[Any]) -> list[Any]:
+    usual = _OF_SCANS.get(name.rpartition(".")[2])
+    return values if usual is None else [usual]
+
+
+def _fields(value: Any) -> dict[str, Any]:
+    return dict(value) if isinstance(value, dict) else {"": value}
+
+
+def _text(raw: Any) -> str:
+    if raw is None:
+        return ""
+    if not isinstance(raw, dict):
+        return literal_text(raw, quoted=True)
+    parts = [(name, literal_text(v, quoted=name != "reason")) for name, v in raw.items()]
+    return ", ".join(f"{name}: {text}" if name else text for name, text in parts)
+
+
+def _rounded(number: float) -> float:
+    return float(repr(round(number, 12)))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _constants(expr: Expr) -> Iterator[Any]:
+    for part in walk(expr):
+        match part:
+            case Literal(value=tuple() as values):
+                yield from values
+            case Literal(value=dict() as values):
+                yield from values.values()
+            case Unary(operator="-", operand=Literal(value=int() | float() as value)):
+                yield -value
+            case Literal(value=value):
+                yield value
+            case ParameterRef(parameter=parameter):
+                yield parameter.default
+            case Convert(type=enum):
+                for rule in enum.rules:
+                    yield from _constants(condition_of(rule))
+
+
+def _key(part: Expr) -> Any:
+    return part.key if isinstance(part, VariableRef) else None
+
+
+def _expressions(robot: Robot, events: Iterable[Event]) -> Iterator[tuple[Expr, frozenset[Any]]]:
+    """The comparisons of the model, and what else has constants, each with what it reads."""
+    whole: list[Expr] = [r.condition for r in robot.requirements]
+    whole += [p.condition for p in robot.provides if p.condition is not None]
+    whole += [e for p in robot.provides for e in data_expressions(p.data)]
+    whole += [a.condition for a in robot.assumptions]
+    whole += [one.condition for one in robot.lasting]
+    owned: list[tuple[Expr, Any]] = [(e, None) for e in whole]
+    for communication in robot.communications.values():
+        if communication.expect is not None:
+            for event in events:
+                if event.key == communication.key:
+                    owned.append((communication.expect, event.identity))
+        for direction in ("response", "feedback", "request"):
+            for event in events:
+                if event.key == communication.key and event.kind.word == direction:
+                    for enum, path in _enums(getattr(communication, direction), ()):
+                        for rule in enum.rules:
+                            for part in _comparisons(condition_of(rule)):
+                                yield part, frozenset({(event.identity, path), event.identity})
+    for event in events:
+        for automaton in event.automata:
+            for edge in automaton.edges:
+                owned += [(a.value, event.identity) for a in edge.assignments]
+                owned += [] if edge.guard is None else [(exact(edge.guard), event.identity)]
+    for expr, owner in owned:
+        for part in _comparisons(expr):
+            reads: set[Any] = set()
+            for leaf in walk(part):
+                if isinstance(leaf, VariableRef):
+                    reads.add(leaf.key)
+                elif isinstance(leaf, ValueRef) and owner is not None:
+                    reads |= {(owner, leaf.path), owner}
+            yield part, frozenset(reads)
+
+
+def _enums(type_: Type, path: tuple[Any, ...]) -> Iterator[tuple[EnumType, tuple[Any, ...]]]:
+    match type_:
+        case EnumType():
+            yield type_, path
+        case ObjectType(properties=properties):
+            for name, inner in properties:
+                yield from _enums(inner, (*path, name))
+        case ArrayType(element=element):
+            yield from _enums(element, path)
+
+
+def _comparisons(expr: Expr) -> Iterator[Expr]:
+    """The comparisons in an expression; itself if there are none."""
+    found = [p for p in walk(expr) if isinstance(p, Binary) and p.operation.is_comparison]
+    return iter(found or [expr])
+
+
+def _origins(events: Iterable[Event]) -> dict[Any, frozenset[Any]]:
+    """By event and path of a part (None: any), the names under which expressions read it: itself,
+    and the variables that are assigned from it, directly or through others."""
+    flows: dict[str, set[str]] = {}
+    found: dict[Any, set[Any]] = {}
+    for event in events:
+        for automaton in event.automata:
+            for edge in automaton.edges:
+                for assignment in edge.assignments:
+                    key = f"{automaton.component}.{assignment.variable}"
+                    for leaf in walk(assignment.value):
+                        if isinstance(leaf, VariableRef):
+                            flows.setdefault(leaf.key, set()).add(key)
+                        elif isinstance(leaf, ValueRef):
+                            found.setdefault((event.identity, leaf.path), set()).add(key)
+                            found.setdefault((event.identity, None), set()).add(key)
+                if edge.guard is not None:
+                    for leaf in walk(exact(edge.guard)):
+                        if isinstance(leaf, ValueRef):
+                            found.setdefault((event.identity, leaf.path), set())
+                            found.setdefault((event.identity, None), set())
+    for (identity, path), names in found.items():
+        pending = list(names)
+        while pending:
+            for other in flows.get(pending.pop(), ()):
+                if other not in names:
+                    names.add(other)
+                    pending.append(other)
+        names |= {(identity, path)} if path is not None else {identity}
+    for event in events:
+        found.setdefault((event.identity, None), {event.identity})
+    return {key: frozenset(names) for key, names in found.items()}
