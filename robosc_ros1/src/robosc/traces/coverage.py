@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeAlias
 
 from robosc.emit.controller.naming import place
@@ -17,6 +18,7 @@ from robosc.expr.types import BooleanType, DoubleType, IntegerType
 from robosc.language.events import EventKind
 from robosc.plant.logic import exact
 from robosc.plant.model_text import to_dsl
+from robosc.runtime.places import told_with_stage
 from robosc.runtime.values import Undefined
 from robosc.simulate.machines.machine import label
 from robosc.traces.exact_steps import (
@@ -205,10 +207,10 @@ class Coverage:
                 for phase in step.sources or ("",):
                     yield ("event", step.number, phase), f"{label(event)}{phase and f' while {phase}'}"
             for partner in step.partners:
-                if partner.component in self._components:
+                if partner.component in (*self._components, event.key):
                     yield from self._of_partner(step, partner)
 
-    @property
+    @cached_property
     def _components(self) -> set[str]:
         return {c.name for c in self.robot.components}
 
@@ -237,6 +239,8 @@ class Coverage:
             for edge, condition in edges:
                 case = step.number, partner.component, edge.line
                 told = f"{name} in {partner.component} (line {edge.line})"
+                if partner.component == step.event.key:
+                    told = f"{name} as expected (line {edge.line})"
                 yield ("taken", *case), told
                 for key, *_ in edge.assigned:
                     yield ("assigned", *case, key), f"{told}, which changes {key}"
@@ -290,6 +294,8 @@ class Coverage:
     def of_step(self, step: Step, state: State, carried: Carried, after: State) -> set[Case]:
         """The cases of an event that happens in a state."""
         found: set[Case] = set()
+        for partner in step.partners:
+            found.add(("at", step.number, partner.component, state[partner.place]))
         if step.event.controllable:
             if step.event.kind is not EventKind.TAU:
                 found.add(("sent", step.number))
@@ -300,6 +306,36 @@ class Coverage:
         for partner in step.partners:
             self._see_edges(step, partner, state, carried, found, True, after)
         return found
+
+    def of_refusal(self, step: Step, state: State, carried: Carried) -> set[Case]:
+        """The cases of an answer that is not as expected."""
+        found: set[Case] = {("refused", step.number, state[step.phase or ""])}
+        for partner in step.partners:
+            if partner.component == step.event.key:
+                self._see_edges(step, partner, state, carried, found, False)
+        return found
+
+    def reasons(self, step: Step, state: State) -> tuple[str, ...] | None:
+        """Why a command is not enabled, as a node tells it; None if that cannot be told."""
+        rule = next(r for r in self.rules if r.step is step)
+        if step.event.kind is EventKind.CANCEL:
+            return None
+        found = []
+        if not step.in_phase(state):
+            found.append(f"it is {state[step.phase or '']}")
+        try:
+            carried = step.carried(state)
+        except Undefined:
+            return None
+        blocking = step.blocked_by(state, carried)
+        if any(p.component not in self._components for p in blocking):
+            return None
+        for name in dict.fromkeys(p.component for p in blocking):
+            found.append(f"blocked by {name} in {told_with_stage(state[name])}")
+        for demand in rule.demands:
+            if demand.requirement is not None and not demand.condition.deciding(state, carried)[0]:
+                found.append(demand.text)
+        return tuple(found) if found else None
 
     def of_state_of(self, step: Step, state: State) -> set[Case]:
         """The cases of one command in a state."""

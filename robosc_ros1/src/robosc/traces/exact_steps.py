@@ -15,6 +15,7 @@ from robosc.emit.controller.whole_guards import whole_guards
 from robosc.expr.evaluation import evaluate, scalar_of
 from robosc.expr.traversal import walk
 from robosc.expr.tree import (
+    REASON,
     Aggregate,
     Binary,
     Call,
@@ -34,6 +35,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
+from robosc.language.reasons import REFUSED
 from robosc.model.entities import Data, DataArray, DataObject, Provide
 from robosc.plant.acceptance import resets_of
 from robosc.plant.automaton import Event, LocalAutomaton, VariableKind
@@ -227,6 +229,11 @@ class Step:
         return dict(_parts(data)) if self.carries else NOTHING
 
 
+def refused(parts: Carried) -> Carried:
+    """What an answer carries as an error."""
+    return {**parts, REASON: REFUSED}
+
+
 def _parts(data: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, Any]]:
     yield path, data
     inner = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
@@ -335,6 +342,15 @@ class Steps:
             elif variable.kind in (VariableKind.LOCATION, VariableKind.ASSUMPTION):
                 found[variable.name] = str(variable.values[index])
         return found
+
+    def refusal_of(self, step: Step) -> Step | None:
+        """The error as which an answer counts that is not as expected; None: none is expected."""
+        event = step.event
+        if event.kind is not EventKind.RESPONSE or step.phase is None:
+            return None
+        if self.robot.communications[event.key].expect is None:
+            return None
+        return self.by_event.get((EventKind.ERROR, event.key, 0))
 
     def enabled(self, step: Step, state: State) -> bool:
         """Whether a command is allowed, and no enabled command is preferred to it."""

@@ -23,7 +23,7 @@ from robosc.simulate.machines.machine import Happening, label
 from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import NOTHING, Carried, State, Step, Steps
+from robosc.traces.exact_steps import NOTHING, Carried, State, Step, Steps, refused
 from robosc.traces.samples import Sample
 from robosc.traces.search import Move
 
@@ -33,6 +33,8 @@ MARGIN = 0.001
 """Seconds before a message would be silent in which it is sent again."""
 LONGEST = 30.0
 """Seconds: longer times of the model are not waited for."""
+LONGEST_BEAT = 1.0
+"""Seconds: what is sent more seldom is not waited for."""
 BEATS = 300
 """The most moments of a clock that one wait may have."""
 
@@ -65,7 +67,10 @@ class Departure(Exception):
 class Recorder:
     """One run from the start of the controller."""
 
-    def __init__(self, supervisor: Supervisor, steps: Steps, coverage: Coverage) -> None:
+    def __init__(
+        self, supervisor: Supervisor, steps: Steps, coverage: Coverage, told: set[Any]
+    ) -> None:
+        self._told = told
         self._steps = steps
         self._coverage = coverage
         self._robot = steps.robot
@@ -93,17 +98,13 @@ class Recorder:
 
     # --- what is done ------------------------------------------------------------------------
 
-    def play(self, move: Move, wanted: frozenset[Case]) -> None:
-        """Do an input and record it; then let a beat pass where more is sent with the next one, or
-        where it is to be seen that nothing is."""
+    def play(self, move: Move) -> None:
+        """Do an input."""
         step, sample = move
-        before = self.state
         if step.event.kind.clocked:
             self._await(step)
         else:
             self._fire(step, sample)
-        if not self.is_over and self._is_worth_a_beat(before):
-            self._beat()
 
     def _fire(self, step: Step, sample: Sample) -> None:
         event = step.event
@@ -117,19 +118,15 @@ class Recorder:
             self._heard[phase] = step, sample, self.machine.time
         self._record(text, step, sample.parts, happened)
 
-    def _is_worth_a_beat(self, before: State) -> bool:
-        steps = self._steps
-        return any(
-            command.event.kind is not EventKind.CANCEL
-            and (steps.enabled(command, self.state) != steps.enabled(command, before))
-            for command in steps.commands
-        )
-
-    def _beat(self) -> None:
-        """Let a period pass, with messages before it that would fall silent in it."""
-        self._keep_fresh(0.1, None)
-        if not self.is_over:
-            self._wait(0.1)
+    def beat(self) -> None:
+        """Let time pass until the clock brings something, but no silence."""
+        delay = self.machine.next_deadline
+        if delay is None or delay > LONGEST_BEAT:
+            return
+        self._keep_fresh(delay, None)
+        delay = self.machine.next_deadline
+        if not self.is_over and delay is not None:
+            self._wait(_up(delay))
 
     def _keep_fresh(self, time: float, target: str | None) -> None:
         """Send again what would fall silent within a time."""
@@ -150,7 +147,7 @@ class Recorder:
             delay = self.machine.next_deadline
             if delay is None or self.machine.time + delay - begun > LONGEST:
                 return
-            delay = max(math.ceil(delay * 1e6) / 1e6, 1e-6)
+            delay = _up(delay)
             sent = self._heard_within(delay, target)
             if sent:
                 self._keep_fresh(delay, target)
@@ -183,6 +180,9 @@ class Recorder:
         self, text: str, step: Step | None, parts: Carried, happened: Iterable[Happening]
     ) -> None:
         before, cases = self.state, set[Case]()
+        assigned = set() if step is None else set(_assigned(step, before, parts))
+        if step is not None:
+            cases.add(("value", step.number, text.partition(" ")[2]))
         sent: list[tuple[Step, Any]] = []
         try:
             for happening in happened:
@@ -193,18 +193,20 @@ class Recorder:
         cases |= self._coverage.of_state(self.state)
         if self.machine.stopped is not None:
             self.is_over = True
-        expected = tuple(self._expected(before, sent))
+        expected = (*self._applied(step, before), *self._expected(before, sent, assigned), *self._reasons())
         self.run.lines.append(Line(text, expected, frozenset(cases)))
 
     def _follow(
         self, happening: Happening, step: Step | None, parts: Carried, sent: list[tuple[Step, Any]]
     ) -> set[Case]:
         """Let the plant take an event that the controller reports."""
+        found = self._by_name[happening.kind, happening.name, happening.index]
+        refusal = None if step is None else self._steps.refusal_of(step)
         if happening.outcome != "applied":
+            if found is step and refusal is not None:
+                return self._coverage.of_refusal(step, self.state, parts)
             raise Departure
-        index = happening.index
-        found = self._by_name[happening.kind, happening.name, index]
-        carried = parts if found is step else NOTHING
+        carried = parts if found is step else refused(parts) if found is refusal else NOTHING
         if found.event.controllable:
             if not found.event.kind.of_component and not self._steps.enabled(found, self.state):
                 raise Departure
@@ -238,27 +240,52 @@ class Recorder:
                 sent.append((command, command.provided(self.state)[1]))
                 raise Departure
 
-    def _expected(self, before: State, sent: list[tuple[Step, Any]]) -> Iterator[str]:
+    def _applied(self, step: Step | None, before: State) -> Iterator[str]:
+        """That an answer was one."""
+        calls = (Kind.SERVICE, Kind.ACTION)
+        if step is not None and self._robot.communications[step.event.key].kind in calls:
+            if self._steps.refusal_of(step) is None:
+                yield "applied"
+
+    def _reasons(self) -> Iterator[str]:
+        """Why commands are disabled, where no run has told that yet."""
+        for command in self._steps.commands:
+            reasons = self._coverage.reasons(command, self.state)
+            if reasons is not None and (command.number, reasons) not in self._told:
+                self._told.add((command.number, reasons))
+                yield f"disabled {label(command.event)} because {'; '.join(reasons)}"
+
+    def _expected(
+        self, before: State, sent: list[tuple[Step, Any]], assigned: set[str]
+    ) -> Iterator[str]:
         names = [label(step.event) for step, _ in sent]
         yield f"sent {', '.join(_folded(names)) or 'nothing'}"
         latest = {label(step.event): data for step, data in sent if data is not None}
         for name, data in latest.items():
-            fields = [f"{path}: {literal_text(v, True)}" for path, v in _leaves(data)]
+            fields = [
+                f"{path}: {literal_text(v, True)}"
+                for path, v in _leaves(jsonable(data))
+                if "header" not in path.split(".")
+            ]
             if fields:
                 yield f"data {name} {', '.join(fields)}"
-        yield from self._changes(before)
+        yield from self._changes(before, assigned)
 
-    def _changes(self, before: State) -> Iterator[str]:
+    def _changes(self, before: State, assigned: set[str]) -> Iterator[str]:
         names = [c.name for c in self._robot.components if c.behaviour is not None]
         was = places({n: before[n] for n in names if n in before})
         now = places({n: self.state[n] for n in names if n in self.state})
         for name, place in now.items():
             if place != was[name] or not self.run.lines:
                 yield f"{name}.{place}"
+        for key, communication in self._robot.communications.items():
+            phases, phase = communication.phases, self.state.get(f"~{key}")
+            if phases is not None and phase != before[f"~{key}"] and phase != "unheard":
+                yield f"{self._robot.display_names[key]}.{phase}"
         for key, variable in self._robot.variables.items():
             value = self.state[key]
             plain = not isinstance(variable.type, ArrayType | ObjectType)
-            if plain and value is not None and " " not in key and value != before[key]:
+            if plain and value is not None and " " not in key and (value != before[key] or key in assigned):
                 enum = isinstance(variable.type, EnumType)
                 quoted = isinstance(variable.type, StringType)
                 if not (isinstance(value, float) and not math.isfinite(value)):
@@ -266,6 +293,19 @@ class Recorder:
 
 
 SILENT_PARTS: Carried = NOTHING
+
+
+def _assigned(step: Step, state: State, parts: Carried) -> Iterator[str]:
+    """The variables that an event assigns."""
+    for partner in step.partners:
+        edge = partner.edge(state, parts)
+        if edge is not None:
+            yield from (key for key, *_ in edge.assigned)
+
+
+def _up(delay: float) -> float:
+    """A time in microseconds that is not shorter."""
+    return max(math.ceil(round(delay * 1e6, 3)) / 1e6, 1e-6)
 
 
 def _is_busy(command: Step, state: State) -> bool:
@@ -288,8 +328,8 @@ def _leaves(data: Any, before: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(data, dict):
         for name, part in data.items():
             yield from _leaves(part, f"{before}.{name}" if before else str(name))
-    elif isinstance(data, list | tuple) or isinstance(jsonable(data), list | dict):
-        for number, part in enumerate(jsonable(data)):
+    elif isinstance(data, list | tuple):
+        for number, part in enumerate(data):
             yield from _leaves(part, f"{before}[{number}]")
     else:
         yield before, data

@@ -49,8 +49,10 @@ from robosc.simulate.values.typed_values import within_whole
 
 NEAR = 1e-6
 """How far a number is from the one beside which it lies, as a fraction of it, or of 1."""
-MOST = 40
-"""The most samples of one event."""
+MOST = 300
+"""The most samples of one event that are looked at."""
+BASES = 16
+"""So many objects differ in all their parts; others in one from one of these."""
 PLAYED = (FAILED, "rejected", REFUSED)
 """The reasons of errors that a server can be made to cause; time causes ``timeout``."""
 
@@ -63,6 +65,7 @@ class Sample:
     text: str
     given: Given
     parts: Mapping[Any, Any]
+    raw: Any = None
     rounded: Mapping[Any, Any] | None = None
 
 
@@ -87,12 +90,34 @@ class Samples:
     def of(self, event: Event) -> list[Sample]:
         """The samples of an event, the plainest first; one without value if it carries none."""
         found: dict[str, Sample] = {}
-        for raw in self._raws(event):
+        for raw in map(_flat, self._raws(event)):
             text = _text(raw)
             if text not in found and (sample := self._sample(event, raw, text)) is not None:
                 found[text] = sample
             if len(found) >= MOST:
                 break
+        return list(found.values())
+
+    def converts(self, event: Event) -> bool:
+        """Whether an enum makes something else of a part of the value."""
+        type_ = value_type(self.robot, event)
+        return any(True for _ in _enums(type_, ()))
+
+    def around(self, event: Event, sample: Sample) -> list[Sample]:
+        """The samples that differ from one in a single part."""
+        if not isinstance(sample.raw, dict):
+            return self.of(event)
+        type_ = value_type(self.robot, event)
+        if not isinstance(type_, ObjectType):
+            return [sample]
+        found: dict[str, Sample] = {}
+        for name, values in self._columns(event, type_).items():
+            for value in values[:MOST // 4]:
+                raw = _flat({**sample.raw, name: value})
+                if (text := _text(raw)) not in found:
+                    other = self._sample(event, raw, text)
+                    if other is not None:
+                        found[text] = other
         return list(found.values())
 
     def _sample(self, event: Event, raw: Any, text: str) -> Sample | None:
@@ -103,7 +128,7 @@ class Samples:
         except InvalidLine:
             return None
         rounded = None if narrow == raw else self._parts(event, arrived)
-        return Sample(text, given, self._parts(event, given), rounded)
+        return Sample(text, given, self._parts(event, given), raw, rounded)
 
     def _parts(self, event: Event, given: Given) -> Mapping[Any, Any]:
         parts = {p.path: part_given(given, p.path, p.type) for p in event.parameters if not p.test}
@@ -130,16 +155,25 @@ class Samples:
         if not isinstance(type_, ObjectType):
             yield from self._of_type(event, (), type_)
             return
+        yield from _combined(self._columns(event, type_))
+        if any(isinstance(s, int) for path in outer_parts(self.robot, event) for s in path):
+            yield {}  # no element arrives
+
+    def _columns(self, event: Event, type_: ObjectType) -> dict[str, list[Any]]:
+        """The values of each part that is read, by its path."""
         outer = outer_parts(self.robot, event)
         if list(outer) == [()]:
             outer = {(name,): inner for name, inner in type_.properties}
-        columns = {
-            path_text(path): list(self._of_type(event, path, part)) or [None]
-            for path, part in outer.items()
-        }
-        yield from _combined(columns)
-        if any(isinstance(step, int) for path in outer for step in path):
-            yield {}  # no element arrives
+        found: dict[str, list[Any]] = {}
+        while outer:
+            path = next(iter(outer))
+            part = outer.pop(path)
+            if isinstance(part, ObjectType):
+                outer |= {(*path, n): t for n, t in part.properties if n != "header"}
+            elif path[-1:] != ("header",):
+                name = path_text(path)
+                found[name] = _likely(name, list(self._of_type(event, path, part)) or [None])
+        return found
 
     def _of_type(self, event: Event, path: tuple[Any, ...], type_: Type) -> Iterator[Any]:
         while isinstance(type_, EnumType):
@@ -184,9 +218,13 @@ class Samples:
         self, event: Event, path: tuple[Any, ...], bounds: tuple[int, int] | None
     ) -> Iterator[int]:
         low, high = bounds or (-(2**31), 2**31 - 1)
-        found = sorted({int(v) for v in self._literals(event, path) if _is_number(v) and abs(v) < 2**31})
-        values = [v + step for v in found or [0] for step in (0, -1, 1)]
-        values += [*(bounds or ()), 0, 1, 2, 3]
+        numbers = [v for v in self._literals(event, path) if _is_number(v) and abs(v) < 2**31]
+        exact = sorted({int(v) for v in numbers})
+        numbers = numbers if len(set(numbers)) < 6 else []
+        products = {round(a * b) for a in numbers for b in numbers if abs(a * b) < 2**31}
+        found = list(dict.fromkeys([*exact, *sorted(products)]))
+        values = [0, *(v + step for v in found or [0] for step in (0, -1, 1))]
+        values += [*(bounds or ()), sum(v for v in found if v > 0), 1, 2, 3]
         yield from dict.fromkeys(v for v in values if low <= v <= high)
 
     def _strings(self, event: Event, path: tuple[Any, ...]) -> Iterator[str]:
@@ -215,20 +253,37 @@ class Samples:
 
 
 def _combined(columns: Mapping[str, list[Any]]) -> Iterator[dict[str, Any]]:
-    """Objects in which each part has each of its values, the others their first or second one."""
-    columns = {name: _likely(name, values) for name, values in columns.items()}
+    """Objects that differ in all their parts, and then those that differ in one."""
 
-    def base(index: int) -> dict[str, Any]:
-        return {n: v[min(index, len(v) - 1)] for n, v in columns.items() if v}
+    def base(number: int) -> dict[str, Any]:
+        return {
+            name: values[(number * (2 * index + 1) + index * (number > 1)) % len(values)]
+            for index, (name, values) in enumerate(columns.items())
+            if values
+        }
 
-    bases = [base(0), base(1)]
+    bases = [base(number) for number in range(BASES)]
     yield from bases
     rounds = max(map(len, columns.values()), default=0)
     for number in range(rounds):
         for name, values in columns.items():
             if number < len(values):
-                for one in bases:
+                for one in bases[:4]:
                     yield {**one, name: values[number]}
+
+
+def _flat(raw: Any) -> Any:
+    """A raw value of which each part has its own path."""
+    if not isinstance(raw, dict):
+        return raw
+    found: dict[str, Any] = {}
+    for name, value in raw.items():
+        if isinstance(value, dict):
+            inner = _flat(value)
+            found |= {f"{name}.{path}" if name else path: part for path, part in inner.items()}
+        else:
+            found[name] = value
+    return found
 
 
 _OF_SCANS = {"angle_min": -1.0, "angle_increment": 0.5, "range_min": 0.05, "range_max": 100.0}

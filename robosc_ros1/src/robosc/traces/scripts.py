@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from robosc.emit.controller.naming import file_of
 from robosc.simulate.values.literals import literal_text
@@ -12,12 +13,14 @@ from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import Steps
 from robosc.traces.recorder import Recorder, Run
 from robosc.traces.samples import Narrow, Samples, as_it_is
-from robosc.traces.search import BUDGET, Search
+from robosc.traces.search import BUDGET, Edge, Search
 
 LONGEST_RUN = 40
 """The most inputs of a run, unless it is on its way to something."""
 RUNS = 60
 """The most runs."""
+BEATS = 2
+"""The most periods that pass after an input."""
 ATTEMPTS = 2
 """How often a case is tried whose way did not lead there."""
 
@@ -38,12 +41,13 @@ def choose(supervisor: Supervisor, narrow: Narrow = as_it_is, budget: int = BUDG
     samples = Samples(steps.robot, [s.event for s in steps.steps], narrow)
     search = Search(steps, coverage, samples)
     search.explore(budget)
-    wanted = set(coverage.cases.keys() & search.seen)
+    wanted = set(search.seen)
+    told: set[Any] = set()
     attempts: dict[Case, int] = {}
     runs: list[Run] = []
     shown: set[Case] = set()
     while wanted and len(runs) < RUNS:
-        recorder = Recorder(supervisor, steps, coverage)
+        recorder = Recorder(supervisor, steps, coverage, told)
         shown |= recorder.run.cases
         wanted -= shown
         progress = _extend(recorder, search, wanted, shown, attempts)
@@ -71,24 +75,42 @@ def _extend(
         path = search.path(node, wanted)
         if path is None:
             break
-        for move in path:
+        for edge in path:
             if recorder.is_over:
                 break
-            at = len(recorder.run.lines)
-            recorder.play(move, frozenset())
+            new = _play(recorder, search, edge, wanted)
             inputs += 1
-            new = set().union(*(line.cases for line in recorder.run.lines[at:])) & wanted
-            if new:
-                progress = True
-                shown |= new
-                wanted -= new
-        else:
-            aimed = search.aimed & wanted
-            for case in aimed:
-                attempts[case] = attempts.get(case, 0) + 1
-                if attempts[case] >= ATTEMPTS:
-                    wanted.discard(case)
+            progress = progress or bool(new)
+            shown |= new
+            wanted -= new
+        for case in path[-1][2] & wanted:
+            attempts[case] = attempts.get(case, 0) + 1
+            if attempts[case] >= ATTEMPTS:
+                wanted.discard(case)
     return progress
+
+
+def _play(recorder: Recorder, search: Search, edge: Edge, wanted: set[Case]) -> set[Case]:
+    """Do an input; let beats pass in which commands follow that it allows, and in which it shows
+    that one is not sent. Return the wanted cases that were shown."""
+    move, target, cases = edge
+    lines = recorder.run.lines
+    at = len(lines)
+    recorder.play(move)
+    for _ in range(BEATS):
+        new = set().union(*(line.cases for line in lines[at:])) & wanted
+        arrived = search.node(recorder.state) is target
+        if recorder.is_over or (arrived and not (cases & wanted) - new and not _forbids(new)):
+            break
+        recorder.beat()
+        if _forbids(new):
+            break
+    return set().union(*(line.cases for line in lines[at:])) & wanted
+
+
+def _forbids(cases: set[Case]) -> bool:
+    """Whether one of the cases is that a command must not come."""
+    return any(c[0] in ("blocked", "yields") or (c[0] == "demand" and not c[-2]) for c in cases)
 
 
 def script(supervisor: Supervisor, run: Run, title: str) -> str:

@@ -9,22 +9,23 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter, deque
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from robosc.expr.types import domain
-from robosc.language.events import EventKind, Kind
-from robosc.plant.event_values import value_type
+from robosc.language.events import Kind
 from robosc.runtime.values import Undefined
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import NOTHING, Carried, State, Step, Steps
+from robosc.traces.exact_steps import NOTHING, State, Step, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
 BUDGET = 8000
 """The most inputs that are tried."""
-USUAL = 6
-"""The most samples of an event that stand for the others."""
+USUAL, TRIES = 8, 80
+"""So many samples of an event are tried in each node, and more where there are few events."""
+
+CONVERTED, FIRST = 16, 8
+"""So many samples are tried in the first nodes where enums convert them."""
 
 SILENT = Sample("", {}, NOTHING)
 """What time brings."""
@@ -39,7 +40,7 @@ class Node:
     state: State
     kind: tuple[Any, ...]
     number: int
-    edges: list[tuple[Move, Node, frozenset[Case]]] = field(default_factory=list)
+    edges: list[Edge] = field(default_factory=list)
     is_expanded: bool = False
 
 
@@ -51,15 +52,13 @@ class Search:
         self.coverage = coverage
         self.seen: set[Case] = set()
         """All cases that some edge shows."""
-        self.aimed: frozenset[Case] = frozenset()
-        """The cases that the last path leads to."""
         self.tried = 0
         self._nodes: dict[Any, Node] = {}
         self._expanded: Counter[Any] = Counter()
         self._waiting: list[tuple[int, int, Node]] = []
-        self._usual: dict[int, list[Sample]] = {}
-        self._promising: deque[tuple[Node, Step]] = deque()
-        self._refined: set[tuple[int, int]] = set()
+        self._converted: set[int] = set()
+        """The events of whose value an enum makes another one."""
+        self._promising: deque[tuple[Node, Step, Sample]] = deque()
         near: dict[Case, set[Case]] = {}
         for case in coverage.cases:
             if case[0] in ("demand", "edge", "provide") and case[-1]:
@@ -74,11 +73,10 @@ class Search:
         phases = {f"~{k}": c.kind in calls for k, c in robot.communications.items()}
         self._calls = [p for p, is_message in phases.items() if p in steps.initial and not is_message]
         self._messages = [p for p, is_message in phases.items() if p in steps.initial and is_message]
-        self._inputs: list[tuple[Step, list[Sample]]] = [
-            (s, [SILENT] if s.event.kind.clocked else samples.of(s.event))
-            for s in steps.steps
-            if not s.event.controllable
-        ]
+        self._samples = samples
+        robots = [s for s in steps.steps if not s.event.controllable]
+        self._usual = max(USUAL, TRIES // max(1, len(robots)))
+        self._inputs = [(s, self._distinct(s)) for s in robots]
         state = steps.initial
         for step, before, after in steps.settled(state):
             self.seen |= coverage.of_step(step, before, step.carried(before), after)
@@ -121,28 +119,37 @@ class Search:
             else:
                 break
 
+    def _distinct(self, step: Step) -> list[Sample]:
+        """The samples of an event that differ in what they do at the start."""
+        if step.event.kind.clocked:
+            return [SILENT]
+        start = dict(self.steps.initial)
+        if step.phase is not None and step.sources:
+            start[step.phase] = step.sources[0]
+        found: dict[Any, Sample] = {}
+        for sample in self._samples.of(step.event):
+            after = step.after(start, sample.parts)
+            found.setdefault(None if after is None else self._key(after)[1], sample)
+        if self._samples.converts(step.event):
+            more = self._samples.of(step.event)[:CONVERTED]
+            self._converted.add(step.number)
+            return list(dict.fromkeys([*found.values(), *more]))
+        return list(found.values())
+
     def expand(self, node: Node) -> None:
-        """Try the inputs of a node: of the start all samples, elsewhere those that stand for
-        others."""
+        """Try the inputs of a node."""
         if node.is_expanded:
             return
         node.is_expanded = True
         self._expanded[node.kind] += 1
         for step, samples in self._inputs:
-            if not step.in_phase(node.state):
-                continue
-            before = len(node.edges)
-            tried = self._usual.get(step.number)
-            self._try(node, step, samples if tried is None else tried)
-            if tried is None:
-                chosen = [move[1] for move, _, _ in node.edges[before:]]
-                self._usual[step.number] = list(dict.fromkeys([*samples[:2], *chosen]))[:USUAL]
+            if step.in_phase(node.state):
+                is_first = step.number in self._converted and node.number < FIRST
+                self._try(node, step, samples[: CONVERTED if is_first else self._usual])
 
-    def _refine(self, node: Node, step: Step) -> None:
-        """Try all samples of an event where one of them has shown that a number decides."""
-        if (node.number, step.number) not in self._refined:
-            self._refined.add((node.number, step.number))
-            self._try(node, step, next(all_ for one, all_ in self._inputs if one is step))
+    def _refine(self, node: Node, step: Step, sample: Sample) -> None:
+        """Try what differs little from a sample that has shown that a number decides."""
+        self._try(node, step, self._samples.around(step.event, sample))
 
     def _try(self, node: Node, step: Step, samples: list[Sample]) -> None:
         known = {(m[0].number, t.number, c) for m, t, c in node.edges}
@@ -161,19 +168,28 @@ class Search:
             new = cases - self.seen
             self.seen |= cases
             if any(self._near.get(case, frozenset()) - self.seen for case in new):
-                self._promising.append((node, step))
+                self._promising.append((node, step, sample))
 
     def taken(self, state: State, step: Step, sample: Sample) -> tuple[State, frozenset[Case]] | None:
         """The state after an input and all that follows, and the cases that it shows; None if it is
         not possible, or if fields of 32 bits make a difference."""
-        after = step.after(state, sample.parts)
+        cases: set[Case] = set()
+        parts, rounded = sample.parts, sample.rounded
+        after = step.after(state, parts)
+        if after is None and (refusal := self.steps.refusal_of(step)) is not None:
+            cases |= self.coverage.of_refusal(step, state, parts)
+            step, parts = refusal, refused(parts)
+            rounded = None if rounded is None else refused(rounded)
+            after = step.after(state, parts)
         if after is None:
             return None
-        if sample.rounded is not None:
-            other = step.after(state, sample.rounded)
+        if rounded is not None:
+            other = step.after(state, rounded)
             if other is None or self._key(other)[1] != self._key(after)[1]:
                 return None
-        cases = self.coverage.of_step(step, state, sample.parts, after)
+        cases |= self.coverage.of_step(step, state, parts, after)
+        if step.number in self._converted:
+            cases.add(("value", step.number, sample.text))
         state = after
         for taken, before, after in self.steps.settled(state):
             cases |= self.coverage.of_step(taken, before, taken.carried(before), after)
@@ -181,34 +197,34 @@ class Search:
         cases |= self.coverage.of_state(state)
         return state, frozenset(cases)
 
-    def path(self, start: Node, wanted: set[Case]) -> list[Move] | None:
+    def path(self, start: Node, wanted: set[Case]) -> list[Edge] | None:
         """The shortest known way to an edge that shows wanted cases, the most of those at the same
         distance; None if there is none."""
-        came: dict[int, tuple[Node, Move] | None] = {start.number: None}
+        came: dict[int, tuple[Node, Edge] | None] = {start.number: None}
         queue = deque([(start, 0)])
-        best: tuple[int, Node, Move] | None = None
-        self.aimed = frozenset()
+        best: tuple[int, Node, Edge] | None = None
         reach = None
         while queue:
             node, depth = queue.popleft()
             if reach is not None and depth > reach:
                 break
-            for move, target, cases in node.edges:
-                count = len(cases & wanted)
+            for edge in node.edges:
+                count = len(edge[2] & wanted)
                 if count and (best is None or count > best[0]):
-                    best, reach, self.aimed = (count, node, move), depth, cases & frozenset(wanted)
-                if target.number not in came:
-                    came[target.number] = node, move
-                    queue.append((target, depth + 1))
+                    best, reach = (count, node, edge), depth
+                if edge[1].number not in came:
+                    came[edge[1].number] = node, edge
+                    queue.append((edge[1], depth + 1))
         if best is None:
             return None
-        moves = [best[2]]
+        edges = [best[2]]
         step = came[best[1].number]
         while step is not None:
-            node, move = step
-            moves.append(move)
+            node, edge = step
+            edges.append(edge)
             step = came[node.number]
-        return moves[::-1]
+        return edges[::-1]
 
 
-_ = (Callable, Iterator, EventKind, value_type, Carried)
+Edge: TypeAlias = tuple[Move, Node, frozenset[Case]]
+"""An input, the node that it leads to, and the cases that are shown on the way."""

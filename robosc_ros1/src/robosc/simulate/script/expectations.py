@@ -48,6 +48,10 @@ def expect(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
         _sent(rest, machine, latest)
     elif word == "data":
         _data(rest, machine, latest)
+    elif text == "applied":
+        wrong = [h for h in latest if h.outcome == "mismatch"]
+        if wrong or not latest:
+            raise Failed(f"{wrong[0].name}.{wrong[0].kind}: {wrong[0].detail}" if wrong else "nothing happened")
     elif text == "mismatch":
         if not any(h.outcome == "mismatch" for h in latest):
             raise Failed("there was no mismatch")
@@ -82,6 +86,7 @@ def _instead(wanted: Expr, machine: Machine) -> str:
 
 
 def _enabled(text: str, machine: Machine, wanted: bool) -> None:
+    text, _, because = text.partition(" because ")
     written = event_and_value(text)
     if written is None:
         raise InvalidLine("write an event: expect enabled grab.request")
@@ -91,7 +96,12 @@ def _enabled(text: str, machine: Machine, wanted: bool) -> None:
         if command.enabled is not wanted:
             why = "enabled" if command.enabled else f"not: {'; '.join(map(str, command.reasons))}"
             raise Failed(f"{label(event)} is {why}")
+        told = "; ".join(reason.text for reason in command.reasons)
+        if because and told != because:
+            raise Failed(f"{label(event)} is disabled because {told}")
         return
+    if because:
+        raise InvalidLine(f"{label(event)} is no command: only commands have reasons")
     raw = parse_raw(written[1])
     given = None
     if raw is not None:
