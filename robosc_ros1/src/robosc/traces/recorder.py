@@ -15,7 +15,6 @@ from typing import Any
 from robosc.expr.tree import Literal, ParameterRef
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.language.events import EventKind, Kind
-from robosc.plant.automaton import Event
 from robosc.runtime.places import places
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.machines.execute import Execution, read_settings
@@ -27,15 +26,19 @@ from robosc.traces.exact_steps import NOTHING, Carried, State, Step, Steps, refu
 from robosc.traces.samples import Sample
 from robosc.traces.search import Move
 
-PATIENCE = 3600
-"""Seconds of deadlines that no run is to meet."""
-MARGIN = 0.001
+PATIENCE = 100000
+"""Seconds of deadlines that no run is to meet: calls are answered by scripts."""
+RATE = 4.0
+"""Hertz: how often commands are repeated, unless the model says so."""
+MARGIN = 0.01
 """Seconds before a message would be silent in which it is sent again."""
-LONGEST = 30.0
+LONGEST = 60.0
 """Seconds: longer times of the model are not waited for."""
 LONGEST_BEAT = 1.0
 """Seconds: what is sent more seldom is not waited for."""
-BEATS = 300
+TOGETHER = 0.002
+"""Seconds: what the clock brings within this time comes with one wait."""
+BEATS = 400
 """The most moments of a clock that one wait may have."""
 
 
@@ -81,13 +84,19 @@ class Recorder:
         self._timeouts = {
             f"~{key}": found
             for key, c in self._robot.communications.items()
-            if c.kind is Kind.OUTGOING and (found := seconds(c.timeout)) is not None
+            if c.kind is Kind.OUTGOING and (found := _seconds(c.timeout)) is not None
         }
         calls = [c for c in self._robot.communications.values() if c.kind in (Kind.SERVICE, Kind.ACTION)]
         names = self._robot.display_names
-        parameters = {f"timeout/{names[c.key]}": PATIENCE for c in calls}
+        parameters: dict[str, Any] = {"rate": RATE}
+        parameters |= {f"timeout/{names[c.key]}": PATIENCE for c in calls}
         parameters |= {
             f"goal_timeout/{names[c.key]}": PATIENCE for c in calls if c.kind is Kind.ACTION
+        }
+        self._fields = {
+            label(s.event): self._robot.commands[s.event.command].field or ""
+            for s in steps.commands
+            if s.event.kind.sent
         }
         self.run = Run(parameters)
         self.machine = Execution(supervisor, read_settings(self._robot, parameters))
@@ -168,6 +177,9 @@ class Recorder:
     def _wait(self, time: float, until: Step | None = None) -> bool:
         """Let time pass; whether an event happened then."""
         happened = self.machine.wait(time)
+        while (more := self.machine.next_deadline) is not None and more < TOGETHER:
+            time += _up(more)
+            happened += self.machine.wait(_up(more))
         self._record(f"wait {time:.6f}".rstrip("0").rstrip("."), None, NOTHING, happened)
         event = None if until is None else until.event
         return event is not None and any(
@@ -264,7 +276,7 @@ class Recorder:
         for name, data in latest.items():
             fields = [
                 f"{path}: {literal_text(v, True)}"
-                for path, v in _leaves(jsonable(data))
+                for path, v in _leaves(jsonable(data), self._fields.get(name, ""))
                 if "header" not in path.split(".")
             ]
             if fields:
@@ -303,6 +315,16 @@ def _assigned(step: Step, state: State, parts: Carried) -> Iterator[str]:
             yield from (key for key, *_ in edge.assigned)
 
 
+def _seconds(expr: Any) -> float | None:
+    """The default of a duration; None if there is none."""
+    match expr:
+        case Literal(value=int() | float() as value):
+            return float(value)
+        case ParameterRef(parameter=parameter):
+            return float(parameter.default)
+    return None
+
+
 def _up(delay: float) -> float:
     """A time in microseconds that is not shorter."""
     return max(math.ceil(round(delay * 1e6, 3)) / 1e6, 1e-6)
@@ -333,16 +355,3 @@ def _leaves(data: Any, before: str = "") -> Iterator[tuple[str, Any]]:
             yield from _leaves(part, f"{before}[{number}]")
     else:
         yield before, data
-
-
-def seconds(expr: Any) -> float | None:
-    """The default of a duration; None if there is none."""
-    match expr:
-        case Literal(value=int() | float() as value):
-            return float(value)
-        case ParameterRef(parameter=parameter):
-            return float(parameter.default)
-    return None
-
-
-_ = Event
