@@ -299,10 +299,27 @@ def _package(path: str | Path, options: Options, output: Output) -> _Made:
     _bounded(supervisor)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
     emit = {"ros1": ros1_target.emit, "ros2": ros2_target.emit}[output.target]
-    package = emit(supervisor, name, config.of_package(name), output.mode)
+    runs = _runs(supervisor, Path(path), output, config)
+    package = emit(supervisor, name, config.of_package(name), output.mode, runs)
     folder = output.folder or config.output.get(output.target) or Path()
     location = None if output.folder else config.locations.get((output.target, output.mode))
     return _Made(supervisor, diagnostics, package, folder, location, config.warnings)
+
+
+def _runs(
+    supervisor: Supervisor, path: Path, output: Output, config: Config
+) -> Mapping[str, str]:
+    """The files of the test of a controller's package: which runs it plays."""
+    from robosc.model.ros.definitions import MessageDefinitions
+    from robosc.traces.narrow_fields import narrowing
+    from robosc.traces.scripts import choose, files
+
+    if output.mode != "controller":
+        return {}
+    version = {"ros1": "1", "ros2": "2"}[output.target]
+    definitions = MessageDefinitions.for_model(path, ros_version=version)
+    chosen = choose(supervisor, narrowing(supervisor.plant.robot, definitions))
+    return files(supervisor, chosen, config.untested)
 
 
 def _refuse_corrections(robot: Robot) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from dataclasses import replace
 
 from robosc.emit.package.config import DEFAULTS, Config
@@ -14,13 +16,17 @@ from robosc.supervisor import Supervisor
 
 
 def emit(
-    supervisor: Supervisor, package: str, config: Config = DEFAULTS, mode: Mode = "controller"
+    supervisor: Supervisor,
+    package: str,
+    config: Config = DEFAULTS,
+    mode: Mode = "controller",
+    runs: Mapping[str, str] = MappingProxyType({}),
 ) -> Package:
     """The package, ready to be built with catkin.
 
     See :func:`robosc.emit.package.target.package_of`.
     """
-    return package_of(_ROS1, supervisor, package, config, mode)
+    return package_of(_ROS1, supervisor, package, config, mode, runs)
 
 
 def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
@@ -78,7 +84,7 @@ _ROS1 = Target(
             "README.md": "monitor_README.md",
         },
     },
-    programs={"controller": "play_robot", "supervisor": "play_both", "monitor": "play_monitor"},
+    programs={"controller": "play_scripts", "supervisor": "play_both", "monitor": "play_monitor"},
     dependencies=(  # actions: ros_actions.py imports them always
         "actionlib", "actionlib_msgs", "diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs",
     ),

@@ -6,6 +6,8 @@ what is different is the wiring, and what the build tools want to see.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from dataclasses import replace
 
 from robosc.emit.package.config import DEFAULTS, Config, declared_communications, shared_topics
@@ -27,7 +29,11 @@ _FOLDERS = {
 
 
 def emit(
-    supervisor: Supervisor, package: str, config: Config = DEFAULTS, mode: Mode = "controller"
+    supervisor: Supervisor,
+    package: str,
+    config: Config = DEFAULTS,
+    mode: Mode = "controller",
+    runs: Mapping[str, str] = MappingProxyType({}),
 ) -> Package:
     """The package, ready to be built with colcon.
 
@@ -37,7 +43,7 @@ def emit(
         UsageError: a topic has two types, too.
     """
     _demand_one_type_per_topic(supervisor.plant.robot)
-    return package_of(_ROS2, supervisor, package, config, mode)
+    return package_of(_ROS2, supervisor, package, config, mode, runs)
 
 
 def _demand_one_type_per_topic(robot: Robot) -> None:
@@ -120,7 +126,7 @@ _ROS2 = Target(
         },
     },
     programs={
-        "controller": "test_play_robot",
+        "controller": "test_play_scripts",
         "supervisor": "test_play_both",
         "monitor": "test_play_monitor",
     },

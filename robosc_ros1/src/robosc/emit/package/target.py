@@ -25,6 +25,10 @@ from robosc.emit.package.package_context import PackageContext, TopicView, escap
 from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
+from robosc.emit.package.robot_under_test import (
+    commands_under_test,
+    communications_under_test,
+)
 from robosc.emit.supervisor.listening import heard_by_shadow, monitor_context, monitor_readme
 from robosc.emit.supervisor.supervisor_package import relay_context
 from robosc.emit.write.line_breaks import break_long_lines
@@ -80,11 +84,17 @@ _NODES: Mapping[Mode, str] = {
 
 
 def package_of(
-    target: Target, supervisor: Supervisor, package: str, config: Config, mode: Mode
+    target: Target,
+    supervisor: Supervisor,
+    package: str,
+    config: Config,
+    mode: Mode,
+    runs: Mapping[str, str],
 ) -> Package:
     """The package, ready to be written and built.
 
-    ``package`` is a legal package name; the node has the same.
+    ``package`` is a legal package name; the node has the same. ``runs`` are further files, by path:
+    those of its test.
 
     Raises:
         ModelError: a supervisor cannot do what it must with the topics of the model.
@@ -117,8 +127,13 @@ def package_of(
         f"{modules}/controller.py": render("common/node/controller.py.jinja", controller),
         f"{modules}/model.py": _model_module(supervisor, source),
         f"{modules}/node.py": render(f"common/node/{_NODES[mode]}.jinja", context),
-        "test/plant_data.py": plant_module(configured, source, whole_guards(supervisor)),
+        **runs,
     }
+    if mode == "controller":
+        texts["test/robot_under_test.py"] = _robot_module(robot, package, source)
+    else:
+        guards = whole_guards(supervisor)
+        texts["test/plant_data.py"] = plant_module(configured, source, guards)
     for path, template in {**target.templates, **target.of_mode[mode]}.items():
         shown = escaped(context) if template.endswith(_XML) else context
         text = render(f"{target.name}/{template}.jinja", readme if path == "README.md" else shown)
@@ -140,6 +155,20 @@ def _model_module(supervisor: Supervisor, source: str) -> str:
     sentence = "The model as data, as it is published on ~model."
     model = assignment("MODEL", model_document(supervisor, source))
     return _data_module(source, sentence, f"\n{model}")
+
+
+def _robot_module(robot: Robot, package: str, source: str) -> str:
+    sentence = "What the test uses of the package, and knows of the robot."
+    body = f"""
+from {package}.node import TABLES
+
+__all__ = ["COMMANDS", "COMMUNICATIONS", "PACKAGE", "TABLES"]
+
+PACKAGE = "{package}"
+"""
+    body += assignment("COMMUNICATIONS", communications_under_test(robot))
+    body += assignment("COMMANDS", commands_under_test(robot))
+    return _data_module(source, sentence, body)
 
 
 def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:
