@@ -311,6 +311,7 @@ def _runs(
 ) -> Mapping[str, str]:
     """The files of the test of a controller's package: which runs it plays."""
     from robosc.model.ros.definitions import MessageDefinitions
+    from robosc.simulate.start import supervisor_with
     from robosc.traces.narrow_fields import narrowing
     from robosc.traces.scripts import choose, files
 
@@ -318,8 +319,9 @@ def _runs(
         return {}
     version = {"ros1": "1", "ros2": "2"}[output.target]
     definitions = MessageDefinitions.for_model(path, ros_version=version)
-    chosen = choose(supervisor, narrowing(supervisor.plant.robot, definitions))
-    return files(supervisor, chosen, config.untested)
+    configured = supervisor_with(supervisor, config.parameters)
+    chosen = choose(configured, narrowing(configured.plant.robot, definitions))
+    return files(configured, chosen, config.untested)
 
 
 def _refuse_corrections(robot: Robot) -> None:

@@ -14,7 +14,7 @@ import rosgraph
 import roslib.message
 import rospy
 from message_fields import attribute_of, plain
-from robot_under_test import PACKAGE, TABLES
+from robot_under_test import PACKAGE, PARAMETERS, TABLES
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
@@ -22,6 +22,9 @@ BEGUN = 1000.0
 """Seconds: the time at which runs begin."""
 CREEP = 1e-6
 """Seconds by which the clock goes on while nothing happens, so that it does not stand still."""
+
+USUAL = {"whole_values": True, "state_rate": 200.0, "stop_command": ""}
+"""Parameters of the node under test."""
 
 
 def resolved(name):
@@ -100,7 +103,7 @@ class Robot:
     # --- the node ------------------------------------------------------------------------------
 
     def __call__(self, parameters):
-        self._parameters = {"whole_values": True, "state_rate": 200.0, **parameters}
+        self._parameters = {**PARAMETERS, **USUAL, **parameters}
         return self
 
     def __enter__(self):

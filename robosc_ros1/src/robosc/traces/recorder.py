@@ -89,6 +89,7 @@ class Recorder:
         calls = [c for c in self._robot.communications.values() if c.kind in (Kind.SERVICE, Kind.ACTION)]
         names = self._robot.display_names
         parameters: dict[str, Any] = {"rate": RATE}
+        parameters |= {f"timeout/{names[p[1:]]}": time for p, time in self._timeouts.items()}
         parameters |= {f"timeout/{names[c.key]}": PATIENCE for c in calls}
         parameters |= {
             f"goal_timeout/{names[c.key]}": PATIENCE for c in calls if c.kind is Kind.ACTION

@@ -65,7 +65,6 @@ _ROS1 = Target(
         "setup.py": "setup.py",
         "scripts/{package}": "script",
         "config/{package}.yaml": "config.yaml",
-        "test/package_under_test.py": "package_under_test.py",
     },
     of_mode={
         "controller": {
@@ -74,11 +73,13 @@ _ROS1 = Target(
             "README.md": "README.md",
         },
         "supervisor": {
+            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch": "supervisor.launch",
             "test/{rostest}.test": "supervisor_rostest",
             "README.md": "supervisor_README.md",
         },
         "monitor": {
+            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch": "launch",
             "test/{rostest}.test": "monitor_rostest",
             "README.md": "monitor_README.md",

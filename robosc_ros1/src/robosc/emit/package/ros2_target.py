@@ -109,7 +109,6 @@ _ROS2 = Target(
         "setup.cfg": "setup.cfg",
         "resource/{package}": "marker",
         "config/{package}.yaml": "config.yaml",
-        "test/package_under_test.py": "package_under_test.py",
     },
     of_mode={
         "controller": {
@@ -117,10 +116,12 @@ _ROS2 = Target(
             "README.md": "README.md",
         },
         "supervisor": {
+            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch.py": "supervisor.launch.py",
             "README.md": "supervisor_README.md",
         },
         "monitor": {
+            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch.py": "monitor.launch.py",
             "README.md": "monitor_README.md",
         },
