@@ -29,7 +29,10 @@ from robosc.errors import (
 from robosc.names import package_name, package_name_fault
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from robosc.emit.export.export import Format
+    from robosc.emit.package.config import Config
     from robosc.emit.package.package import Mode, Package
     from robosc.emit.write.writer import Written
     from robosc.model.entities import Robot
@@ -306,9 +309,7 @@ def _package(path: str | Path, options: Options, output: Output) -> _Made:
     return _Made(supervisor, diagnostics, package, folder, location, config.warnings)
 
 
-def _runs(
-    supervisor: Supervisor, path: Path, output: Output, config: Config
-) -> Mapping[str, str]:
+def _runs(supervisor: Supervisor, path: Path, output: Output, config: Config) -> Mapping[str, str]:
     """The files of the test of a controller's package: which runs it plays."""
     from robosc.model.ros.definitions import MessageDefinitions
     from robosc.simulate.start import supervisor_with

@@ -29,7 +29,9 @@ USUAL = {"whole_values": True, "state_rate": 200.0, "stop_command": ""}
 
 def resolved(name):
     """Return a name as the node resolves it; its private names are below its own name."""
-    return rospy.resolve_name("/%s/%s" % (PACKAGE, name[1:].lstrip("/")) if name[0] == "~" else name)
+    return rospy.resolve_name(
+        "/%s/%s" % (PACKAGE, name[1:].lstrip("/")) if name[0] == "~" else name
+    )
 
 
 def fill(message, parts):
@@ -190,7 +192,9 @@ class Robot:
             name, type_ = self._served[key]
             rospy.wait_for_service(name)
             request = fill(type_._request_class(), fields)
-            threading.Thread(target=self._ask, args=(key, name, type_, request), daemon=True).start()
+            threading.Thread(
+                target=self._ask, args=(key, name, type_, request), daemon=True
+            ).start()
             return
         name, type_ = self._served_goals[key]
         if key not in self._clients:
@@ -266,4 +270,3 @@ def _by_name(servers):
 
 def _subscriber(manager, topic):
     return manager.subs.get(topic) if hasattr(manager, "subs") else None
-

@@ -295,4 +295,3 @@ def filled(message, fields):
     """Return a message with these fields."""
     ros_messages.fill(message, fields)
     return ros_messages.sendable(message)
-

@@ -205,7 +205,10 @@ class Coverage:
             event = step.event
             if not event.controllable:
                 for phase in step.sources or ("",):
-                    yield ("event", step.number, phase), f"{label(event)}{phase and f' while {phase}'}"
+                    yield (
+                        ("event", step.number, phase),
+                        f"{label(event)}{phase and f' while {phase}'}",
+                    )
             for partner in step.partners:
                 if partner.component in (*self._components, event.key):
                     yield from self._of_partner(step, partner)
@@ -223,7 +226,10 @@ class Coverage:
                 yield ("demand", number, index, *outcome), told
         for partner in rule.step.partners:
             if partner.blocking:
-                yield ("blocked", number, partner.component), f"{name}: {partner.component} blocks it"
+                yield (
+                    ("blocked", number, partner.component),
+                    f"{name}: {partner.component} blocks it",
+                )
         for other in rule.preferred:
             yield ("yields", number, other.number), f"{name} waits for {label(other.event)}"
         for index, (provide, condition) in enumerate(self._provides[number]):

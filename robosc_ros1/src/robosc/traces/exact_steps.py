@@ -236,7 +236,13 @@ def refused(parts: Carried) -> Carried:
 
 def _parts(data: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, Any]]:
     yield path, data
-    inner = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    inner = (
+        data.items()
+        if isinstance(data, dict)
+        else enumerate(data)
+        if isinstance(data, list)
+        else ()
+    )
     for name, part in inner:
         yield from _parts(part, (*path, name))
 
@@ -387,4 +393,3 @@ class Steps:
                     break
             else:
                 return
-

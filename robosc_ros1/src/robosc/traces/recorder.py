@@ -16,6 +16,7 @@ from robosc.expr.tree import Literal, ParameterRef
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.language.events import EventKind, Kind
 from robosc.runtime.places import places
+from robosc.runtime.settings import parameter_name
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.machines.execute import Execution, read_settings
 from robosc.simulate.machines.machine import Happening, label
@@ -86,8 +87,10 @@ class Recorder:
             for key, c in self._robot.communications.items()
             if c.kind is Kind.OUTGOING and (found := _seconds(c.timeout)) is not None
         }
-        calls = [c for c in self._robot.communications.values() if c.kind in (Kind.SERVICE, Kind.ACTION)]
-        names = self._robot.display_names
+        calls = [
+            c for c in self._robot.communications.values() if c.kind in (Kind.SERVICE, Kind.ACTION)
+        ]
+        names = {k: parameter_name(n) for k, n in self._robot.display_names.items()}
         parameters: dict[str, Any] = {"rate": RATE}
         parameters |= {f"timeout/{names[p[1:]]}": time for p, time in self._timeouts.items()}
         parameters |= {f"timeout/{names[c.key]}": PATIENCE for c in calls}
@@ -206,7 +209,11 @@ class Recorder:
         cases |= self._coverage.of_state(self.state)
         if self.machine.stopped is not None:
             self.is_over = True
-        expected = (*self._applied(step, before), *self._expected(before, sent, assigned), *self._reasons())
+        expected = (
+            *self._applied(step, before),
+            *self._expected(before, sent, assigned),
+            *self._reasons(),
+        )
         self.run.lines.append(Line(text, expected, frozenset(cases)))
 
     def _follow(
@@ -273,7 +280,7 @@ class Recorder:
     ) -> Iterator[str]:
         names = [label(step.event) for step, _ in sent]
         yield f"sent {', '.join(_folded(names)) or 'nothing'}"
-        latest = {label(step.event): data for step, data in sent if data is not None}
+        latest = {label(s.event): d for s, d in sent if d is not None and s.event.kind.sent}
         for name, data in latest.items():
             fields = [
                 f"{path}: {literal_text(v, True)}"
@@ -298,7 +305,12 @@ class Recorder:
         for key, variable in self._robot.variables.items():
             value = self.state[key]
             plain = not isinstance(variable.type, ArrayType | ObjectType)
-            if plain and value is not None and " " not in key and (value != before[key] or key in assigned):
+            if (
+                plain
+                and value is not None
+                and " " not in key
+                and (value != before[key] or key in assigned)
+            ):
                 enum = isinstance(variable.type, EnumType)
                 quoted = isinstance(variable.type, StringType)
                 if not (isinstance(value, float) and not math.isfinite(value)):

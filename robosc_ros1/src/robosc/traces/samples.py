@@ -112,7 +112,7 @@ class Samples:
             return [sample]
         found: dict[str, Sample] = {}
         for name, values in self._columns(event, type_).items():
-            for value in values[:MOST // 4]:
+            for value in values[: MOST // 4]:
                 raw = _flat({**sample.raw, name: value})
                 if (text := _text(raw)) not in found:
                     other = self._sample(event, raw, text)
@@ -318,24 +318,22 @@ def _is_number(value: Any) -> bool:
 
 def _constants(expr: Expr) -> Iterator[Any]:
     for part in walk(expr):
-        match part:
-            case Literal(value=tuple() as values):
-                yield from values
-            case Literal(value=dict() as values):
-                yield from values.values()
-            case Unary(operator="-", operand=Literal(value=int() | float() as value)):
-                yield -value
-            case Literal(value=value):
+        if isinstance(part, Literal):
+            value: Any = part.value
+            if isinstance(value, dict):
+                yield from value.values()
+            elif isinstance(value, tuple):
+                yield from value
+            else:
                 yield value
-            case ParameterRef(parameter=parameter):
-                yield parameter.default
-            case Convert(type=enum):
-                for rule in enum.rules:
-                    yield from _constants(condition_of(rule))
-
-
-def _key(part: Expr) -> Any:
-    return part.key if isinstance(part, VariableRef) else None
+        elif isinstance(part, Unary) and part.operator == "-" and isinstance(part.operand, Literal):
+            negative: Any = part.operand.value
+            yield -negative
+        elif isinstance(part, ParameterRef):
+            yield part.parameter.default
+        elif isinstance(part, Convert):
+            for rule in part.type.rules:
+                yield from _constants(condition_of(rule))
 
 
 def _expressions(robot: Robot, events: Iterable[Event]) -> Iterator[tuple[Expr, frozenset[Any]]]:
@@ -388,7 +386,7 @@ def _enums(type_: Type, path: tuple[Any, ...]) -> Iterator[tuple[EnumType, tuple
 def _comparisons(expr: Expr) -> Iterator[Expr]:
     """The comparisons in an expression; itself if there are none."""
     found = [p for p in walk(expr) if isinstance(p, Binary) and p.operation.is_comparison]
-    return iter(found or [expr])
+    yield from found or (expr,)
 
 
 def _origins(events: Iterable[Event]) -> dict[Any, frozenset[Any]]:

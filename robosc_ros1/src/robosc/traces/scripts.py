@@ -18,7 +18,7 @@ from robosc.traces.recorder import Recorder, Run
 from robosc.traces.samples import Narrow, Samples, as_it_is
 from robosc.traces.search import BUDGET, Edge, Search
 
-LONGEST_RUN = 40
+LONGEST_RUN = 120
 """The most inputs of a run, unless it is on its way to something."""
 RUNS = 60
 """The most runs."""
@@ -77,15 +77,15 @@ def _extend(
     """Lead a run to wanted cases until there are none near; whether it showed any."""
     progress = False
     inputs = 0
-    while wanted and not recorder.is_over and inputs < LONGEST_RUN:
+    while wanted and inputs < LONGEST_RUN:
+        if recorder.is_over:
+            break
         node = search.node(recorder.state)
         search.expand(node)
         path = search.path(node, wanted)
         if path is None:
             break
         for edge in path:
-            if recorder.is_over:
-                break
             new = _play(recorder, search, edge, wanted)
             inputs += 1
             progress = progress or bool(new)
@@ -101,6 +101,8 @@ def _extend(
 def _play(recorder: Recorder, search: Search, edge: Edge, wanted: set[Case]) -> set[Case]:
     """Do an input; let beats pass in which commands follow that it allows, and in which it shows
     that one is not sent. Return the wanted cases that were shown."""
+    if recorder.is_over:
+        return set()
     move, target, cases = edge
     lines = recorder.run.lines
     at = len(lines)
@@ -184,7 +186,9 @@ def _untested(traces: Traces, untested: Collection[str]) -> list[str]:
         if ("sent", rule.step.number) not in traces.shown and not never:
             names = (event.name, label(event))
             if not untested or not set(names) & set(untested):
-                found.append(f"{label(event)} is not shown ({traces.why}); see untested in robosc.yaml")
+                found.append(
+                    f"{label(event)} is not shown ({traces.why}); see untested in robosc.yaml"
+                )
     return found
 
 

@@ -71,8 +71,12 @@ class Search:
         self._places = [c.name for c in robot.components if c.behaviour is not None]
         calls = (Kind.OUTGOING, Kind.INCOMING)
         phases = {f"~{k}": c.kind in calls for k, c in robot.communications.items()}
-        self._calls = [p for p, is_message in phases.items() if p in steps.initial and not is_message]
-        self._messages = [p for p, is_message in phases.items() if p in steps.initial and is_message]
+        self._calls = [
+            p for p, is_message in phases.items() if p in steps.initial and not is_message
+        ]
+        self._messages = [
+            p for p, is_message in phases.items() if p in steps.initial and is_message
+        ]
         self._samples = samples
         robots = [s for s in steps.steps if not s.event.controllable]
         self._usual = max(USUAL, TRIES // max(1, len(robots)))
@@ -170,7 +174,9 @@ class Search:
             if any(self._near.get(case, frozenset()) - self.seen for case in new):
                 self._promising.append((node, step, sample))
 
-    def taken(self, state: State, step: Step, sample: Sample) -> tuple[State, frozenset[Case]] | None:
+    def taken(
+        self, state: State, step: Step, sample: Sample
+    ) -> tuple[State, frozenset[Case]] | None:
         """The state after an input and all that follows, and the cases that it shows; None if it is
         not possible, or if fields of 32 bits make a difference."""
         cases: set[Case] = set()

@@ -118,7 +118,10 @@ class Player:
         else:
             self.robot.recall(key)
         self.wait(
-            lambda: any((e["event"]["name"], e["event"]["kind"]) == (name, kind) for e in self.events[number:]),
+            lambda: any(
+                (e["event"]["name"], e["event"]["kind"]) == (name, kind)
+                for e in self.events[number:]
+            ),
             "%s.%s" % (name, kind),
         )
 
@@ -282,4 +285,3 @@ def report(passed):
         told = ["shown" if set(names) & passed else why for names, why in (shown, forbidden)]
         rows.append("%-24s true: %-28s false: %-28s %s" % (place, told[0], told[1], text))
     return rows
-

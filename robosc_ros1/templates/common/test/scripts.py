@@ -37,7 +37,9 @@ def read(lines):
         elif word == "quit":
             break
         elif word in FOR_SIMULATE or word == "set":
-            raise Fault("line %d: '%s' is for robosc simulate, not for a running node" % (number, word))
+            raise Fault(
+                "line %d: '%s' is for robosc simulate, not for a running node" % (number, word)
+            )
         elif text:
             steps.append(Step(number, text))
     return parameters, steps

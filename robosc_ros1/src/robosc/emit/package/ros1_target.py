@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from dataclasses import replace
+from types import MappingProxyType
 
 from robosc.emit.package.config import DEFAULTS, Config
 from robosc.emit.package.package import Mode, Package

@@ -7,8 +7,8 @@ what is different is the wiring, and what the build tools want to see.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from dataclasses import replace
+from types import MappingProxyType
 
 from robosc.emit.package.config import DEFAULTS, Config, declared_communications, shared_topics
 from robosc.emit.package.package import Mode, Package

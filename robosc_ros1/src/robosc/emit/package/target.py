@@ -166,7 +166,7 @@ def _robot_module(target: Target, robot: Robot, package: str, source: str) -> st
     own = f"from {package} import ros_messages, ros_parameters\n" if target.has_qos else ""
     offered = ["COMMANDS", "COMMUNICATIONS", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES"]
     offered += ["ros_messages", "ros_parameters"] if target.has_qos else []
-    body = f'\n{own}from {package}.node import TABLES\n\n'
+    body = f"\n{own}from {package}.node import TABLES\n\n"
     body += assignment("__all__", offered)
     body += f'\nPACKAGE = "{package}"\n'
     body += assignment("PARAMETERS", parameters)

@@ -51,7 +51,11 @@ def expect(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
     elif text == "applied":
         wrong = [h for h in latest if h.outcome == "mismatch"]
         if wrong or not latest:
-            raise Failed(f"{wrong[0].name}.{wrong[0].kind}: {wrong[0].detail}" if wrong else "nothing happened")
+            raise Failed(
+                f"{wrong[0].name}.{wrong[0].kind}: {wrong[0].detail}"
+                if wrong
+                else "nothing happened"
+            )
     elif text == "mismatch":
         if not any(h.outcome == "mismatch" for h in latest):
             raise Failed("there was no mismatch")
