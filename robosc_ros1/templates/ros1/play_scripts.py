@@ -16,7 +16,7 @@ class PlayScripts(unittest.TestCase):
     """Each script is a test; the last one looks at what all of them have shown."""
 
     robot = None
-    passed = set()
+    passed: set = set()  # noqa: RUF012
 
     def run_script(self, script):
         play(script, self.robot)

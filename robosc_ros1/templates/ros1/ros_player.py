@@ -74,7 +74,7 @@ class Robot:
         self._servers, self.place = [], {}
         for name, type_, keys in _by_name(TABLES.services):
             rospy.Service(name, type_, functools.partial(self._serve, keys, type_))
-        for name, type_, keys in _by_name((*TABLES.services, *TABLES.actions)):
+        for _, _, keys in _by_name((*TABLES.services, *TABLES.actions)):
             self.place.update(dict.fromkeys(keys, keys[0]))
         for name, type_, keys in _by_name(TABLES.actions):
             on_goal = functools.partial(self._begin, keys)

@@ -191,7 +191,7 @@ class Robot:
     def turn_clock(self, seconds):
         self.time += seconds
         whole = int(self.time)
-        stamp = Time(sec=whole, nanosec=int(round((self.time - whole) * 1e9)) % 10**9)
+        stamp = Time(sec=whole, nanosec=round((self.time - whole) * 1e9) % 10**9)
         self._clock.publish(Clock(clock=stamp))
 
     def creep(self):

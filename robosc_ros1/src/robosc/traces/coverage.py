@@ -118,11 +118,14 @@ class Condition:
 
     def _atom(self, expr: Expr) -> Atom:
         sides, step = None, 0.0
-        if isinstance(expr, Binary) and expr.operation.is_comparison:
-            if isinstance(expr.left.type, DoubleType | IntegerType):
-                sides = function(expr.left), function(expr.right)
-                both = (expr.left.type, expr.right.type)
-                step = float(all(isinstance(t, IntegerType) for t in both))
+        if (
+            isinstance(expr, Binary)
+            and expr.operation.is_comparison
+            and isinstance(expr.left.type, DoubleType | IntegerType)
+        ):
+            sides = function(expr.left), function(expr.right)
+            both = (expr.left.type, expr.right.type)
+            step = float(all(isinstance(t, IntegerType) for t in both))
         return Atom(self._text(expr), function(expr), sides, step)
 
 

@@ -1,4 +1,4 @@
-"""Steps of the controlled plant on exact data, compiled: events, guards and conditions as functions.
+"""Steps of the controlled plant on exact data, compiled to functions.
 
 A state is a dict: component to the name of its location, ``Component.variable`` to its value, and
 ``~key`` to the phase of a communication. An event reads what it carries from a dict by path.
@@ -192,11 +192,11 @@ class Step:
                     new = value(state, carried)
                 except Undefined:
                     continue
-                if isinstance(type_, IntegerType) and type_.bounds is not None:
-                    if not type_.bounds[0] <= new <= type_.bounds[1]:
-                        if decides:
-                            return None
-                        continue
+                bounds = type_.bounds if isinstance(type_, IntegerType) else None
+                if bounds is not None and not bounds[0] <= new <= bounds[1]:
+                    if decides:
+                        return None
+                    continue
                 found[key] = widen(new) if isinstance(type_, DoubleType) else new
         return found
 

@@ -263,9 +263,10 @@ class Recorder:
     def _applied(self, step: Step | None, before: State) -> Iterator[str]:
         """That an answer was one."""
         calls = (Kind.SERVICE, Kind.ACTION)
-        if step is not None and self._robot.communications[step.event.key].kind in calls:
-            if self._steps.refusal_of(step) is None:
-                yield "applied"
+        if step is None or self._robot.communications[step.event.key].kind not in calls:
+            return
+        if self._steps.refusal_of(step) is None:
+            yield "applied"
 
     def _reasons(self) -> Iterator[str]:
         """Why commands are disabled, where no run has told that yet."""

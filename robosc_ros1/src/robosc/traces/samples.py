@@ -1,7 +1,7 @@
 """What the robot sends in runs: values at, just below and just above the numbers of the model.
 
-A sample is written as a script writes it: a literal, or literals by path, in the types of ROS, before
-any enum converts them.
+A sample is written as a script writes it: a literal, or literals by path, in the types of ROS,
+before any enum converts them.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 from robosc.expr.traversal import path_text, walk
@@ -209,7 +210,7 @@ class Samples:
         more = {a * b for a in finite for b in finite} if len(finite) < 6 else set()
         more |= {a / b for a in finite for b in finite if b} if len(finite) < 6 else set()
         far = [finite[0] - 1.0, finite[-1] + 1.0]
-        far += [(a + b) / 2 for a, b in zip(finite, finite[1:])]
+        far += [(a + b) / 2 for a, b in pairwise(finite)]
         near = [v + sign * NEAR * max(1.0, abs(v)) for v in finite for sign in (0, -1, 1)]
         rest = sorted(more | {-v for v in finite} | {0.0})
         yield from map(_rounded, dict.fromkeys([*far, *near, *rest]))

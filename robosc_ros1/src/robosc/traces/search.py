@@ -1,7 +1,7 @@
 """The search for states in which cases are shown: a graph of inputs, bounded by its steps.
 
-A node stands for all states that agree in locations, phases, finite variables and in the atoms of all
-conditions; its own state is the first that was reached. An edge is one input, with all that the
+A node stands for all states that agree in locations, phases, finite variables and in the atoms of
+all conditions; its own state is the first that was reached. An edge is one input, with all that the
 controller does about it. What is found depends on nothing but the model.
 """
 

@@ -79,8 +79,8 @@ def value(text):
 def put(document, path, part):
     """Set a part of nested dicts and lists."""
     names = [int(n) if n.isdigit() else n for n in re.findall(r"\w+", path.replace("^", ""))]
-    for name, following in zip(names, names[1:]):
-        inner = [] if isinstance(following, int) else {}
+    for number, name in enumerate(names[:-1]):
+        inner = [] if isinstance(names[number + 1], int) else {}
         if isinstance(document, list):
             document.extend({} for _ in range(name + 1 - len(document)))
             document = document[name]
