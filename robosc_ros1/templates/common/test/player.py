@@ -32,7 +32,7 @@ class Player:
         self.events, self.states = [], deque(maxlen=1)
         self.arrived = defaultdict(deque)
         """What came to the robot: by key of a communication, or by topic."""
-        self._judged, self._early, self._crept = 0, 0, 0.0
+        self._judged, self._early, self._begun, self._crept = 0, 0, 0, 0.0
         self._topics = {key: topic for topic, _, keys in TABLES.publications for key in keys}
         self._last, self._coming = [], []
         robot.player = self
@@ -170,6 +170,8 @@ class Player:
     def _sent_since(self, begun):
         found = []
         for entry in self.events[begun:]:
+            if entry["number"] <= self._begun:
+                continue
             name, kind = entry["event"]["name"], entry["event"]["kind"]
             if (name, kind) in COMMANDS and entry["outcome"] == "applied":
                 found.append("%s.%s" % (name, kind))
@@ -199,6 +201,7 @@ class Player:
         )
         entries, self._judged = self.events[self._judged :], len(self.events)
         if at_start:
+            self._begun = self.states[0]["number"]
             self._early = len(wanted)
             for name in wanted:  # calls wait until they are heard
                 key = COMMUNICATIONS[name.rpartition(".")[0]]["key"]
@@ -208,10 +211,9 @@ class Player:
                     self.arrived[place].popleft()
         self._last = [] if at_start else [self._arrival(e) for e in entries if self._is_sent(e)]
 
-    @staticmethod
-    def _is_sent(entry):
+    def _is_sent(self, entry):
         event = entry["event"]
-        return (event["name"], event["kind"]) in COMMANDS and entry["outcome"] == "applied"
+        return entry["number"] > self._begun and (event["name"], event["kind"]) in COMMANDS and entry["outcome"] == "applied"
 
     def _arrival(self, entry):
         """Wait for what the node says that it has sent; return the event with what arrived."""
