@@ -29,10 +29,7 @@ from robosc.errors import (
 from robosc.names import package_name, package_name_fault
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from robosc.emit.export.export import Format
-    from robosc.emit.package.config import Config
     from robosc.emit.package.package import Mode, Package
     from robosc.emit.write.writer import Written
     from robosc.model.entities import Robot
@@ -282,6 +279,8 @@ def _package(path: str | Path, options: Options, output: Output) -> _Made:
     from robosc.emit.package import ros1_target, ros2_target
     from robosc.emit.package.original_config import load_config
     from robosc.emit.package.package import namesake
+    from robosc.simulate.start import supervisor_with
+    from robosc.traces.scripts import test_files
 
     supervises = options.supervises or output.mode != "controller"
     loaded = load(path, replace(options, supervises=supervises), output.target)
@@ -302,27 +301,14 @@ def _package(path: str | Path, options: Options, output: Output) -> _Made:
     _bounded(supervisor)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
     emit = {"ros1": ros1_target.emit, "ros2": ros2_target.emit}[output.target]
-    runs = _runs(supervisor, Path(path), output, config)
+    runs = {}
+    if output.mode == "controller":
+        configured = supervisor_with(supervisor, config.parameters)
+        runs = test_files(configured, Path(path), output.target, config.untested)
     package = emit(supervisor, name, config.of_package(name), output.mode, runs)
     folder = output.folder or config.output.get(output.target) or Path()
     location = None if output.folder else config.locations.get((output.target, output.mode))
     return _Made(supervisor, diagnostics, package, folder, location, config.warnings)
-
-
-def _runs(supervisor: Supervisor, path: Path, output: Output, config: Config) -> Mapping[str, str]:
-    """The files of the test of a controller's package: which runs it plays."""
-    from robosc.model.ros.definitions import MessageDefinitions
-    from robosc.simulate.start import supervisor_with
-    from robosc.traces.narrow_fields import narrowing
-    from robosc.traces.scripts import choose, files
-
-    if output.mode != "controller":
-        return {}
-    version = {"ros1": "1", "ros2": "2"}[output.target]
-    definitions = MessageDefinitions.for_model(path, ros_version=version)
-    configured = supervisor_with(supervisor, config.parameters)
-    chosen = choose(configured, narrowing(configured.plant.robot, definitions))
-    return files(configured, chosen, config.untested)
 
 
 def _refuse_corrections(robot: Robot) -> None:

@@ -7,126 +7,32 @@ nothing else would stand in the way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
 
 from robosc.emit.controller.naming import place
-from robosc.expr.tree import TRUE, Binary, Expr, Unary
-from robosc.expr.types import BooleanType, DoubleType, IntegerType
+from robosc.expr.tree import TRUE, Expr
 from robosc.language.events import EventKind
 from robosc.plant.logic import exact
 from robosc.plant.model_text import to_dsl
 from robosc.runtime.places import told_with_stage
 from robosc.runtime.values import Undefined
 from robosc.simulate.machines.machine import label
+from robosc.traces.deciding_atoms import Atom, DecidedCondition
 from robosc.traces.exact_steps import (
     NOTHING,
     Carried,
+    ExactEdge,
+    ExactStep,
     Function,
     Partner,
     State,
-    Step,
     Steps,
-    Taken,
-    function,
-    holds,
 )
-from robosc.traces.samples import NEAR
 
 Case: TypeAlias = tuple[Any, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Atom:
-    """An atom of a condition: its text, and how near its numbers are, if it compares some."""
-
-    text: str
-    value: Function
-    sides: tuple[Function, Function] | None
-    step: float
-
-    def outcome(self, state: State, carried: Carried) -> tuple[bool, str]:
-        """Whether it holds, and where its left number lies from its right one, if that is near."""
-        found = holds(self.value, state, carried)
-        if self.sides is None:
-            return found, ""
-        try:
-            left, right = self.sides[0](state, carried), self.sides[1](state, carried)
-        except Undefined:
-            return found, ""
-        if left == right:
-            return found, "at"
-        reach = self.step or NEAR * 1.5 * max(1.0, abs(right))
-        return found, ("above" if left > right else "below") if abs(left - right) <= reach else ""
-
-
-class Condition:
-    """A condition that is evaluated with the atoms that alone decide it."""
-
-    def __init__(self, expr: Expr, text: Callable[[Expr], str]) -> None:
-        self.atoms: list[Atom] = []
-        self._text = text
-        self._evaluate = self._compiled(expr)
-
-    def deciding(self, state: State, carried: Carried = NOTHING) -> tuple[bool, Iterable[int]]:
-        """Whether it holds, and the numbers of the atoms that alone decide that."""
-        return self._evaluate(state, carried)
-
-    def _compiled(self, expr: Expr) -> Callable[[State, Carried], tuple[bool, tuple[int, ...]]]:
-        match expr:
-            case Unary(operator="!", operand=operand):
-                inner = self._compiled(operand)
-
-                def negated(s: State, v: Carried) -> tuple[bool, tuple[int, ...]]:
-                    value, atoms = inner(s, v)
-                    return not value, atoms
-
-                return negated
-            case Binary(operator="and" | "or" | "=>" as word, left=left, right=right):
-                first, second = self._compiled(left), self._compiled(right)
-                neutral = word != "or"
-                flipped = word == "=>"
-
-                def joined(s: State, v: Carried) -> tuple[bool, tuple[int, ...]]:
-                    one, by_one = first(s, v)
-                    two, by_two = second(s, v)
-                    if flipped:  # a => b is !(a and !b)
-                        value = not one or two
-                        return value, (by_one if not two else ()) + (by_two if one else ())
-                    value = (one and two) if neutral else (one or two)
-                    return value, (by_one if two is neutral else ()) + (
-                        by_two if one is neutral else ()
-                    )
-
-                return joined
-            case Binary(operator="=" | "!=", left=left, right=right) if left.type == BooleanType():
-                first, second = self._compiled(left), self._compiled(right)
-                same = expr.operator == "="
-
-                def equal(s: State, v: Carried) -> tuple[bool, tuple[int, ...]]:
-                    one, by_one = first(s, v)
-                    two, by_two = second(s, v)
-                    return (one is two) is same, by_one + by_two
-
-                return equal
-        number, atom = len(self.atoms), self._atom(expr)
-        self.atoms.append(atom)
-        mine = (number,)
-        return lambda s, v: (holds(atom.value, s, v), mine)
-
-    def _atom(self, expr: Expr) -> Atom:
-        sides, step = None, 0.0
-        if (
-            isinstance(expr, Binary)
-            and expr.operation.is_comparison
-            and isinstance(expr.left.type, DoubleType | IntegerType)
-        ):
-            sides = function(expr.left), function(expr.right)
-            both = (expr.left.type, expr.right.type)
-            step = float(all(isinstance(t, IntegerType) for t in both))
-        return Atom(self._text(expr), function(expr), sides, step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,16 +45,16 @@ class Demand:
     text: str
     place: str
     requirement: int | None
-    condition: Condition
+    condition: DecidedCondition
 
 
 @dataclass(frozen=True, eq=False)
-class Rule:
+class CommandDemands:
     """A command with all that may stand in its way."""
 
-    step: Step
+    step: ExactStep
     demands: tuple[Demand, ...]
-    preferred: tuple[Step, ...]
+    preferred: tuple[ExactStep, ...]
 
 
 class Coverage:
@@ -158,7 +64,9 @@ class Coverage:
         self.steps = steps
         self.robot = steps.robot
         self.rules = [self._rule(step) for step in steps.commands]
-        self._guards: dict[tuple[int, str, str], list[tuple[Taken, Condition | None]]] = {}
+        self._guards: dict[
+            tuple[int, str, str], list[tuple[ExactEdge, DecidedCondition | None]]
+        ] = {}
         for step in steps.steps:
             for partner in step.partners:
                 for location, edges in partner.edges.items():
@@ -178,10 +86,10 @@ class Coverage:
     def _text(self, expr: Expr) -> str:
         return to_dsl(expr, self.robot)
 
-    def _condition(self, expr: Expr) -> Condition:
-        return Condition(expr, self._text)
+    def _condition(self, expr: Expr) -> DecidedCondition:
+        return DecidedCondition(expr, self._text)
 
-    def _rule(self, step: Step) -> Rule:
+    def _rule(self, step: ExactStep) -> CommandDemands:
         event, robot = step.event, self.robot
         guard = self.steps.guards.get(event.identity)
         demands = []
@@ -197,7 +105,7 @@ class Coverage:
             if guard.expr != TRUE:
                 demands.append(Demand(text, where, None, self._condition(exact(guard.expr))))
         preferred = self.steps.preferred.get(event.command, ()) if event.kind.sent else ()
-        return Rule(step, tuple(demands), tuple(preferred))
+        return CommandDemands(step, tuple(demands), tuple(preferred))
 
     # --- all cases -------------------------------------------------------------------------------
 
@@ -220,7 +128,7 @@ class Coverage:
     def _components(self) -> set[str]:
         return {c.name for c in self.robot.components}
 
-    def _of_rule(self, rule: Rule) -> Iterator[tuple[Case, str]]:
+    def _of_rule(self, rule: CommandDemands) -> Iterator[tuple[Case, str]]:
         number, name = rule.step.number, label(rule.step.event)
         yield ("sent", number), f"{name} is sent"
         for index, demand in enumerate(rule.demands):
@@ -241,7 +149,7 @@ class Coverage:
             for outcome, text in () if condition is None else _outcomes(condition):
                 yield ("provide", number, index, *outcome), f"{where}: {text} alone decides"
 
-    def _of_partner(self, step: Step, partner: Partner) -> Iterator[tuple[Case, str]]:
+    def _of_partner(self, step: ExactStep, partner: Partner) -> Iterator[tuple[Case, str]]:
         name = label(step.event)
         for location in partner.edges:
             edges = self._guards[step.number, partner.component, location]
@@ -268,7 +176,7 @@ class Coverage:
                 self._see_edges(step, partner, state, NOTHING, found, False)
         return found
 
-    def _see_rule(self, rule: Rule, state: State, found: set[Case]) -> None:
+    def _see_rule(self, rule: CommandDemands, state: State, found: set[Case]) -> None:
         step = rule.step
         if not step.in_phase(state):
             return
@@ -300,7 +208,7 @@ class Coverage:
                 if near:
                     found.add(("demand", step.number, index, number, value, near))
 
-    def of_step(self, step: Step, state: State, carried: Carried, after: State) -> set[Case]:
+    def of_step(self, step: ExactStep, state: State, carried: Carried, after: State) -> set[Case]:
         """The cases of an event that happens in a state."""
         found: set[Case] = set()
         for partner in step.partners:
@@ -316,7 +224,7 @@ class Coverage:
             self._see_edges(step, partner, state, carried, found, True, after)
         return found
 
-    def of_refusal(self, step: Step, state: State, carried: Carried) -> set[Case]:
+    def of_refusal(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
         """The cases of an answer that is not as expected."""
         found: set[Case] = {("refused", step.number, state[step.phase or ""])}
         for partner in step.partners:
@@ -324,7 +232,7 @@ class Coverage:
                 self._see_edges(step, partner, state, carried, found, False)
         return found
 
-    def reasons(self, step: Step, state: State) -> tuple[str, ...] | None:
+    def reasons(self, step: ExactStep, state: State) -> tuple[str, ...] | None:
         """Why a command is not enabled, as a node tells it; None if that cannot be told."""
         rule = next(r for r in self.rules if r.step is step)
         if step.event.kind is EventKind.CANCEL:
@@ -346,7 +254,7 @@ class Coverage:
                 found.append(demand.text)
         return tuple(found) if found else None
 
-    def of_state_of(self, step: Step, state: State) -> set[Case]:
+    def of_state_of(self, step: ExactStep, state: State) -> set[Case]:
         """The cases of one command in a state."""
         found: set[Case] = set()
         rule = next(r for r in self.rules if r.step is step)
@@ -355,7 +263,7 @@ class Coverage:
 
     def _see_edges(
         self,
-        step: Step,
+        step: ExactStep,
         partner: Partner,
         state: State,
         carried: Carried,
@@ -383,7 +291,7 @@ class Coverage:
                             found.add(("assigned", *case, key))
                 return
 
-    def _see_data(self, step: Step, state: State, found: set[Case]) -> None:
+    def _see_data(self, step: ExactStep, state: State, found: set[Case]) -> None:
         for index, (_, condition) in enumerate(self._provides[step.number]):
             if condition is None:
                 found.add(("provided", step.number, index))
@@ -413,7 +321,7 @@ _NEAR = {
 }
 
 
-def _outcomes(condition: Condition) -> Iterator[tuple[tuple[int, bool, str], str]]:
+def _outcomes(condition: DecidedCondition) -> Iterator[tuple[tuple[int, bool, str], str]]:
     """What each atom can come to, with the text of it."""
     for number, atom in enumerate(condition.atoms):
         for value in (True, False):

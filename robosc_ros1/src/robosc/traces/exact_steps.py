@@ -123,7 +123,7 @@ def holds(condition: Function, state: State, carried: Carried = NOTHING) -> bool
 
 
 @dataclass(frozen=True)
-class Taken:
+class ExactEdge:
     """An edge of a component, compiled.
 
     ``assigned`` are variables with their new values, their types, and whether they are in the
@@ -144,9 +144,9 @@ class Partner:
     component: str
     place: str
     blocking: bool
-    edges: Mapping[str, Sequence[Taken]]
+    edges: Mapping[str, Sequence[ExactEdge]]
 
-    def edge(self, state: State, carried: Carried) -> Taken | None:
+    def edge(self, state: State, carried: Carried) -> ExactEdge | None:
         for edge in self.edges.get(state[self.place], ()):
             if edge.guard is None or holds(edge.guard, state, carried):
                 return edge
@@ -154,7 +154,7 @@ class Partner:
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class ExactStep:
     """An event, compiled. ``guard`` is what the supervisor demands of a command."""
 
     event: Event
@@ -288,12 +288,12 @@ class Steps:
             for key, others in self.robot.yields_to.items()
         }
 
-    def _step(self, number: int, event: Event) -> Step:
+    def _step(self, number: int, event: Event) -> ExactStep:
         guard = self.guards.get(event.identity)
         phase = event.phase
         variables = self.plant.variables
         values = () if phase is None else variables[phase.variable].values
-        return Step(
+        return ExactStep(
             event,
             number,
             None if phase is None else f"~{variables[phase.variable].name}",
@@ -318,13 +318,13 @@ class Steps:
     def _partner(self, automaton: LocalAutomaton, resets: Sequence[LocalAutomaton]) -> Partner:
         variable = self.plant.variables[automaton.variable]
         name = f"~{variable.name}" if variable.kind is VariableKind.PHASE else variable.name
-        edges: dict[str, list[Taken]] = {}
+        edges: dict[str, list[ExactEdge]] = {}
         for edge in automaton.edges:
             found = edges.setdefault(str(variable.values[edge.source]), [])
             condition = None if edge.guard is None else exact(edge.guard)
             keys = [(f"{automaton.component}.{a.variable}", a.value) for a in edge.assignments]
             found.append(
-                Taken(
+                ExactEdge(
                     edge.span.line,
                     None if condition is None else function(condition),
                     condition,
@@ -349,7 +349,7 @@ class Steps:
                 found[variable.name] = str(variable.values[index])
         return found
 
-    def refusal_of(self, step: Step) -> Step | None:
+    def refusal_of(self, step: ExactStep) -> ExactStep | None:
         """The error as which an answer counts that is not as expected; None: none is expected."""
         event = step.event
         if event.kind is not EventKind.RESPONSE or step.phase is None:
@@ -358,12 +358,12 @@ class Steps:
             return None
         return self.by_event.get((EventKind.ERROR, event.key, 0))
 
-    def enabled(self, step: Step, state: State) -> bool:
+    def enabled(self, step: ExactStep, state: State) -> bool:
         """Whether a command is allowed, and no enabled command is preferred to it."""
         others = self.preferred.get(step.event.command, ()) if step.event.kind.sent else ()
         return step.allowed(state) and not any(other.allowed(state) for other in others)
 
-    def completed(self, state: State, limit: int = 64) -> Iterator[tuple[Step, State, State]]:
+    def completed(self, state: State, limit: int = 64) -> Iterator[tuple[ExactStep, State, State]]:
         """Yield the internal transitions that follow, each with the states before and after."""
         going_on = True
         while going_on and limit:
@@ -376,7 +376,7 @@ class Steps:
                     yield step, state, after
                     state, going_on, limit = after, True, limit - 1
 
-    def settled(self, state: State) -> Iterator[tuple[Step, State, State]]:
+    def settled(self, state: State) -> Iterator[tuple[ExactStep, State, State]]:
         """Yield all that a controller does by itself in a state, each command once."""
         sent: set[int] = set()
         while True:

@@ -23,7 +23,7 @@ from robosc.simulate.machines.machine import Happening, label
 from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import NOTHING, Carried, State, Step, Steps, refused
+from robosc.traces.exact_steps import NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample
 from robosc.traces.search import Move
 
@@ -44,7 +44,7 @@ BEATS = 400
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class RunLine:
     """A line of a script: what is done, what is expected after it, and which cases it shows."""
 
     text: str
@@ -53,18 +53,18 @@ class Line:
 
 
 @dataclass(eq=False)
-class Run:
+class ScriptedRun:
     """The lines of a run, and the parameters with which its node starts."""
 
     parameters: Mapping[str, Any]
-    lines: list[Line] = field(default_factory=list)
+    lines: list[RunLine] = field(default_factory=list)
 
     @property
     def cases(self) -> set[Case]:
         return set().union(*(line.cases for line in self.lines))
 
 
-class Departure(Exception):
+class Disagreement(Exception):
     """The controller did what the plant forbids, or left out what it demands."""
 
 
@@ -102,11 +102,11 @@ class Recorder:
             for s in steps.commands
             if s.event.kind.sent
         }
-        self.run = Run(parameters)
+        self.run = ScriptedRun(parameters)
         self.machine = Execution(supervisor, read_settings(self._robot, parameters))
         self.state: State = steps.initial
         self.is_over = False
-        self._heard: dict[str, tuple[Step, Sample, float]] = {}
+        self._heard: dict[str, tuple[ExactStep, Sample, float]] = {}
         self._record("", None, SILENT_PARTS, self.machine.beginning)
 
     # --- what is done ------------------------------------------------------------------------
@@ -119,7 +119,7 @@ class Recorder:
         else:
             self._fire(step, sample)
 
-    def _fire(self, step: Step, sample: Sample) -> None:
+    def _fire(self, step: ExactStep, sample: Sample) -> None:
         event = step.event
         if not self.machine.can(event, sample.given):
             self.is_over = True
@@ -149,7 +149,7 @@ class Recorder:
             if phase != target and self.state[phase] == "fresh" and near and not self.is_over:
                 self._fire(step, sample)
 
-    def _await(self, step: Step) -> None:
+    def _await(self, step: ExactStep) -> None:
         """Let time pass until an event that it causes, while messages stay fresh."""
         target = step.phase
         begun = self.machine.time
@@ -178,7 +178,7 @@ class Recorder:
             for phase, (_, _, heard) in self._heard.items()
         )
 
-    def _wait(self, time: float, until: Step | None = None) -> bool:
+    def _wait(self, time: float, until: ExactStep | None = None) -> bool:
         """Let time pass; whether an event happened then."""
         happened = self.machine.wait(time)
         while (more := self.machine.next_deadline) is not None and more < TOGETHER:
@@ -193,18 +193,18 @@ class Recorder:
     # --- what the plant says -------------------------------------------------------------------
 
     def _record(
-        self, text: str, step: Step | None, parts: Carried, happened: Iterable[Happening]
+        self, text: str, step: ExactStep | None, parts: Carried, happened: Iterable[Happening]
     ) -> None:
         before, cases = self.state, set[Case]()
         assigned = set() if step is None else set(_assigned(step, before, parts))
         if step is not None:
             cases.add(("value", step.number, text.partition(" ")[2]))
-        sent: list[tuple[Step, Any]] = []
+        sent: list[tuple[ExactStep, Any]] = []
         try:
             for happening in happened:
                 cases |= self._follow(happening, step, parts, sent)
             self._demand_all(before, happened, sent)
-        except Departure:
+        except Disagreement:
             self.is_over = True
         cases |= self._coverage.of_state(self.state)
         if self.machine.stopped is not None:
@@ -214,10 +214,14 @@ class Recorder:
             *self._expected(before, sent, assigned),
             *self._reasons(),
         )
-        self.run.lines.append(Line(text, expected, frozenset(cases)))
+        self.run.lines.append(RunLine(text, expected, frozenset(cases)))
 
     def _follow(
-        self, happening: Happening, step: Step | None, parts: Carried, sent: list[tuple[Step, Any]]
+        self,
+        happening: Happening,
+        step: ExactStep | None,
+        parts: Carried,
+        sent: list[tuple[ExactStep, Any]],
     ) -> set[Case]:
         """Let the plant take an event that the controller reports."""
         found = self._by_name[happening.kind, happening.name, happening.index]
@@ -225,28 +229,28 @@ class Recorder:
         if happening.outcome != "applied":
             if found is step and refusal is not None:
                 return self._coverage.of_refusal(step, self.state, parts)
-            raise Departure
+            raise Disagreement
         carried = parts if found is step else refused(parts) if found is refusal else NOTHING
         if found.event.controllable:
             if not found.event.kind.of_component and not self._steps.enabled(found, self.state):
-                raise Departure
+                raise Disagreement
             try:
                 carried = found.carried(self.state)
                 data = found.provided(self.state)[1]
             except Undefined:
-                raise Departure from None
+                raise Disagreement from None
             if found.event.kind is not EventKind.TAU:
                 sent.append((found, data))
         after = found.after(self.state, carried)
         if after is None:
             sent[:] = [one for one in sent if one[0] is not found]
-            raise Departure
+            raise Disagreement
         cases = self._coverage.of_step(found, self.state, carried, after)
         self.state = after
         return cases
 
     def _demand_all(
-        self, before: State, happened: Iterable[Happening], sent: list[tuple[Step, Any]]
+        self, before: State, happened: Iterable[Happening], sent: list[tuple[ExactStep, Any]]
     ) -> None:
         """Demand what became allowed and was not sent."""
         ended = {h.name for h in happened if h.kind in ("response", "error", "cancelled")}
@@ -258,9 +262,9 @@ class Recorder:
             phase_was = command.in_phase(before)
             if is_new and phase_was and not _is_busy(command, self.state):
                 sent.append((command, command.provided(self.state)[1]))
-                raise Departure
+                raise Disagreement
 
-    def _applied(self, step: Step | None, before: State) -> Iterator[str]:
+    def _applied(self, step: ExactStep | None, before: State) -> Iterator[str]:
         """That an answer was one."""
         calls = (Kind.SERVICE, Kind.ACTION)
         if step is None or self._robot.communications[step.event.key].kind not in calls:
@@ -277,7 +281,7 @@ class Recorder:
                 yield f"disabled {label(command.event)} because {'; '.join(reasons)}"
 
     def _expected(
-        self, before: State, sent: list[tuple[Step, Any]], assigned: set[str]
+        self, before: State, sent: list[tuple[ExactStep, Any]], assigned: set[str]
     ) -> Iterator[str]:
         names = [label(step.event) for step, _ in sent]
         yield f"sent {', '.join(_folded(names)) or 'nothing'}"
@@ -321,7 +325,7 @@ class Recorder:
 SILENT_PARTS: Carried = NOTHING
 
 
-def _assigned(step: Step, state: State, parts: Carried) -> Iterator[str]:
+def _assigned(step: ExactStep, state: State, parts: Carried) -> Iterator[str]:
     """The variables that an event assigns."""
     for partner in step.partners:
         edge = partner.edge(state, parts)
@@ -344,7 +348,7 @@ def _up(delay: float) -> float:
     return max(math.ceil(round(delay * 1e6, 3)) / 1e6, 1e-6)
 
 
-def _is_busy(command: Step, state: State) -> bool:
+def _is_busy(command: ExactStep, state: State) -> bool:
     return command.phase is not None and state[command.phase] != "idle"
 
 

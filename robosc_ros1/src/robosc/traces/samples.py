@@ -12,18 +12,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, TypeAlias
 
-from robosc.expr.traversal import path_text, walk
+from robosc.expr.traversal import path_text
 from robosc.expr.tree import (
     REASON,
-    Binary,
-    Convert,
-    Expr,
-    Literal,
-    ParameterRef,
-    Unary,
-    ValueRef,
-    VariableRef,
-    condition_of,
 )
 from robosc.expr.types import (
     ArrayType,
@@ -38,15 +29,15 @@ from robosc.expr.types import (
 )
 from robosc.language.events import EventKind, Kind
 from robosc.language.reasons import FAILED, REFUSED
-from robosc.model.entities import Robot, data_expressions
+from robosc.model.entities import Robot
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import is_optional, value_parts, value_type
-from robosc.plant.logic import exact
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.machine import label
 from robosc.simulate.values.event_data import Given, complete, outer_parts, part_given
 from robosc.simulate.values.literals import literal_text
 from robosc.simulate.values.typed_values import within_whole
+from robosc.traces.model_numbers import constants, enums, expressions, origins
 
 NEAR = 1e-6
 """How far a number is from the one beside which it lies, as a fraction of it, or of 1."""
@@ -85,8 +76,8 @@ class Samples:
         self.robot = robot
         self._narrow = narrow
         self.events = tuple(events)
-        self._expressions = list(_expressions(robot, self.events))
-        self._read_by = _origins(self.events)
+        self._expressions = list(expressions(robot, self.events))
+        self._read_by = origins(self.events)
 
     def of(self, event: Event) -> list[Sample]:
         """The samples of an event, the plainest first; one without value if it carries none."""
@@ -102,7 +93,7 @@ class Samples:
     def converts(self, event: Event) -> bool:
         """Whether an enum makes something else of a part of the value."""
         type_ = value_type(self.robot, event)
-        return any(True for _ in _enums(type_, ()))
+        return any(True for _ in enums(type_, ()))
 
     def around(self, event: Event, sample: Sample) -> list[Sample]:
         """The samples that differ from one in a single part."""
@@ -201,8 +192,8 @@ class Samples:
         gets it."""
         names = self._read_by.get((event.identity, path), frozenset())
         wide = self._read_by.get((event.identity, None), frozenset())
-        near = [v for e, reads in self._expressions if reads & names for v in _constants(e)]
-        return near or [v for e, reads in self._expressions if reads & wide for v in _constants(e)]
+        near = [v for e, reads in self._expressions if reads & names for v in constants(e)]
+        return near or [v for e, reads in self._expressions if reads & wide for v in constants(e)]
 
     def _numbers(self, event: Event, path: tuple[Any, ...]) -> Iterator[float]:
         found = [float(v) for v in self._literals(event, path) if _is_number(v)]
@@ -315,110 +306,3 @@ def _rounded(number: float) -> float:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _constants(expr: Expr) -> Iterator[Any]:
-    for part in walk(expr):
-        if isinstance(part, Literal):
-            value: Any = part.value
-            if isinstance(value, dict):
-                yield from value.values()
-            elif isinstance(value, tuple):
-                yield from value
-            else:
-                yield value
-        elif isinstance(part, Unary) and part.operator == "-" and isinstance(part.operand, Literal):
-            negative: Any = part.operand.value
-            yield -negative
-        elif isinstance(part, ParameterRef):
-            yield part.parameter.default
-        elif isinstance(part, Convert):
-            for rule in part.type.rules:
-                yield from _constants(condition_of(rule))
-
-
-def _expressions(robot: Robot, events: Iterable[Event]) -> Iterator[tuple[Expr, frozenset[Any]]]:
-    """The comparisons of the model, and what else has constants, each with what it reads."""
-    whole: list[Expr] = [r.condition for r in robot.requirements]
-    whole += [p.condition for p in robot.provides if p.condition is not None]
-    whole += [e for p in robot.provides for e in data_expressions(p.data)]
-    whole += [a.condition for a in robot.assumptions]
-    whole += [one.condition for one in robot.lasting]
-    owned: list[tuple[Expr, Any]] = [(e, None) for e in whole]
-    for communication in robot.communications.values():
-        if communication.expect is not None:
-            for event in events:
-                if event.key == communication.key:
-                    owned.append((communication.expect, event.identity))
-        for direction in ("response", "feedback", "request"):
-            for event in events:
-                if event.key == communication.key and event.kind.word == direction:
-                    for enum, path in _enums(getattr(communication, direction), ()):
-                        for rule in enum.rules:
-                            for part in _comparisons(condition_of(rule)):
-                                yield part, frozenset({(event.identity, path), event.identity})
-    for event in events:
-        for automaton in event.automata:
-            for edge in automaton.edges:
-                owned += [(a.value, event.identity) for a in edge.assignments]
-                owned += [] if edge.guard is None else [(exact(edge.guard), event.identity)]
-    for expr, owner in owned:
-        for part in _comparisons(expr):
-            reads: set[Any] = set()
-            for leaf in walk(part):
-                if isinstance(leaf, VariableRef):
-                    reads.add(leaf.key)
-                elif isinstance(leaf, ValueRef) and owner is not None:
-                    reads |= {(owner, leaf.path), owner}
-            yield part, frozenset(reads)
-
-
-def _enums(type_: Type, path: tuple[Any, ...]) -> Iterator[tuple[EnumType, tuple[Any, ...]]]:
-    match type_:
-        case EnumType():
-            yield type_, path
-        case ObjectType(properties=properties):
-            for name, inner in properties:
-                yield from _enums(inner, (*path, name))
-        case ArrayType(element=element):
-            yield from _enums(element, path)
-
-
-def _comparisons(expr: Expr) -> Iterator[Expr]:
-    """The comparisons in an expression; itself if there are none."""
-    found = [p for p in walk(expr) if isinstance(p, Binary) and p.operation.is_comparison]
-    yield from found or (expr,)
-
-
-def _origins(events: Iterable[Event]) -> dict[Any, frozenset[Any]]:
-    """By event and path of a part (None: any), the names under which expressions read it: itself,
-    and the variables that are assigned from it, directly or through others."""
-    flows: dict[str, set[str]] = {}
-    found: dict[Any, set[Any]] = {}
-    for event in events:
-        for automaton in event.automata:
-            for edge in automaton.edges:
-                for assignment in edge.assignments:
-                    key = f"{automaton.component}.{assignment.variable}"
-                    for leaf in walk(assignment.value):
-                        if isinstance(leaf, VariableRef):
-                            flows.setdefault(leaf.key, set()).add(key)
-                        elif isinstance(leaf, ValueRef):
-                            found.setdefault((event.identity, leaf.path), set()).add(key)
-                            found.setdefault((event.identity, None), set()).add(key)
-                if edge.guard is not None:
-                    for leaf in walk(exact(edge.guard)):
-                        if isinstance(leaf, ValueRef):
-                            found.setdefault((event.identity, leaf.path), set())
-                            found.setdefault((event.identity, None), set())
-    for (identity, path), names in found.items():
-        pending = list(names)
-        while pending:
-            for other in flows.get(pending.pop(), ()):
-                if other not in names:
-                    names.add(other)
-                    pending.append(other)
-        names |= {(identity, path)} if path is not None else {identity}
-    for event in events:
-        found.setdefault((event.identity, None), {event.identity})
-    return {key: frozenset(names) for key, names in found.items()}

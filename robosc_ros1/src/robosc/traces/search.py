@@ -16,7 +16,7 @@ from robosc.expr.types import domain
 from robosc.language.events import Kind
 from robosc.runtime.values import Undefined
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import NOTHING, State, Step, Steps, refused
+from robosc.traces.exact_steps import NOTHING, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
 BUDGET = 8000
@@ -29,7 +29,7 @@ CONVERTED, FIRST = 16, 8
 
 SILENT = Sample("", {}, NOTHING)
 """What time brings."""
-Move: TypeAlias = tuple[Step, Sample]
+Move: TypeAlias = tuple[ExactStep, Sample]
 """An input: an event of the robot, or one that the passing of time causes."""
 
 
@@ -44,7 +44,7 @@ class Node:
     is_expanded: bool = False
 
 
-class Search:
+class InputGraph:
     """The graph as far as it is known."""
 
     def __init__(self, steps: Steps, coverage: Coverage, samples: Samples) -> None:
@@ -58,7 +58,7 @@ class Search:
         self._waiting: list[tuple[int, int, Node]] = []
         self._converted: set[int] = set()
         """The events of whose value an enum makes another one."""
-        self._promising: deque[tuple[Node, Step, Sample]] = deque()
+        self._promising: deque[tuple[Node, ExactStep, Sample]] = deque()
         near: dict[Case, set[Case]] = {}
         for case in coverage.cases:
             if case[0] in ("demand", "edge", "provide") and case[-1]:
@@ -123,7 +123,7 @@ class Search:
             else:
                 break
 
-    def _distinct(self, step: Step) -> list[Sample]:
+    def _distinct(self, step: ExactStep) -> list[Sample]:
         """The samples of an event that differ in what they do at the start."""
         if step.event.kind.clocked:
             return [SILENT]
@@ -151,11 +151,11 @@ class Search:
                 is_first = step.number in self._converted and node.number < FIRST
                 self._try(node, step, samples[: CONVERTED if is_first else self._usual])
 
-    def _refine(self, node: Node, step: Step, sample: Sample) -> None:
+    def _refine(self, node: Node, step: ExactStep, sample: Sample) -> None:
         """Try what differs little from a sample that has shown that a number decides."""
         self._try(node, step, self._samples.around(step.event, sample))
 
-    def _try(self, node: Node, step: Step, samples: list[Sample]) -> None:
+    def _try(self, node: Node, step: ExactStep, samples: list[Sample]) -> None:
         known = {(m[0].number, t.number, c) for m, t, c in node.edges}
         for sample in samples:
             self.tried += 1
@@ -175,7 +175,7 @@ class Search:
                 self._promising.append((node, step, sample))
 
     def taken(
-        self, state: State, step: Step, sample: Sample
+        self, state: State, step: ExactStep, sample: Sample
     ) -> tuple[State, frozenset[Case]] | None:
         """The state after an input and all that follows, and the cases that it shows; None if it is
         not possible, or if fields of 32 bits make a difference."""

@@ -213,7 +213,11 @@ class Player:
 
     def _is_sent(self, entry):
         event = entry["event"]
-        return entry["number"] > self._begun and (event["name"], event["kind"]) in COMMANDS and entry["outcome"] == "applied"
+        return (
+            entry["number"] > self._begun
+            and (event["name"], event["kind"]) in COMMANDS
+            and entry["outcome"] == "applied"
+        )
 
     def _arrival(self, entry):
         """Wait for what the node says that it has sent; return the event with what arrived."""
