@@ -93,6 +93,7 @@ setup(
     extras_require={
         "bags": ["rosbags>=0.11"],
         "lsp": ["pygls>=2,<3"],
+        "mcp": ["mcp>=2.3,<3"],
     },
     packages=find_packages(str(ROOT / SOURCES)),
     package_dir={"": SOURCES},

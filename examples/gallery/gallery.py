@@ -15,6 +15,7 @@ import itertools
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -239,6 +240,7 @@ def main() -> int:
     started = time.monotonic()
     robots = args.robots or names()
     reaper.watch()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # all that was started ends with this process
     kind = Ros1 if args.ros == 1 else Ros2
     ros: Ros1 | Ros2 = kind(CACHE / f"ros{args.ros}")
     stamp, made_from = ros.folder / "made-from", sources(robots)

@@ -1,41 +1,54 @@
 #!/usr/bin/env python3
-"""From the model to a robot that drives: generate, build, launch on an own roscore, sum up.
+"""From the model to a robot that drives: generate, build, start in a ROS graph of its own, sum up.
 
 ``./dev demo`` runs this. Everything is made in one folder (``--folder``), a catkin workspace; the
-roscore listens on a free port, so that it disturbs no other and none disturbs it.
+roscore listens on a free port, so that it disturbs no other and none disturbs it. With ``--ros2``
+(see ros2_demo.py) it is a colcon workspace, and a domain of its own.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[1]
-MODEL = HERE / "line_follower.rscd"
+from building import (
+    HERE,
+    ROOT,
+    Unavailable,
+    environment,
+    generate,
+    link,
+    logged,
+    short,
+    step,
+    summary_in,
+)
+
+sys.path.append(str(ROOT / "robosc_ros1" / "test"))
+import reaper
+import ros2_demo
+from free import free_port
+
 PACKAGES = (HERE, HERE.parent / "robot_common")
 
 
 def main() -> int:
     args = parse_arguments()
     started = time.monotonic()
-    for tool in ("catkin_make", "roslaunch"):
-        if shutil.which(tool) is None:
-            print(f"demo: {tool} is missing; ./dev setup installs it", file=sys.stderr)
-            return 1
+    reaper.watch()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # all that was started ends with this process
     try:
-        generate(args.folder)
-        build(args.folder)
-        summary = drive(args)
+        summary = ros2_demo.run(args) if args.ros2 else run(args)
+    except Unavailable as reason:
+        print(f"demo: {reason}", file=sys.stderr)
+        return 1
     except subprocess.CalledProcessError as error:
         print(f"demo: {' '.join(map(str, error.cmd))} failed ({error.returncode})", file=sys.stderr)
         return 1
@@ -48,43 +61,38 @@ def main() -> int:
     return 1 if violations(summary) or summary["metres"] < args.metres else 0
 
 
+def run(args: argparse.Namespace) -> dict[str, Any] | None:
+    for tool in ("catkin_make", "roslaunch"):
+        if shutil.which(tool) is None:
+            raise Unavailable(f"{tool} is missing; ./dev setup installs it")
+    for package in PACKAGES:
+        link(package, args.folder / "src")
+    generate(args.folder, "ros1", environment(args.folder))
+    build(args.folder)
+    return drive(args)
+
+
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="./dev demo", description=__doc__.split("\n")[0])
-    parser.add_argument("--folder", type=Path, default=ROOT / ".cache" / "demo")
+    parser.add_argument("--ros2", action="store_true", help="on ROS 2: the sourced one, or wheels")
+    parser.add_argument("--folder", type=Path, help="default: .cache/demo, .cache/demo_ros2")
     parser.add_argument("--speed", type=float, default=3.0, help="simulated seconds per second")
     parser.add_argument("--seed", type=int, default=1, help="decides which grabs fail")
     parser.add_argument("--metres", type=float, default=12.0, help="how far to drive")
+    parser.add_argument(
+        "--tolerance", type=float, default=0.1, help="seconds that messages may need"
+    )
     parser.add_argument("--seconds", type=float, default=90.0, help="end after this time anyway")
     args = parser.parse_args()
-    args.folder = args.folder.resolve()
+    default = ROOT / ".cache" / ("demo_ros2" if args.ros2 else "demo")
+    args.folder = (args.folder or default).resolve()
     return args
-
-
-def generate(folder: Path) -> None:
-    """The controller of the model, as a package in the workspace's ``src``."""
-    sources = folder / "src"
-    sources.mkdir(parents=True, exist_ok=True)
-    for package in PACKAGES:
-        link = sources / package.name
-        if not link.is_symlink():
-            link.symlink_to(package)
-    step("Generate the controller")
-    # Seen from here, the names of files in messages are short.
-    command = [sys.executable, "-m", "robosc", "generate", short(MODEL), "--output", short(sources)]
-    subprocess.run(command, check=True, cwd=ROOT, env=environment(folder))
 
 
 def build(folder: Path) -> None:
     step("Build it with catkin_make")
     command = ["catkin_make", "-C", str(folder), f"-DPYTHON_EXECUTABLE={sys.executable}"]
-    log = folder / "catkin_make.log"
-    with log.open("w", encoding="utf-8") as output:
-        done = subprocess.run(
-            command, env=environment(folder), stdout=output, stderr=subprocess.STDOUT
-        )
-    if done.returncode != 0:
-        print(log.read_text(encoding="utf-8"), file=sys.stderr)
-    done.check_returncode()
+    logged(command, folder, environment(folder))
 
 
 def drive(args: argparse.Namespace) -> dict[str, Any] | None:
@@ -94,7 +102,9 @@ def drive(args: argparse.Namespace) -> dict[str, Any] | None:
     port = free_port()
     step(f"Drive {args.metres:g} m on a roscore of its own, port {port}")
     launch = ["roslaunch", "-p", str(port), "line_follower", "line_follower.launch"]
-    values = {name: getattr(args, name) for name in ("speed", "seed", "metres", "seconds")}
+    values = {
+        name: getattr(args, name) for name in ("speed", "seed", "metres", "seconds", "tolerance")
+    }
     launch += [f"{name}:={value}" for name, value in values.items()] + [f"report:={report}"]
     env = environment(args.folder) | {"ROS_MASTER_URI": f"http://localhost:{port}"}
     setup = args.folder / "devel" / "setup.sh"
@@ -111,11 +121,7 @@ def drive(args: argparse.Namespace) -> dict[str, Any] | None:
             process.wait(timeout=args.seconds + 60)
         finally:
             stop(process)
-    if not report.is_file():
-        print(log.read_text(encoding="utf-8", errors="replace"), file=sys.stderr)
-        return None
-    summary: dict[str, Any] = json.loads(report.read_text(encoding="utf-8"))
-    return summary
+    return summary_in(report, log)
 
 
 def stop(process: subprocess.Popen[bytes]) -> None:
@@ -127,26 +133,6 @@ def stop(process: subprocess.Popen[bytes]) -> None:
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-
-
-def environment(folder: Path) -> dict[str, str]:
-    env = dict(os.environ)
-    python = Path(sys.executable).parent
-    env["PATH"] = f"{python}{os.pathsep}{env.get('PATH', os.defpath)}"
-    sources = str(ROOT / "robosc_ros1" / "src")
-    env["PYTHONPATH"] = os.pathsep.join(filter(None, [sources, env.get("PYTHONPATH")]))
-    env["ROS_LOG_DIR"] = str(folder / "log")
-    env["ROS_HOME"] = str(folder / "ros_home")
-    env.pop("ROS_IP", None)
-    env["ROS_HOSTNAME"] = "localhost"
-    return env
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        port: int = probe.getsockname()[1]
-        return port
 
 
 def violations(summary: dict[str, Any]) -> int:
@@ -193,14 +179,6 @@ def draw(summary: dict[str, Any], picture: Path) -> None:
     axes.set_title(f"{summary['metres']:.1f} m, {violations(summary)} violations")
     axes.legend(loc="center")
     figure.savefig(picture, dpi=120, bbox_inches="tight")
-
-
-def short(path: Path) -> Path:
-    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
-
-
-def step(title: str) -> None:
-    print(f"\n== {title}", flush=True)
 
 
 if __name__ == "__main__":

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import gc
 import os
-import signal
+import shutil
+import tempfile
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import costs
 import pytest
+import reaper
 import ros_support
+import sizes
 from hypothesis import HealthCheck, settings
 from kept import Kept
+from progress import Progress, Summary
 from ros_support import EXAMPLES, REPOSITORY, Master, Workspace, built_once
 from view.browser import Browser, headless, missing_browser
 
@@ -25,16 +31,7 @@ settings.load_profile("robosc")
 # guarded workspace or run what is in it, and those that build the extension.
 TOGETHER = ("extension", "view", "guarded_workspace")
 
-# What takes longest begins first, so that no process is left alone with it at the end.
-LONGEST = (
-    "test_ros2_actions.py",  # makes what all tests with ROS 2 need
-    "test_lsp_client.py",
-    "test_gallery_drives.py",
-    "test_generated_rostest.py",
-)
-
-# What takes so long that ./dev test --quick leaves it out: ROS, browsers, editors and terminals. Other
-# slow tests are marked where they stand.
+# What takes long: ROS, browsers, editors and terminals. Other slow tests are marked where they stand.
 SLOW = {"bed", "client", "extension", "ros", "shared_browser", "terminal"}
 
 
@@ -51,13 +48,40 @@ def pytest_make_parametrize_id(val: object) -> str | None:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--renew", action="store_true", help="write the outputs anew that are kept")
+    parser.addoption("--size", choices=sizes.SIZES, default="all", help="see sizes.py")
 
 
-def pytest_configure() -> None:
-    """Ctrl-C and a closed terminal end what tests start, even where this runs in the background."""
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # ignored under nohup
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config: pytest.Config) -> None:
+    """Whatever ends this process also ends what tests started, and removes what they wrote."""
+    worker = hasattr(config, "workerinput")
+    reaper.watch(None if worker else own_folder())
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    if not worker:
+        config.pluginmanager.register(Summary())
+    if not worker and reporter is not None and config.option.verbose == 0:
+        workers = config.getoption("numprocesses", default=None) or 0
+        config.pluginmanager.register(Progress(reporter, int(workers)))
+
+
+FAILED = REPOSITORY / ".cache" / "failed-run"
+"""Names the temporary folder of a run in which tests failed; it stays until the next run."""
+
+
+def own_folder() -> Path:
+    """Make the folder of all temporary files of this run."""
+    if FAILED.is_file():
+        shutil.rmtree(FAILED.read_text(encoding="utf-8"), ignore_errors=True)
+        FAILED.unlink(missing_ok=True)
+    folder = Path(tempfile.mkdtemp(prefix="robosc-"))
+    os.environ["TMPDIR"] = tempfile.tempdir = str(folder)
+    return folder
+
+
+def pytest_keyboard_interrupt(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+    """What runs ends now, not when each of its fixtures has done so in turn."""
+    reaper.end(os.environ[reaper.MARK])
+    threading.Timer(1.5, os._exit, [pytest.ExitCode.INTERRUPTED]).start()
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -69,13 +93,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if config.getoption("--renew", default=False):
         items[:] = [i for i in items if "kept" in getattr(i, "fixturenames", ())]
     for item in items:
-        if SLOW.intersection(getattr(item, "fixturenames", ())):
+        if SLOW.intersection(getattr(item, "fixturenames", ())) or item.get_closest_marker("once"):
             item.add_marker(pytest.mark.slow)
         item.add_marker(pytest.mark.xdist_group(group_of(item)))
-    slow = {group_of(item) for item in items if item.get_closest_marker("slow")}
-    first = [*TOGETHER, *LONGEST, *sorted(slow)]
-    ranks = {group: rank for rank, group in reversed(list(enumerate(first)))}
-    items.sort(key=lambda item: ranks.get(group_of(item), len(first)))
+    taken = sizes.take(config.getoption("--size"), items)
+    if left := set(items).difference(taken):
+        config.hook.pytest_deselected(items=[item for item in items if item in left])
+    # What takes longest begins first, so that no process is left alone with it at the end.
+    seconds = sizes.seconds_of_groups(taken, group_of)
+    items[:] = sorted(taken, key=lambda item: (-seconds[group_of(item)], group_of(item)))
 
 
 def pytest_collection_finish() -> None:
@@ -89,24 +115,34 @@ def group_of(item: pytest.Item) -> str:
     return next(iter(shared), item.path.name)
 
 
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Where changes are judged, a test that was skipped has failed; what failed is kept in a file.
+@pytest.hookimpl(hookwrapper=True, tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
+    item.stash[BEGUN] = costs.processor()
+    yield
 
-    Each line of .cache/failed-tests is "slow" or "quick", a space, and the test as pytest takes it.
-    """
-    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+
+@pytest.hookimpl(hookwrapper=True, tryfirst=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
+    yield
+    item.user_properties.append(("processor", costs.processor() - item.stash[BEGUN]))
+
+
+BEGUN = pytest.StashKey[float]()
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Where changes are judged, a test that was skipped has failed."""
     # Side by side, each process has a reporter, of its own tests, and may end after the one of all.
-    if not os.environ.get("CI") or reporter is None or hasattr(session.config, "workerinput"):
+    if hasattr(session.config, "workerinput"):
         return
-    if reporter.stats.get("skipped"):
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if os.environ.get("CI") and reporter is not None and reporter.stats.get("skipped"):
         session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
-    failed = {}
-    for report in reporter.stats.get("failed", []) + reporter.stats.get("error", []):
-        # Side by side, pytest-xdist appends the group.
-        test = report.nodeid.rpartition("@")[0] or report.nodeid
-        failed[test] = "slow" if "slow" in getattr(report, "keywords", ()) else "quick"
-    lines = "".join(f"{speed} {test}\n" for test, speed in failed.items())
-    (REPOSITORY / ".cache" / "failed-tests").write_text(lines)
+    if session.exitstatus == pytest.ExitCode.TESTS_FAILED:
+        folder = tempfile.gettempdir()
+        Path(folder, reaper.KEEP).touch()
+        FAILED.parent.mkdir(exist_ok=True)
+        FAILED.write_text(folder, encoding="utf-8")
 
 
 @pytest.fixture(scope="session")

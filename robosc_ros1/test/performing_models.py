@@ -11,6 +11,7 @@ PARTS = """
     component P {
         outgoing message near with type: boolean
         action go with request: none, response: boolean, feedback: none links link
+        action far with request: none, response: boolean, feedback: none links link
         service ask with request: none, response: boolean links link
         outgoing service task with request: none, response: none links link
         incoming message say with type: none
@@ -24,7 +25,9 @@ PARTS = """
         behaviour { initial marked state taking { on request from task } }
     }
 """
-ENDS = {"go": ("response", "error", "cancelled", "cancel"), "ask": ("response", "error")}
+_ACTION = ("response", "error", "cancelled", "cancel")
+ENDS = {"go": _ACTION, "far": _ACTION, "ask": ("response", "error")}
+ACTIONS = ("go", "far")
 ANSWERS = {"task": "response to task", "task.error": "error to task"}
 
 
@@ -51,6 +54,7 @@ class Performer:
     path: str
     marked: bool = False
     performs: str = ""
+    meanwhile: bool = False
     then: Reaction = Reaction("")
     retry: bool = False
     times: int = 0
@@ -121,7 +125,10 @@ def _perform(draw: random.Random, state: Performer, paths: list[str]) -> None:
     def target() -> str:
         return draw.choice(("", *paths))
 
-    state.performs = draw.choice(("go", "go", "ask", "ask", "say", "task", "task.error"))
+    state.performs = draw.choice(
+        ("go", "go", "far", "far", "ask", "ask", "say", "task", "task.error")
+    )
+    state.meanwhile = draw.random() < 0.2
     done = (("last := value",), ()) if state.is_awaited else ()
     state.then = Reaction("", effects=draw.choice(((), *done)), target=target())
     for end in ENDS.get(state.performs, ()):
@@ -145,7 +152,8 @@ def performing_text(states: list[Performer]) -> str:
     for number, state in enumerate(states):
         words = ["initial"] * (number == 0) + ["marked"] * state.marked + ["state", state.name]
         if state.performs:
-            words += ["performs", state.performs, "then", _clauses(state.then)]
+            words += ["performs", state.performs, *["meanwhile"] * state.meanwhile]
+            words += ["then", _clauses(state.then)]
         inside = [reaction.text() for reaction in state.reactions]
         if state.retry:
             times = f" {state.times} times" if state.times else ""
@@ -181,6 +189,25 @@ class Unfolded:
     def first(self, path: str) -> str:
         state = self.states[path]
         return self.first(state.inner[0].path) if state.inner else state.stages[0]
+
+    def requirements(self) -> list[str]:
+        """That a goal is cancelled where no state performs it, and that actions wait for others."""
+        found = []
+        performed = {s.performs for s in self.states.values()}
+        for action in (a for a in ACTIONS if a in performed):
+            here = [flat(s.path) for s in self.states.values() if s.performs == action]
+            keeps = (f"P.{p}_performing or P.{p}_due and {action}.idle" for p in here)
+            found.append(f"requirement {action} needs {' or '.join(keeps)}")
+            for other in ENDS:
+                waits = [
+                    f"P.{flat(s.path)}_due"
+                    for s in self.states.values()
+                    if s.performs == other != action and not s.meanwhile
+                ]
+                if waits:
+                    where = f"({' or '.join(waits)}) and !{action}.idle"
+                    found.append(f"requirement {where} disables {other} to start")
+        return found
 
     def text(self) -> str:
         lines = [f"variable {s.count}: integer(0..{s.times})" for s in self.counted]
@@ -230,16 +257,21 @@ class Unfolded:
                 Reaction("", f"{state.count} < {state.times}", up, errors[0].target),
                 Reaction("", f"{state.count} >= {state.times}", end, last.target or path),
             ]
-        if command == "go":
+        if command in ACTIONS:
             errors = [
                 Reaction(
-                    "", " and ".join(filter(None, ("!go.cancelling", e.guard))), e.effects, e.target
+                    "",
+                    " and ".join(filter(None, (f"!{command}.cancelling", e.guard))),
+                    e.effects,
+                    e.target,
                 )
                 for e in errors
             ]
-            errors.append(Reaction("", "go.cancelling", (), f"{path} due"))
-            found += self._mixed("cancelled from go", mine, [Reaction("", "", (), f"{path} due")])
-            found += self._mixed("cancel from go", mine, [])
+            errors.append(Reaction("", f"{command}.cancelling", (), f"{path} due"))
+            found += self._mixed(
+                f"cancelled from {command}", mine, [Reaction("", "", (), f"{path} due")]
+            )
+            found += self._mixed(f"cancel from {command}", mine, [])
         return found + self._mixed(f"error from {command}", mine, errors)
 
     @staticmethod

@@ -28,10 +28,8 @@ import contextlib
 import fcntl
 import io
 import os
-import random
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -43,6 +41,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 import ros_links
+from free import free_port
 
 from robosc.cli import main
 
@@ -94,19 +93,6 @@ def plain_environment(**extra: str) -> dict[str, str]:
     if not Path("/usr/share/catkin").is_dir():
         env |= {k: v for k, v in os.environ.items() if k.startswith(_ROS_VARIABLES)}
     return env | {"ROS_HOSTNAME": "localhost", "PYTHONDONTWRITEBYTECODE": "1"} | extra
-
-
-def free_port() -> int:
-    """A port that nobody listens on, nor gets from the system before it is used.
-
-    Nodes take theirs from the range of the system's own (from 32768 on), also while a master that
-    shall have this one is only starting.
-    """
-    while True:
-        port = random.SystemRandom().randrange(20000, 32768)
-        with socket.socket() as probe, contextlib.suppress(OSError):
-            probe.bind(("localhost", port))
-            return port
 
 
 @contextlib.contextmanager
@@ -313,15 +299,26 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Path], None]) -> Path:
-    """The folder that ``build`` fills; whichever process of tests needs it first builds it for all."""
+    """The folder that ``build`` fills; whichever process of tests needs it first builds it for all.
+
+    If that fails, it has failed for all.
+    """
     base = factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
     folder.mkdir(exist_ok=True)
+    built, failed = folder / "built", folder / "failed"
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "built").exists():
-            build(folder)
-            (folder / "built").touch()
+        assert not failed.exists(), f"{folder} was not built: {failed.read_text(encoding='utf-8')}"
+        if not built.exists():
+            try:
+                build(folder)
+            except pytest.skip.Exception:
+                raise
+            except BaseException as error:  # also that it took too long
+                failed.write_text(str(error), encoding="utf-8")
+                raise
+            built.touch()
     return folder
 
 

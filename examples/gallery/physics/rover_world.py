@@ -10,11 +10,13 @@ from physics.observer import Moment
 from physics.rover import Laser, Rover, body, frame, motors
 from physics.world import Sample, World
 
-__all__ = ["STOP", "TIMEOUT", "RoverWorld", "box", "sees", "wall"]
+__all__ = ["STOP", "TIMEOUT", "TOLD", "RoverWorld", "box", "sees", "wall"]
 
-STOP = {"/stop": "std_msgs/Empty", "/continue": "std_msgs/Empty"}
-PRESSED = 2.0
-"""Seconds."""
+STOP = {"/stop": "std_msgs/Bool", "/continue": "std_msgs/Empty"}
+PRESSED, RELEASED = 2.0, 1.5
+"""Seconds from a press to the reset, and to the release before it."""
+TOLD = 0.1
+"""Seconds between two messages that say whether the button is pressed."""
 TIMEOUT = 0.3
 """Seconds without a message of a sensor after which the rover must not move."""
 DEAF = 0.5
@@ -37,7 +39,8 @@ class RoverWorld(World):
         self.laser = Laser(self.model, self.data, self.rover)
         self._heard = 0.0
         begin = self.random.uniform(4.0, 8.0)
-        self._presses = {begin: "/stop", begin + PRESSED: "/continue"} if self.buttons else {}
+        self._presses = {begin: "/stop", begin + RELEASED: "", begin + PRESSED: "/continue"}
+        self._pressed, self._told = False, 0.0
         self.observer.note(stopped=False)
 
     def xml(self) -> str:
@@ -49,12 +52,20 @@ class RoverWorld(World):
         raise NotImplementedError
 
     def buttons_pressed(self) -> Iterator[Sample]:
-        """Yield the presses of the emergency stop that are due."""
+        """Yield what the emergency stop says: whether it is pressed, repeated, and a reset."""
         for at, button in list(self._presses.items()):
             if self.time >= at:
                 del self._presses[at]
-                self.observer.note(stopped=button == "/stop")
-                yield button, STOP[button], {}
+                if button == "/continue":
+                    self.observer.note(stopped=False)
+                    yield button, STOP[button], {}
+                    continue
+                self._pressed, self._told = button == "/stop", self.time
+                if self._pressed:
+                    self.observer.note(stopped=True)
+        if self.time >= self._told:
+            self._told = self.time + TOLD
+            yield "/stop", STOP["/stop"], {"data": self._pressed}
 
     def command(self, topic: str, message: Any) -> None:
         self._heard = self.time

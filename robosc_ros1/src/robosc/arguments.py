@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import get_args
 
@@ -31,17 +32,27 @@ def _json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print a JSON document")
 
 
+def _explain_seconds(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--explain-seconds",
+        metavar="N",
+        type=_seconds,
+        default=None,
+        help="processor time for explanations (default: as much as synthesis took, 1 to 10)",
+    )
+
+
 def _robot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", metavar="MODEL", help="a .rscd file with a robot")
 
 
-def _mode(parser: argparse.ArgumentParser) -> None:
+def _mode(parser: argparse.ArgumentParser, default: Mode = "controller") -> None:
     parser.add_argument(
         "--mode",
         choices=get_args(Mode),
-        default="controller",
+        default=default,
         help="a controller, a supervisor that guards one, or a monitor that listens to one"
-        " (default: controller)",
+        f" (default: {default})",
     )
 
 
@@ -71,6 +82,7 @@ def check(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="check again whenever a model is saved, until Ctrl-C",
     )
+    _explain_seconds(parser)
     _mode(parser)
     _common(parser)
 
@@ -109,6 +121,7 @@ def synthesize(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="largest product space for the dense engine (default: 2^28)",
     )
+    _explain_seconds(parser)
     _mode(parser)
     _common(parser)
 
@@ -159,6 +172,7 @@ def generate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--force", action="store_true", help="replace files that robosc did not write"
     )
+    parser.add_argument("--verbose", action="store_true", help="list the files that were written")
     parser.add_argument(
         "--diff",
         action="store_true",
@@ -291,11 +305,48 @@ def view(parser: argparse.ArgumentParser) -> None:
     _common(parser)
 
 
+def mcp(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", metavar="MODEL", help="the .rscd file of a robot")
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument(
+        "--ros", metavar="NODE", help="command through this supervisor (or call this controller)"
+    )
+    source.add_argument(
+        "--simulate", action="store_true", help="command a simulated robot, and play it"
+    )
+    parser.add_argument(
+        "--http",
+        metavar="PORT",
+        type=_port,
+        help="serve agents of this machine by HTTP, with a token that is printed (default: whoever"
+        " starts this, on standard input and output)",
+    )
+    parser.add_argument(
+        "--read-only", action="store_true", help="offer no commands, only what there is to know"
+    )
+    parser.add_argument(
+        "--log", metavar="FILE", type=Path, help="append each call to this file (default: stderr)"
+    )
+    _parameters(parser)
+    _mode(parser, "supervisor")
+    _common(parser)
+
+
 def _port(text: str) -> int:
     number = int(text) if text.isdecimal() and text.isascii() and len(text) < 6 else -1
     if not 0 <= number <= 65535:
         raise argparse.ArgumentTypeError(f"{text!r} is not a port: 0 to 65535, 0 for any")
     return number
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds")
+    return value
 
 
 def _positive(text: str) -> int:

@@ -61,16 +61,17 @@ _MODEL_ERRORS = (
 )  # fmt: skip
 _MODEL_WARNINGS = (
     "unreachable-state", "hidden-transition", "repeated-communication", "unread-field",
-    "topic-shared", "stale-data", "undefined-data", "no-stop", "topic-types",
+    "topic-shared", "stale-data", "stale-event", "undefined-data", "no-stop", "topic-types",
     "names-differ-in-case", "call-not-taken", "refusal-not-seen", "cancel-is-not-end",
     "unused-datatype", "unused-interface", "unused-variable", "unused-value", "unused-timeout",
-    "unused-enum-value",
+    "unused-enum-value", "refused-definition",
 )  # fmt: skip
 _PLANT_ERRORS = ("empty-supervisor", "guard-overlap")
 _PLANT_WARNINGS = (
     "never-allowed", "restricted-command", "topic-conflict", "provide-overlap", "provide-missing",
     "nothing-to-send", "requirement-always-true", "requirement-never-met", "livelock",
-    "properties-unchecked", "synthesis-unchecked", "order-matters", "blocking-under-control",
+    "properties-unchecked", "synthesis-unchecked", "explanations-left-out",
+    "order-matters", "blocking-under-control",
     "impossible-under-control", "possible-free", "self-cancelling", "assumption-excludes-all",
     "assumption-broken",
 )  # fmt: skip

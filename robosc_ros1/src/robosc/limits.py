@@ -105,22 +105,13 @@ explanations say that no trace was looked for."""
 BREADTH_FIRST_NODES = 50_000
 """Nodes of all layers of a breadth-first search together; beyond, traces need not be the shortest.
 """
-PATHS = 20_000
-"""Paths of uncontrollable events that are tried to explain a restriction; beyond, the explanation
-names none."""
-SHORTEST_PATHS = 500
-"""Of these, paths of several events that are looked at shortest first; later ones need not be the
-shortest."""
-EXPLAINING_STEPS = 1_000_000
-"""Steps of the search for such paths; beyond, the explanation names none."""
-SAMPLED_STEPS = 200_000
-"""The same where events are sampled, because there are too many values of their data."""
-BLOCKED_STATES = 20_000
-"""States from which a marked one is looked for to explain blocking; beyond, the explanation does
-not say what the robot can still do."""
-REGION_STATES = 5_000
-"""States among which the nearest bad one is looked for, where a region must be avoided because of
-some; beyond, only variables that leave their range are."""
+EXPLAINING_SECONDS = (1.0, 10.0)
+"""Least and most processor seconds for explanations, which otherwise may take as long as synthesis
+has taken; what is not explained by then is left out, and said, unless ``--explain-seconds`` says
+otherwise."""
+FAULT_STATES = 500_000
+"""States that must be avoided, among which a search state by state looks for what is wrong; beyond,
+an explanation is left out."""
 TRANSITION_CHOICES = 64
 """Combinations of transitions of one event; where there are more, ``self-cancelling`` is not looked
 for."""

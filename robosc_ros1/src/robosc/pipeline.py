@@ -45,12 +45,15 @@ Target: TypeAlias = Literal["ros1", "ros2"]
 class Options:
     """How a model is read: further folders with libraries, and whether a message definition that is
     not installed is an error; ``supervises``: another controller sends the commands. ``progress``
-    is called with what synthesis does, how far it is, and the most it can be."""
+    is called with what synthesis does, how far it is, and the most it can be. ``explaining``:
+    the processor seconds for explanations (None: as many as synthesis takes, at least 1, at most
+    10)."""
 
     library_path: tuple[Path, ...] = ()
     strict: bool = False
     supervises: bool = False
     progress: Progress | None = None
+    explaining: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +137,7 @@ def check(path: str | Path, options: Options = Options()) -> Checked:
 
     try:
         with processor_time(limits.CHECK_SECONDS, options.progress) as progress:
-            supervisor = synthesize(robot, progress=progress)
+            supervisor = synthesize(robot, progress=progress, explaining=options.explaining)
     except StateSpaceError as error:
         return Checked((*diagnostics, unchecked(robot, error)))
     try:
@@ -155,8 +158,9 @@ def synthesize(
     engine: str = "auto",
     max_states: int | None = None,
     progress: Progress | None = None,
+    explaining: float | None = None,
 ) -> Supervisor:
-    """The supervisor of a robot; it may be empty.
+    """The supervisor of a robot; it may be empty. ``explaining`` as in :class:`Options`.
 
     Raises:
         StateSpaceError: too large for the engine and the limit, or for the memory.
@@ -165,7 +169,7 @@ def synthesize(
     from robosc.synthesis import synthesize as compute
 
     try:
-        return compute(lower(robot), engine, max_states or limits.DENSE_STATES, progress)
+        return compute(lower(robot), engine, max_states, progress, explaining)
     except MemoryError:
         raise StateSpaceError(OUT_OF_MEMORY) from None
 

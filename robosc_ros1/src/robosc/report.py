@@ -147,8 +147,11 @@ def _explanation_lines(explanation: Explanation) -> Iterator[str]:
         yield f"    remedy: {explanation.remedy}"
 
 
-def generated_text(result: Generated, reason: str) -> str:
-    """What was written, for which ROS and for which reason, sizes and times, what to type next."""
+def generated_text(result: Generated, reason: str, verbose: bool = False) -> str:
+    """What was written, for which ROS and for which reason, sizes and times, what to type next.
+
+    With ``verbose``, each file that was written has a line.
+    """
     files = result.files
     changes = [f"{len(files.written)} written", f"{len(files.unchanged)} unchanged"]
     if files.removed:
@@ -158,7 +161,8 @@ def generated_text(result: Generated, reason: str) -> str:
         sizes(result.supervisor),
         f"{files.folder}: for {version} ({reason}), {', '.join(changes)}",
     ]
-    lines += [f"    {path}" for path in files.written]
+    if verbose:
+        lines += [f"    {path}" for path in files.written]
     if files.edited:
         lines.append("changed by hand, and so kept as it is (--force replaces it):")
         lines += [f"    {path}" for path in files.edited]
@@ -179,20 +183,26 @@ def _next_commands(result: Generated) -> Iterator[str]:
             yield f"cd {workspace}"
     name = result.package
     if result.output.target == "ros1":
-        yield f"catkin_make{_python_for_catkin()} && source devel/setup.bash"
+        path = _path_for_catkin()
+        yield f"{path}catkin_make && source devel/setup.bash"
         yield f"roslaunch {name} {name}.launch"
+        yield f"{path}catkin_make run_tests_{name}    # tests the package"
     else:
         yield "colcon build && source install/setup.bash"
         yield f"ros2 launch {name} {name}.launch.py"
+        yield f"colcon test --packages-select {name} && colcon test-result    # tests the package"
 
 
-def _python_for_catkin() -> str:
-    """The option for the Python of ROS, where another python3 is first on PATH."""
+def _path_for_catkin() -> str:
+    """What makes the Python of ROS the first, where another python3 is on PATH, as pyenv's is.
+
+    The option of CMake for it would not do: tests ask PATH.
+    """
     first = shutil.which("python3")
     if first is None or first in ("/usr/bin/python3", "/bin/python3"):
         return ""
     installed = Path("/usr/lib/python3/dist-packages/catkin_pkg").is_dir()
-    return " -DPYTHON_EXECUTABLE=/usr/bin/python3" if installed else ""
+    return "PATH=/usr/bin:$PATH " if installed else ""
 
 
 def verify_text(verified: VerifyReport) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from pathlib import Path
 
 
@@ -29,9 +30,27 @@ def diagnostics_page() -> Path | None:
 
 
 def section(page: str, code: str) -> str | None:
-    """What the page about diagnostics says of a code; None if it does not have it."""
+    """What the page about diagnostics says of a code, as text; None if it does not have it."""
     found = re.search(rf"^### {re.escape(code)}\n(.*?)(?=^##|\Z)", page, re.DOTALL | re.MULTILINE)
-    return None if found is None else f"{code}\n{found.group(1).rstrip()}"
+    return None if found is None else f"{code}, {_plain(found.group(1)).strip()}"
+
+
+def _plain(markdown: str) -> str:
+    """The text of such a section, as wide as a terminal, with its examples indented."""
+    parts = re.split(r"^```.*\n((?:.*\n)*?)```$", markdown, flags=re.MULTILINE)
+    text = "".join(
+        textwrap.indent(part, "    ") if place % 2 else _filled(part)
+        for place, part in enumerate(parts)
+    )
+    return re.sub(r"\n{3,}", "\n\n", text)
+
+
+def _filled(prose: str) -> str:
+    quoted = re.sub(r"`([^`\n]+)`", r"'\1'", re.sub(r"^\*(\w+)\*", r"\1", prose, flags=re.M))
+    return "".join(
+        part if part.isspace() else textwrap.fill(part, 88, break_on_hyphens=False)
+        for part in re.split(r"(\n\s*\n|^\n|\n$)", quoted)
+    )
 
 
 def extras_folder() -> Path | None:

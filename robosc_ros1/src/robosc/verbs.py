@@ -1,8 +1,6 @@
-"""The verbs of the command line.
+"""The verbs of the command line, each a small function from parsed arguments to an exit code.
 
-Each is a small function from parsed arguments to an exit code; the stages that it needs are loaded
-when it runs, so that ``robosc --help`` and ``check`` start at once. Results go to standard output,
-messages to standard error.
+The stages that it needs are loaded when it runs, so that ``robosc --help`` starts at once.
 """
 
 from __future__ import annotations
@@ -113,7 +111,7 @@ def _new(args: Arguments) -> int:
     if args.from_ros:
         text = running(name, os.environ)
     elif args.from_bag:
-        text = recorded(name, args.from_bag, args.progress)
+        text = recorded(name, args.from_bag)
     else:
         text = small(name)
     args.progress.clear()
@@ -141,7 +139,9 @@ def _synthesize(args: Arguments) -> int:
     from robosc.synthesis.documents import synthesize_document
 
     loaded = pipeline.load(args.model, _options(args))
-    supervisor = pipeline.synthesize(loaded.robot, args.engine, args.max_states, args.progress)
+    supervisor = pipeline.synthesize(
+        loaded.robot, args.engine, args.max_states, args.progress, args.explain_seconds
+    )
     args.progress.clear()
     # The explanations are part of the result; they are not printed twice.
     explained = {explanation.diagnostic for explanation in supervisor.explanations}
@@ -192,7 +192,7 @@ def _generate(args: Arguments) -> int:
     tell(result.diagnostics)
     for warning in result.warnings:
         print(f"warning: {warning}", file=sys.stderr)
-    print(report.generated_text(result, reason), end="")
+    print(report.generated_text(result, reason, args.verbose), end="")
     return 0
 
 
@@ -309,6 +309,33 @@ def _lsp(args: Arguments) -> int:
     return 0
 
 
+def _mcp(args: Arguments) -> int:
+    try:
+        import jsonschema  # noqa: F401  # the SDK needs it, too
+        import mcp.server.lowlevel  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise UsageError(
+            f"the server for agents needs the official SDK, mcp 2, and {sys.executable} has no"
+            f" module {error.name!r}: pip install 'mcp>=2.3,<3', or robosc with its extra,"
+            " robosc[mcp]"
+        ) from error
+    from robosc.agents.start import Service, serve_running, serve_simulated
+    from robosc.simulate.faults import InvalidLine
+    from robosc.simulate.start import parameters
+
+    service = Service(args.http, args.read_only, args.log)
+    supervisor = _supervise(args)
+    try:
+        given = parameters(args.parameter)
+        if args.ros is None:
+            serve_simulated(supervisor, given, service, __version__)
+        else:
+            serve_running(supervisor, args.ros, os.environ, service, __version__)
+    except InvalidLine as fault:
+        raise UsageError(str(fault)) from None
+    return 0
+
+
 def _view(args: Arguments) -> int:
     from robosc.view.server import Where
 
@@ -352,17 +379,15 @@ def _supervise(args: Arguments, target: pipeline.Target | None = None) -> Superv
 
 def _options(args: Arguments, of_others: bool = False) -> pipeline.Options:
     guards = of_others or args.mode == "supervisor"  # commands of any controller
-    return pipeline.Options(tuple(args.library_path), args.strict, guards, args.progress)
+    seconds = getattr(args, "explain_seconds", None)
+    return pipeline.Options(tuple(args.library_path), args.strict, guards, args.progress, seconds)
 
 
 def _show(
     args: Arguments, document: Callable[[Any], Any], text: Callable[[Any], str], result: object
 ) -> None:
     """Print a result as JSON or as text."""
-    if args.json:
-        _print_json(document(result))
-    else:
-        print(text(result), end="")
+    _print_json(document(result)) if args.json else print(text(result), end="")
 
 
 def _print_json(document: object) -> None:
@@ -393,6 +418,9 @@ VERBS = (
          "line_follower.rscd --execute", arguments.simulate, _simulate),
     Verb("view", "show a robot live in a browser: a model, a running node, an event log",
          "--ros /line_follower_controller", arguments.view, _view),
+    Verb("mcp", "let an agent command a robot through its supervisor: a server of the Model Context"
+         " Protocol",
+         "line_follower.rscd --simulate", arguments.mcp, _mcp),
     Verb("replay", "judge a recorded bag, or the event log of a controller's node, by its model",
          "line_follower.rscd run.bag", arguments.replay, _replay),
     Verb("lsp", "serve an editor: the language server, on standard input and output",

@@ -14,6 +14,7 @@ from ._runtime.operating import INACTIVE
 from ._runtime.settings import ParameterError
 from .ros_executor import ExecutorThread
 from .ros_node import Work, begin, end
+from .ros_parameters import GivenParameters
 
 _ENTITIES = ("publishers", "subscriptions", "clients", "services", "timers", "guards", "waitables")
 
@@ -34,7 +35,7 @@ def run(name, *parts):
         end(node, executor_thread, node.work)
 
 
-class ManagedNode(LifecycleNode):
+class ManagedNode(GivenParameters, LifecycleNode):
     """A managed node. ``make_work`` creates the engine and its connections when it is
     configured."""
 

@@ -11,7 +11,7 @@ from ._runtime.settings import ParameterError
 from ._runtime.telemetry import Reporter
 from .ros import RosOutlet
 from .ros_executor import ExecutorThread
-from .ros_parameters import configured
+from .ros_parameters import ParameterizedNode, configured
 from .ros_tables import of_shadow
 from .ros_watch import Watch
 from .start import Ending, on_signals
@@ -23,7 +23,7 @@ def run(name, *parts):
     ending = begin()
     if ending is None:
         return 2
-    node = rclpy.create_node(name, automatically_declare_parameters_from_overrides=True)
+    node = ParameterizedNode(name, automatically_declare_parameters_from_overrides=True)
     executor_thread = ExecutorThread(node)
     work = None
     try:

@@ -2,6 +2,7 @@
 """The parameters of the node, and the QoS profiles that they set."""
 
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 try:
@@ -15,6 +16,28 @@ from ._runtime.shapes import parts_by_name
 
 _SIM_TIME = "use_sim_time"
 _IGNORED = ("start_type_description_service", "qos_overrides")
+
+
+class GivenParameters:
+    """What a node has before rclpy's class: it starts even if a parameter is given an empty list.
+
+    Such a list has no type in ROS 2, and rclpy raises an exception for one anywhere in the files of
+    parameters. ``empty_lists`` are the names of these parameters.
+    """
+
+    empty_lists = frozenset()
+
+    def declare_parameters(self, namespace, parameters, ignore_override=False):
+        if ignore_override:  # so rclpy declares all that are given
+            self.empty_lists = frozenset(name for name, value, _ in parameters if value is None)
+            parameters = [p for p in parameters if p[0] not in self.empty_lists]
+        else:
+            ignore_override = all(p[0] in self.empty_lists for p in parameters)
+        return super().declare_parameters(namespace, parameters, ignore_override)
+
+
+class ParameterizedNode(GivenParameters, Node):
+    """A node that starts with any parameters; :func:`configured` judges them."""
 
 
 def qos_profile(reliability, depth, durability="volatile"):
@@ -111,6 +134,7 @@ def keep_clock(node):
 def _given(node):
     """Return the parameters that the node was given, by the engine's names."""
     given = {name: p.value for name, p in node.get_parameters_by_prefix("").items()}
+    given.update((name, []) for name in node.empty_lists)
     simulated = given.pop(_SIM_TIME, False)
     if not isinstance(simulated, bool):
         raise ParameterError("parameter use_sim_time must be true or false, not %r" % (simulated,))

@@ -24,11 +24,18 @@ def test_every_code_has_a_section() -> None:
 def test_meaning_example_and_remedy(robosc: Robosc) -> None:
     done = robosc("explain", "unexpected-brace")
     assert done.returncode == 0
-    assert done.stdout.startswith(
-        "unexpected-brace\n\n*error*\n\nA closing brace has no opening one"
-    )
-    assert "robot R { } }" in done.stdout
+    assert done.stdout.startswith("unexpected-brace, error\n\nA closing brace has no opening one")
+    assert "\n\n    robot R { } }\n\n" in done.stdout
     assert done.stdout.endswith("Remove the extra brace.\n")
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_it_is_text(robosc: Robosc, code: str) -> None:
+    shown = robosc("explain", code).stdout
+    assert "```" not in shown and "`" not in shown
+    prose = [line for line in shown.splitlines() if not line.startswith("    ")]
+    assert max(map(len, prose)) <= 88
+    assert "**" not in shown and "](" not in shown and "\n\n\n" not in shown
 
 
 @pytest.mark.parametrize(

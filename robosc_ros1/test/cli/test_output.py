@@ -260,7 +260,17 @@ def test_next_commands_lead_to_the_workspace(
     _, _, commands = done.stdout.partition("next:\n")
     lines = [line.strip() for line in commands.splitlines()]
     assert lines[0] == first
-    assert lines[-1].startswith("roslaunch ")
+    assert [line.partition(" ")[0] for line in lines[-2:]] == ["roslaunch", "catkin_make"]
+
+
+def test_files_are_listed_only_if_that_is_asked_for(folder: Path) -> None:
+    model = str(folder / "good.rscd")
+    short = run_robosc(["generate", model], folder, {}).stdout
+    assert "package.xml" not in short and " written, 0 unchanged\n" in short
+    long = run_robosc(
+        ["generate", model, "--verbose", "--force", "--package", "x_controller"], folder, {}
+    )
+    assert "\n    package.xml\n" in long.stdout
 
 
 @pytest.mark.skipif(
@@ -277,4 +287,5 @@ def test_another_python_first_on_path_is_not_given_to_catkin(folder: Path) -> No
         text=True,
         check=True,
     )
-    assert "catkin_make -DPYTHON_EXECUTABLE=/usr/bin/python3 && " in done.stdout
+    assert "    PATH=/usr/bin:$PATH catkin_make && source devel/setup.bash\n" in done.stdout
+    assert "    PATH=/usr/bin:$PATH catkin_make run_tests_" in done.stdout

@@ -39,7 +39,7 @@ from robosc.syntax.parser import parse
 ROOT = Path(__file__).parents[3]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 _BLOCK = re.compile(r"^([ ]*)```(\w+)([^\n]*)\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
-_OF_WHOLES = ("no-stop", "stale-data")
+_OF_WHOLES = ("no-stop", "stale-data", "stale-event")
 _LEVELS = ("robot", "component", "behaviour")
 
 
@@ -188,3 +188,8 @@ def test_sentences_can_be_read(page: Path) -> None:
 def test_the_index_names_every_page() -> None:
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
     assert [p.name for p in PAGES if p.name != "README.md" and f"]({p.name})" not in index] == []
+
+
+def test_no_page_speaks_of_editions() -> None:
+    """Marks such as (3), which only those understand who wrote the language."""
+    assert [p.name for p in PAGES if re.search(r"(^|\s)\(\d\)(\s|$)", p.read_text())] == []

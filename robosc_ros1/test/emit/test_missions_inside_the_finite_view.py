@@ -54,7 +54,13 @@ def test_steps_of_missions_are_steps_of_the_plant(seed: int) -> None:
     assert run.state() in set(run.plant.initial_states)
     for _ in range(1000):
         event = rng.choice(run.plant.events)
-        carries = event.kind is EventKind.RESPONSE and event.name in ("near", "go", "ask", "other")
+        carries = event.kind is EventKind.RESPONSE and event.name in (
+            "near",
+            "go",
+            "far",
+            "ask",
+            "other",
+        )
         step(run, event, rng.choice(NUMBERS) if carries else None)
         for condition, _ in run.plant.invariants:
             assert holds(run.plant, condition, run.state())

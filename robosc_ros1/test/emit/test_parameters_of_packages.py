@@ -92,53 +92,66 @@ def test_the_readme_documents_every_parameter(gauntlet: Supervisor, target: str)
             assert f"at least {parameter.minimum:g}" in meaning
 
 
-def test_the_launch_file_takes_every_parameter(gauntlet: Supervisor) -> None:
-    launch = EMITTERS["ros1"](gauntlet, PACKAGE).files[f"launch/{PACKAGE}.launch"].content
+AT_LAUNCH = {
+    "rate",
+    "stop_command",
+    "event_log",
+    "publish_values",
+    "shadow",
+    "operate",
+    "tolerance",
+}
+
+
+def test_the_launch_file_takes_what_differs_between_launches() -> None:
+    thermostat = pipeline.synthesize(pipeline.load(model_path("thermostat")).robot)
+    of_model = {p.name for p in thermostat.plant.robot.parameters}
+    launch = EMITTERS["ros1"](thermostat, PACKAGE).files[f"launch/{PACKAGE}.launch"].content
     root = ElementTree.fromstring(launch)
     arguments = {arg.attrib["name"]: arg.attrib["default"] for arg in root.findall("arg")}
     (node,) = root.findall("node")
     given = {param.attrib["name"]: param.attrib for param in node.findall("param")}
-    assert set(given) == set(declared_by(gauntlet, "ros1"))
+    assert set(given) == {named(name, "ros1") for name in AT_LAUNCH} | of_model
     for name, attributes in given.items():
         argument = name.removesuffix("/default").replace("/", "_")
         assert attributes["value"] == f"$(arg {argument})"
         assert arguments[argument] == ""
 
 
-def test_the_launch_file_of_ros_2_takes_every_parameter(
+def test_the_launch_file_of_ros_2_takes_what_differs_between_launches(
     gauntlet: Supervisor, tmp_path: Path
 ) -> None:
     pytest.importorskip("yaml")
     write(EMITTERS["ros2"](gauntlet, PACKAGE), tmp_path)
     launch = tmp_path / PACKAGE / "launch" / f"{PACKAGE}.launch.py"
-    names = {name.replace("/", ".") for name in declared_by(gauntlet, "ros2")} | {"use_sim_time"}
-    (node,) = started(launch, str, **{name.replace(".", "_"): "7" for name in names})
+    names = AT_LAUNCH | {"use_sim_time"}
+    (node,) = started(launch, str, **dict.fromkeys(names, "7"))
     assert set(node.parameters[1]) == names
+    with pytest.raises(AssertionError):
+        started(launch, str, server_lost_after="7")
     (node,) = started(launch, str)
     assert node.parameters[1] == {}
 
 
-LIBRARY = """\
-library Boxes {
-    component Box { service shut with request: none, response: none links empty }
-    interface empty use Empty from std_srvs
-}
-"""
 ROBOT = """\
 robot Twins {
-    component A from Boxes import Box with prefix: "a_"
-    component B from Boxes import Box with prefix: "b_"
-    component C { service A_shut with request: none, response: none links empty }
-    interface empty use Empty from std_srvs
+    parameter A_wide: double = 1.0
+    parameter config: double = 1.0
+    component A {
+        parameter wide: double = 1.0
+        incoming message go with identifier: "/go", type: double
+    }
+    provide go with A_wide + A.wide + config
+    stop with go
 }
 """
 
 
 def test_arguments_have_names_of_their_own(tmp_path: Path) -> None:
-    (tmp_path / "boxes.rscd").write_text(LIBRARY)
     (tmp_path / "twins.rscd").write_text(ROBOT)
     supervisor = pipeline.synthesize(pipeline.load(tmp_path / "twins.rscd").robot)
     launch = EMITTERS["ros1"](supervisor, PACKAGE).files[f"launch/{PACKAGE}.launch"].content
     names = re.findall(r'<arg name="([^"]+)" default', launch)
-    assert len([name for name in names if name.startswith("timeout_A_shut")]) == 2
+    assert {name for name in names if name.startswith("A_wide")} == {"A_wide", "A_wide_"}
+    assert {name for name in names if name.startswith("config")} == {"config", "config_"}
     assert len(names) == len(set(names))

@@ -138,6 +138,21 @@ def test_a_generated_file_that_was_changed_by_hand_is_not_replaced(tmp_path: Pat
     assert (tmp_path / "demo" / "a").read_text() == MARK + "2"
 
 
+def test_the_refusal_names_the_place_for_a_change(tmp_path: Path) -> None:
+    def made(text: str) -> Package:
+        files = {n: File(MARK + text) for n in ("package.xml", "launch/demo.launch")}
+        return Package("demo", frozen_files(files))
+
+    write(made("1"), tmp_path)
+    for name in ("package.xml", "launch/demo.launch"):
+        (tmp_path / "demo" / name).write_text("mine")
+    with pytest.raises(UsageError) as refused:
+        write(made("2"), tmp_path)
+    text = str(refused.value)
+    assert "maintainer, email, license and version are set in robosc.yaml" in text
+    assert "a launch file of your own, which includes the generated one, stays" in text
+
+
 def test_a_file_that_was_changed_by_hand_outlives_its_generation(tmp_path: Path) -> None:
     write(package(a="1", old="1"), tmp_path)
     (tmp_path / "demo" / "old").write_text("mine")

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,6 +21,8 @@ pytest.importorskip("rosbags")
 from ros2.bed import Unavailable
 from ros2.ros2_support import Graph
 from ros_support import REPOSITORY, await_condition
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 
 import gallery
 from robosc import pipeline
@@ -33,8 +36,10 @@ CROSSED = 2.5 * TICK
 """Seconds by which messages cross where the clock goes in steps."""
 FASTER = 0.35
 """The observer's own tolerance, and a step: by so much more it may excuse."""
+CLOCK = {"/clock": "rosgraph_msgs/msg/Clock"}
+"""Recorded too: it shows how late the recorder was, for which simulated time does not wait."""
 
-STOP = {"/stop": "std_msgs/msg/Empty", "/continue": "std_msgs/msg/Empty"}
+STOP = {"/stop": "std_msgs/msg/Bool", "/continue": "std_msgs/msg/Empty"}
 WHEELS = {"/cmd_vel": "geometry_msgs/msg/Twist"}
 
 
@@ -121,7 +126,7 @@ def ros2(models: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[gal
 @contextlib.contextmanager
 def rosbag(ros: gallery.Ros1, path: Path, robot: str) -> Iterator[None]:
     """``rosbag record``, which begins when there is a time."""
-    command = ("rosbag", "record", "-O", str(path), *PLANTED[robot].topics)
+    command = ("rosbag", "record", "-O", str(path), *PLANTED[robot].topics, *CLOCK)
     run, master = ros.workspace.run, ros.master
     run("rosparam", "set", "/use_sim_time", "true", master=master)
     with ros.workspace.start(*command, master=master):
@@ -134,7 +139,7 @@ def rosbag(ros: gallery.Ros1, path: Path, robot: str) -> Iterator[None]:
 @contextlib.contextmanager
 def recorder(ros: gallery.Ros2, path: Path, robot: str) -> Iterator[None]:
     graph = Graph(ros.bed, ros.domain, path.parent)
-    words = [word for pair in PLANTED[robot].topics.items() for word in pair]
+    words = [word for pair in {**PLANTED[robot].topics, **CLOCK}.items() for word in pair]
     extras = REPOSITORY / ".cache" / "extras"
     environment = graph.environment | {"PYTHONPATH": f"{graph.environment['PYTHONPATH']}:{extras}"}
     command = [ros.bed.python, str(HERE / "record_ros2.py"), str(path), *words]
@@ -149,29 +154,59 @@ def recorder(ros: gallery.Ros2, path: Path, robot: str) -> Iterator[None]:
         assert process.wait(60) == 0
 
 
-def judged(robot: str, path: Path) -> Judgement:
+def lateness(path: Path) -> float:
+    """By how many seconds of simulated time the recorder's clock and what it wrote were apart."""
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as bag:
+        clocks = [c for c in bag.connections if c.topic in CLOCK]
+        late = 0.0
+        for connection, time, raw in bag.messages(clocks):
+            sent: Any = bag.deserialize(raw, connection.msgtype)
+            late = max(late, abs(time * 1e-9 - sent.clock.sec - sent.clock.nanosec * 1e-9))
+    return late
+
+
+def judged(robot: str, path: Path, late: float) -> Judgement:
     options = pipeline.Options((gallery.HERE / "libraries",))
     with pytest.MonkeyPatch.context() as process:
         process.setenv("ROS_PACKAGE_PATH", str(gallery.HERE))
         loaded = pipeline.load(model_of(robot), options)
     supervisor = pipeline.supervise(loaded.robot)
-    return judge(supervisor, path, [f"tolerance={CROSSED}"], lambda *_: None)
+    return judge(supervisor, path, [f"tolerance={CROSSED + late}"], lambda *_: None)
 
 
-def span(finding: Finding) -> tuple[float, float]:
-    return finding.time - FASTER, finding.until + FASTER
+def long_enough(times: list[float], late: float) -> list[float]:
+    """Those times at which a rule was broken for so long that no order of the messages excuses it.
+
+    Where the recorder was late by no more than where messages cross anyway, these are all.
+    """
+    stretches: list[list[float]] = []
+    for time in times:
+        if stretches and time - stretches[-1][-1] < 2.5 * TICK:
+            stretches[-1].append(time)
+        else:
+            stretches.append([time])
+    least = 2 * (CROSSED + late) if late > 2 * TICK else 0.0
+    return [time for stretch in stretches if stretch[-1] - stretch[0] >= least for time in stretch]
 
 
-def compare(robot: str, found: Judgement, seen: Mapping[str, list[float]], planted: bool) -> None:
+def compare(
+    robot: str, found: Judgement, seen: Mapping[str, list[float]], planted: bool, late: float
+) -> None:
     """Each time at which a rule was broken lies in a finding of its requirement; each finding is
-    of such a requirement and about such times."""
+    of such a requirement and about such times; the recorder was late by so many seconds."""
+    slack = FASTER + late
+
+    def span(finding: Finding) -> tuple[float, float]:
+        return finding.time - slack, finding.until + slack
+
     rules = PLANTED[robot].rules
-    begin = found.start + FASTER  # what comes before was not recorded as a whole
+    begin = found.start + slack  # what comes before was not recorded as a whole
     broken = {rule: [t for t in seen.get(rule, []) if t > begin] for rule in rules}
     assert {bool(times) for times in broken.values()} <= {planted}, broken
     for rule, times in broken.items():
         spans = [span(f) for f in found.findings if any(rules[rule] in r for r in f.reasons)]
-        missed = [t for t in times if not any(low <= t <= high for low, high in spans)]
+        certain = long_enough(times, late)
+        missed = [t for t in certain if not any(low <= t <= high for low, high in spans)]
         assert missed == [], (rule, spans)
     for finding in found.findings:
         assert finding.sort == "violation", finding
@@ -191,7 +226,9 @@ def drive(ros: gallery.Ros1 | gallery.Ros2, robot: str, path: Path, records: Rec
         ros.drive(robot, 1, PLANTED[robot].faults, record, **awaited)
     run = json.loads(record.read_text(encoding="utf-8"))
     file = path.with_suffix("") if path.suffix != ".bag" else path
-    compare(robot, judged(robot, file), run["times"], "planted" in ros._models.name)
+    late = lateness(file)
+    found = judged(robot, file, late)
+    compare(robot, found, run["times"], "planted" in ros._models.name, late)
 
 
 @pytest.mark.parametrize("robot", PLANTED)

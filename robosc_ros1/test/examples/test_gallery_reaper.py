@@ -23,7 +23,7 @@ time.sleep(600)
 
 
 @pytest.mark.parametrize(
-    "how", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL], ids=lambda s: s.name
+    "how", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL], ids=lambda s: s.name
 )
 def test_killed_run_leaves_no_node(how: signal.Signals) -> None:
     folder = Path(reaper.__file__).parent

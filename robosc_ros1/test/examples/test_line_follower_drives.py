@@ -27,6 +27,7 @@ def summary(example_workspace: Workspace, roscore: Master, tmp_path: Path) -> An
     return json.loads(report.read_text(encoding="utf-8"))
 
 
+@pytest.mark.once
 def test_line_follower_drives_halts_grabs_and_goes_on(summary: Any) -> None:
     assert sum(summary["violations"].values()) == 0, summary["violations"]
     assert summary["metres"] >= 3.5

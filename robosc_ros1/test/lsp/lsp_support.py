@@ -47,18 +47,17 @@ def open_text(workspace: Workspace, path: str | Path, text: str) -> Analysis:
     return found
 
 
-def client_python() -> str:
-    """The Python of the environment, made if it is not there or not what it should be.
+def client_python(requirements: Path = HERE / "requirements.txt", cache: Path = CACHE) -> str:
+    """The Python of an environment, made if it is not there or not what it should be.
 
     Raises:
         Unavailable: its packages cannot be had here.
     """
-    CACHE.mkdir(parents=True, exist_ok=True)
-    requirements = HERE / "requirements.txt"
-    folder = CACHE / "venv"
+    cache.mkdir(parents=True, exist_ok=True)
+    folder = cache / "venv"
     stamp = folder / "made-from"
     made_from = hashlib.sha256(sys.version.encode() + requirements.read_bytes()).hexdigest()
-    with (CACHE / "lock").open("w") as lock:
+    with (cache / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (stamp.is_file() and stamp.read_text() == made_from):
             shutil.rmtree(folder, ignore_errors=True)

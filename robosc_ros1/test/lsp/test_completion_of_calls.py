@@ -39,7 +39,8 @@ def test_its_request_and_its_answers(tmp_path: Path) -> None:
     [
         ("state a |", {"performs"}),
         ("state a performs |", {"ask", "drive"}),
-        ("state a performs ask |", {"with", "then"}),
+        ("state a performs ask |", {"meanwhile", "with", "then"}),
+        ("state a performs ask meanwhile |", {"with", "then"}),
         ("state a performs ask.|", {"response", "error"}),
         ("state a performs ask then |", {"do", "goto"}),
         ("state a performs drive with { | }", {"linear"}),

@@ -44,10 +44,26 @@ def supervisor(text: str, folder: Path) -> Supervisor:
 def test_nothing_but_halt_is_sent_until_the_button_is_released(tmp_path: Path) -> None:
     player = session(supervisor(ROBOT, tmp_path))
     play(player, "stick 1.0", "expect disabled drive", "expect disabled blink")
-    play(player, "expect enabled Emergency.halt", "estop true", "expect disabled blink")
-    play(player, "estop false", "expect enabled drive", "expect enabled blink")
-    play(player, "expect disabled Emergency.halt", "estop.timeout")
+    play(player, "expect enabled Emergency.halt", "estop false", "expect enabled drive")
+    play(player, "expect enabled blink", "expect disabled Emergency.halt", "estop.timeout")
     play(player, "expect disabled drive", "expect disabled blink", "expect enabled Emergency.halt")
+
+
+@pytest.mark.parametrize("stops", ["estop true", "estop.timeout"])
+def test_a_button_that_is_released_or_back_moves_nothing(stops: str, tmp_path: Path) -> None:
+    """Somebody must ask for the reset, while it is released: earlier requests do not count."""
+    player = session(supervisor(ROBOT, tmp_path))
+    play(player, "stick 1.0", "estop false", "reset", stops, "expect disabled drive")
+    play(player, "reset", "expect disabled drive", "estop false", "expect disabled drive")
+    play(player, "expect disabled blink", "expect enabled Emergency.halt")
+    play(player, "reset", "expect enabled drive", "expect enabled blink")
+    play(player, "expect disabled Emergency.halt")
+
+
+def test_a_button_that_is_pressed_at_the_start_needs_the_reset(tmp_path: Path) -> None:
+    player = session(supervisor(ROBOT, tmp_path))
+    play(player, "stick 1.0", "estop true", "estop false", "expect disabled drive")
+    play(player, "reset", "expect enabled drive")
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,15 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from model_text import faults
 
 from robosc.model.ros.definitions import MessageDefinitions, install_advice
-from robosc.model.ros.interfaces import FieldType, Interface, Missing
+from robosc.model.ros.interfaces import FieldType, Folder, Interface, Missing
 from robosc.model.ros.packages import Packages, Place
 
+ROS_2 = """<package format='3'><name>{}</name><version>1.0.0</version><description>d</description>
+<maintainer email='a@example.org'>a</maintainer><license>MIT</license>
+<export><build_type>ament_cmake</build_type></export></package>"""
 MANIFEST = "<package format='3'><name>{}</name></package>"
 
 
@@ -88,7 +92,7 @@ def test_both_spellings_of_an_action(tmp_path: Path) -> None:
 
 
 def test_a_definition_that_cannot_be_read_says_why(tmp_path: Path) -> None:
-    package(tmp_path, "p", msg__Bad="int8\n", srv__Bad="int8 a\n", msg__Odd="int8 a b c\n")
+    package(tmp_path, "p", msg__Bad="int8\n", srv__Bad="int8\n", msg__Odd="int8 a b c\n")
     definitions = around(tmp_path / "m.rscd")
     for result in (
         definitions.interface("p", "Bad", "msg"),
@@ -96,6 +100,70 @@ def test_a_definition_that_cannot_be_read_says_why(tmp_path: Path) -> None:
     ):
         assert isinstance(result, Missing) and result.reason == "faulty"
         assert "Bad" in result.detail
+
+
+def test_a_service_of_ros_1_without_a_response(tmp_path: Path) -> None:
+    """As genmsg reads it, which gives all that follows a first --- to the response."""
+    package(tmp_path, "p", srv__One="int8 a\n", srv__Three="int8 a\n---\nint8 b\n---\nint8 c\n")
+    definitions = around(tmp_path / "m.rscd")
+    found = [definitions.interface("p", name, "srv") for name in ("One", "Three")]
+    names = [[[f.name for f in part.fields] for part in one.parts] for one in found]
+    assert names == [[["a"], []], [["a"], ["b", "c"]]]
+
+
+@pytest.mark.parametrize(
+    ("file", "kind"),
+    [
+        ("msg/traffic/Lamp.msg", "msg"),
+        ("signal/msg/Lamp.msg", "msg"),
+        ("srvs/Lamp.srv", "srv"),
+        ("Lamp.action", "action"),
+        ("test/msg/Lamp.msg", "msg"),
+    ],
+)
+@pytest.mark.parametrize("manifest", [MANIFEST, ROS_2])
+def test_definitions_that_lie_elsewhere_in_a_package(
+    tmp_path: Path, file: str, kind: Folder, manifest: str
+) -> None:
+    """They are found without a build; not those of a package in it, nor of what was built."""
+    home = package(tmp_path, "p", msg__Other="int8 a\n")
+    (home / "package.xml").write_text(manifest.format("p"))
+    for place, text in ((file, "int8 right\n---\n---\n"), (f"build/{file}", "int8 wrong\n"),
+                        (f"inner/{file}", "int8 wrong\n")):  # fmt: skip
+        (home / place).parent.mkdir(parents=True, exist_ok=True)
+        (home / place).write_text(text.partition("---")[0] if kind == "msg" else text)
+    if kind == "srv":
+        (home / file).write_text("int8 right\n---\n")
+    (home / "inner" / "package.xml").write_text(manifest.format("inner"))
+    definitions = around(tmp_path / "m.rscd")
+    first = found(definitions.interface("p", "Lamp", kind)).parts[0]
+    assert [f.name for f in first.fields] == ["right"]
+    missing = definitions.interface("p", "Lam", kind)
+    assert isinstance(missing, Missing) and "Lamp" in missing.names
+
+
+def test_a_package_of_a_field_that_only_passes_through(tmp_path: Path) -> None:
+    """It is missing: a warning. What is read of it is an error."""
+    package(tmp_path, "p", msg__Way="int8 a\nabsent_msgs/Point[] points\nInner b\n",
+            msg__Inner="absent_msgs/Point point\nint8 c\n")  # fmt: skip
+    text = """
+        component Arm {
+            outgoing message way with type: p/Way
+            behaviour {
+                variable a: integer
+                initial marked state on { on response from way do a := %s }
+            }
+        }
+        component Leg { incoming message go with type: none }
+        requirement go needs Arm.a > 1
+    """
+    definitions = around(tmp_path / "m.rscd")
+    absent = ("package-not-found", "p")
+    assert absent in faults(text % "value.a + value.b.c", definitions)
+    told = [code for code, _ in faults(text % "value.a + value.b.c", definitions)]
+    assert told.count("package-not-found") == 1 and "ros-type-unknown" not in told
+    told = [code for code, _ in faults(text % "value.b.point.x", definitions)]
+    assert "unknown-member" in told
 
 
 # --- where packages are found --------------------------------------------------------------------

@@ -197,3 +197,63 @@ def test_arrays_of_fixed_length_have_their_elements() -> None:
         )
     )
     assert [d.span.text for d in found if d.code == CODE] == ["value.axes[0]"]
+
+
+def provided(statement: str, condition: str = "") -> list[str]:
+    """What is marked in data that a command is sent with."""
+    found = faults(
+        f"""
+    datatype object Scan {{ ranges: array(double) }}
+    interface laser use Scan from nowhere_msgs
+    component Eye {{
+        outgoing message scan with timeout: 1 s, type: Scan links laser
+        behaviour {{
+            variable ranges: array(double)
+            variable step: double
+            initial marked state on {{
+                on response from scan {condition}
+                    do ranges := value.ranges, step := value.ranges[0] else 1.0
+            }}
+        }}
+    }}
+    component Base {{
+        incoming message go with type: double
+        incoming message point with type: Scan links laser
+    }}
+    requirement {{ go, point }} needs scan.fresh
+    {statement}
+    """
+    )
+    return [place for code, place in found if code == CODE]
+
+
+@pytest.mark.parametrize(
+    ("statement", "places"),
+    [
+        ("provide go with Eye.ranges[1]", ["Eye.ranges[1]"]),
+        ("provide go with 2 * Eye.ranges[1]", ["2 * Eye.ranges[1]"]),
+        (
+            "provide go with min(r for r in Eye.ranges)",
+            ["min(r for r in Eye.ranges)"],
+        ),
+        ("provide go with 1 / Eye.step", ["1 / Eye.step"]),
+        (
+            "provide point with { ranges: [Eye.step, Eye.ranges[0]] }",
+            ["Eye.ranges[0]"],
+        ),
+        ("provide go with Eye.ranges[1] else 0.0", []),
+        ("provide go with 1 / max(Eye.step, 0.01)", []),
+        ("provide go with 1 / 2", []),
+        ("provide go with Eye.step", []),
+        ("provide go with Eye.ranges[1] if defined(Eye.ranges[1])", []),
+        ("provide point with { ranges: Eye.ranges }", []),
+    ],
+)
+def test_data_that_are_sent(statement: str, places: list[str]) -> None:
+    assert provided(statement) == places
+
+
+def test_what_a_guard_asks_for_is_there() -> None:
+    statement = "provide go with Eye.ranges[1]"
+    assert provided(statement, "if length(value.ranges) > 1") == [statement.split()[-1]]
+    assert provided(statement, "if !defined(ranges[1])") == []

@@ -7,12 +7,14 @@ import re
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from ros_support import Completed
 
 from robosc.errors import UsageError
 from robosc.new.from_bag import read
+from robosc.simulate.bags.bag_files import opened_bag
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2")
 from rosbags.interfaces import (  # noqa: E402
@@ -140,7 +142,7 @@ def test_recording_of_ros_2(robosc: Robosc, tmp_path: Path, storage: str) -> Non
     assert 'service reset with identifier: "/reset", type: std_srvs/Empty' in text
     assert "rover_controller" not in text and "_action" not in text
     (file,) = [*bag.glob("*.mcap"), *bag.glob("*.db3")]
-    assert read(file, print) == read(bag, print)
+    assert read(file) == read(bag)
 
 
 @pytest.mark.parametrize("storage", ["ROS 1", "MCAP"])
@@ -159,8 +161,82 @@ def test_types_that_are_not_defined_here_are_left_out(
     text = model(robosc, tmp_path, bag)
     assert text.endswith(
         "// packages, or source the workspace that has them, and make the model again."
-        " // /horn: horn_msgs/Horn // /scan2: sensor_msgs/OfTomorrow // /lift: lift_msgs/Lift }"
+        " // /scan2: sensor_msgs/OfTomorrow // /lift: lift_msgs/Lift }"
     )
+    assert "interface horn_type use Horn from horn_msgs" in text  # as it was recorded
+
+
+LINE = "=" * 80 + "\n"
+HORN = (
+    "q_msgs/Tone[] tones\nuint8 LOUD=1\nuint8 state\nstring[2] names\nq_msgs/Nothing nothing\n"
+    + LINE + "MSG: q_msgs/Tone\nfloat64 hertz\nq_msgs/Horn owner\n" + LINE + "MSG: q_msgs/Nothing\n"
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("storage", ["ROS 1", "MCAP", "SQLITE3"])
+def test_types_that_only_the_recording_has_are_declared(
+    robosc: Robosc, tmp_path: Path, storage: str
+) -> None:
+    topics = [("/horn", "q_msgs/msg/Horn", HORN), ("/bell", "q_msgs/msg/Nothing", "")]
+    if storage == "ROS 1":
+        topics.append(
+            (
+                "/go/goal",
+                "q_msgs/msg/GoActionGoal",
+                "GoGoal goal\n" + LINE + "MSG: q_msgs/GoGoal\nint8 to\n",
+            )
+        )
+        topics.append(
+            (
+                "/go/result",
+                "q_msgs/msg/GoActionResult",
+                "GoResult result\n" + LINE + "MSG: q_msgs/GoResult\n",
+            )
+        )
+        writer: Any = Writer1(tmp_path / "rover.bag")
+    else:
+        topics.append(
+            ("/ring/_service_event", "q_msgs/srv/Ring_Event", "bool on\n---\nint8 times\n")
+        )
+        writer = rosbag2.Writer(
+            tmp_path / "rover", version=9, storage_plugin=rosbag2.StoragePlugin[storage]
+        )
+    with writer:
+        for name, type_, text in topics:
+            more = {"md5sum": "0" * 32} if storage == "ROS 1" else {"rihs01": TEXT["rihs01"]}
+            connection = writer.add_connection(name, type_, msgdef=text, **more)
+            for number in range(5):
+                writer.write(connection, START + number * SECOND, bytes(8))
+    text = model(robosc, tmp_path, writer.path)
+    assert (
+        'message horn with identifier: "/horn", timeout: 3 s, type: Horn_2 links horn_type' in text
+    )
+    assert (
+        'message bell with identifier: "/bell", timeout: 3 s, type: none links nothing_type' in text
+    )
+    assert "datatype object Tone { hertz: double }" in text
+    assert (
+        "datatype object Horn_2 { tones: array(Tone) state: integer names: array(string) }" in text
+    )
+    assert "interface horn_type use Horn from q_msgs" in text
+    if storage == "ROS 1":
+        assert (
+            'action go with identifier: "/go", request: GoGoal, response: none, feedback: none links go_type'
+            in text
+        )
+    else:
+        assert "request: RingRequest, response: RingResponse links ring_type" in text
+
+
+def test_what_is_left_out_is_told_by_name(robosc: Robosc, tmp_path: Path) -> None:
+    topics = [("/horn", "horn_msgs/msg/Horn", "/horn"), ROBOT[0]]
+    bag = bag_of_ros_2(tmp_path, topics, "MCAP")
+    (file,) = bag.glob("*.mcap")
+    content = file.read_bytes()
+    file.write_bytes(content.replace(b"string data\n", b"not { of us\n"))
+    done = robosc("new", "Rover", "--from-bag", "rover")
+    assert done.returncode == 0
+    assert "left out, since their types are not defined here: /horn\n" in done.stdout
 
 
 @pytest.mark.parametrize("version", ["1", "2"])
@@ -169,7 +245,7 @@ def test_what_is_sent_for_those_who_come_later_has_no_timeout(tmp_path: Path, ve
     bag = (
         bag_of_ros_1(tmp_path, topics) if version == "1" else bag_of_ros_2(tmp_path, topics, "MCAP")
     )
-    graph, pauses = read(bag, print)
+    graph, pauses, *_ = read(bag)
     assert "/map" in graph.publishers and "/map" not in pauses
     assert pauses["/scan"].longest == pytest.approx(0.1)
 
@@ -184,7 +260,7 @@ def test_pauses_are_measured_at_the_beginning_of_long_recordings(tmp_path: Path)
             )
             for seconds in times:
                 writer.write(connection, START + seconds * SECOND, b"\x01")
-    graph, pauses = read(bag, print)
+    graph, pauses, *_ = read(bag)
     assert set(graph.publishers) == {"/scan", "/late"}
     assert {topic: p.longest for topic, p in pauses.items()} == {"/scan": 1.0}
 
@@ -210,10 +286,10 @@ def test_recording_by_ros_1_itself(robosc: Robosc, tmp_path: Path) -> None:
     [
         ("nowhere.bag", "cannot read nowhere.bag: there is no such file"),
         ("notes.txt", "notes.txt is no bag: .bag, .mcap, .db3, or the folder of a bag of ROS 2"),
-        ("folder", "cannot read folder as a bag of ROS 2: it has no metadata.yaml"),
+        ("folder", "cannot read folder as a bag of ROS 2: it has no file .mcap or .db3"),
         ("empty.bag", "empty.bag is no file of the format .bag: it is empty"),
         ("text.mcap", "text.mcap is no file of the format .mcap: it was not recorded by ROS"),
-        ("folder.bag", "cannot read folder.bag as a bag of ROS 2: it has no metadata.yaml"),
+        ("folder.bag", "cannot read folder.bag as a bag of ROS 2: it has no file .mcap or .db3"),
     ],
 )
 def test_what_is_no_bag(robosc: Robosc, tmp_path: Path, name: str, expected: str) -> None:
@@ -253,14 +329,19 @@ def test_damaged_recordings_are_refused_or_read(tmp_path: Path, kind: str) -> No
         for text in (content[:place], bytes(changed)):
             damaged.write_bytes(text)
             try:
-                read(damaged, print)
+                read(damaged)
             except UsageError as error:
                 messages.add(str(error))
-    assert any(re.match(r"cannot read .* as a bag: ", message) for message in messages)
+    assert any(re.match(r"cannot read .*: ", message) for message in messages)
 
 
 def test_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "rover.bag").touch()
-    monkeypatch.setitem(sys.modules, "rosbags", None)
-    with pytest.raises(UsageError, match="needs the Python library 'rosbags'"):
-        read(tmp_path / "rover.bag", print)
+    """The graph needs none; what unpacks messages is rosbags."""
+    file = bag_of_ros_1(tmp_path, ROBOT[:3], 0.5)
+    monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
+    assert "/scan" in read(file).graph.publishers
+    with (
+        opened_bag(file) as bag,
+        pytest.raises(UsageError, match="needs the Python library 'rosbags'"),
+    ):
+        next(bag.messages(["/scan"], lambda *_: None))

@@ -19,7 +19,7 @@ from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
     "limits", "remedies", "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "expr",
-    "model", "plant", "supervisor", "synthesis", "emit", "simulate", "traces", "view", "new", "pipeline", "report", "lsp",
+    "model", "plant", "supervisor", "synthesis", "emit", "simulate", "traces", "view", "new", "pipeline", "report", "lsp", "agents",
     "model_files", "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
@@ -31,8 +31,17 @@ THIRD_PARTY = {
     "oxidd": ("synthesis",),
     "networkx": ("synthesis", "report"),
     "jinja2": ("emit.package.rendering",),
-    "yaml": ("emit.package.config",),
+    "yaml": ("emit.package.config", "simulate.bags.bag_files"),
     "lsprotocol": ("lsp.open_texts", "lsp.server", "lsp.protocol"),
+    # The official SDK, and what it runs on; verbs tells what to install.
+    "mcp": ("agents.server", "verbs"),
+    "mcp_types": ("agents.server",),
+    "anyio": ("agents.server", "agents.start"),
+    "jsonschema": ("agents.server", "verbs"),
+    "uvicorn": ("agents.server",),
+    "actionlib": ("agents.ros1",),
+    "actionlib_msgs": ("agents.ros1",),
+    "action_msgs": ("agents.ros2",),
     "argcomplete": ("cli",),
     "pygls": (
         "lsp.open_texts",
@@ -44,13 +53,16 @@ THIRD_PARTY = {
     "rospkg": ("model.ros.packages",),
     "catkin_pkg": ("model.ros.packages",),
     # A node of ROS that only listens; whatever else is shown needs no ROS.
-    "rospy": ("view.ros1", "new.from_ros1"),
+    "rospy": ("view.ros1", "new.from_ros1", "agents.ros1"),
     "rosgraph": ("view.ros1", "new.from_ros1"),
-    "genpy": ("view.ros1",),
-    "roslib": ("view.ros1",),
+    "genpy": ("view.ros1", "agents.ros1"),
+    "roslib": ("view.ros1", "agents.ros1"),
     "rosservice": ("new.from_ros1",),
-    "rosbags": ("simulate.bags.bag_files",),
-    "rclpy": ("view.ros2", "new.from_ros2"),
+    "rosbags": ("simulate.bags.recorded_messages",),
+    "lz4": ("simulate.bags.storage",),
+    "compression": ("simulate.bags.storage",),
+    "backports": ("simulate.bags.storage",),
+    "rclpy": ("view.ros2", "new.from_ros2", "agents.ros2"),
     "rosidl_parser": ("view.ros2",),
     "std_msgs": ("view.ros1", "view.ros2"),
     "diagnostic_msgs": ("view.ros1", "view.ros2"),
@@ -163,15 +175,13 @@ def loaded(file: Path) -> set[str]:
     return found
 
 
-LARGEST = 400
-"""Lines of a module, but for those that are tables."""
-
-TABLES = {"syntax.nodes"}
+LARGEST = 800
+"""Lines of a module, which is one concept."""
 
 
 def test_modules_are_no_longer_than_they_should_be() -> None:
     lengths = {module_name(file): len(file.read_text().splitlines()) for file in MODULES}
-    assert {name for name, lines in lengths.items() if lines > LARGEST} == TABLES
+    assert not [name for name, lines in lengths.items() if lines > LARGEST]
 
 
 def test_modules_that_are_copied_are_no_longer_either() -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 import runpy
+import shlex
 import subprocess
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -35,11 +37,74 @@ def shown(command: str) -> list[str]:
     return [b.removeprefix(f"$ {command}\n") for b in BLOCKS if b.startswith(f"$ {command}\n")]
 
 
-def test_first_model_is_ten_lines_and_good(robosc: Robosc, tmp_path: Path) -> None:
-    model = MODELS["Rover"]
-    assert len(model.splitlines()) == 10
+RUN = """\
+expect disabled move
+scan ranges: [Infinity, Infinity, Infinity]
+expect enabled move
+scan ranges: [Infinity, 0.3, NaN]
+expect disabled move
+expect enabled halt
+scan ranges: [2.0, NaN]
+expect enabled move
+scan ranges: []
+expect disabled move
+"""
+
+
+def rovers() -> dict[str, str]:
+    """The first model of each page, without what indents it."""
+    pages = [REPOSITORY / name for name in ("README.md", "docs/ros2.md", "docs/tutorial.md")]
+    texts = [page.read_text(encoding="utf-8") for page in pages]
+    found = [
+        re.search(r"^( *)robot Rover \{\n.*?^\1\}\n", t, re.DOTALL | re.MULTILINE) for t in texts
+    ]
+    return {p.name: textwrap.dedent(f[0]) for p, f in zip(pages, found, strict=True) if f}
+
+
+@pytest.mark.parametrize("page", ["README.md", "ros2.md", "tutorial.md"])
+def test_first_model_is_short_and_drives_in_the_open(
+    page: str, robosc: Robosc, tmp_path: Path
+) -> None:
+    model = rovers()[page]
+    assert len(model.splitlines()) < 25
     (tmp_path / "model.rscd").write_text(model, encoding="utf-8")
+    (tmp_path / "run.sim").write_text(RUN, encoding="utf-8")
     assert robosc("check", "model.rscd").stdout == "1 file: 0 errors, 0 warnings\n"
+    for more in ([], ["--execute"]):
+        done = robosc("simulate", "model.rscd", "--script", "run.sim", *more)
+        assert done.stdout == "run.sim: 6 of 6 expectations met\n", done.stderr
+
+
+def test_each_step_of_the_tutorial_is_an_example() -> None:
+    """Each line of a model that the page shows stands in the model of its step."""
+    folder = REPOSITORY / "examples" / "tutorial"
+    text = (REPOSITORY / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    named = re.findall(r"^## (\d)\. .*?\n(.*?)(?=^## |\Z)", text, re.DOTALL | re.MULTILINE)
+    assert [number for number, _ in named] == list("12345678")
+    for number, section in named[:5]:
+        (file,) = folder.glob(f"{number}_*.rscd")
+        there = "".join(file.read_text(encoding="utf-8").split())
+        for block in re.findall(r"^```\w*\n(.*?)^```$", section, re.DOTALL | re.MULTILINE):
+            if not block.startswith("$"):
+                for line in block.splitlines():
+                    assert "".join(line.split()) in there, (file.name, line)
+
+
+def test_the_workflow_of_the_tutorial_runs(robosc: Robosc, tmp_path: Path) -> None:
+    yaml = pytest.importorskip("yaml")
+    folder = REPOSITORY / "examples" / "tutorial"
+    (tmp_path / "models").mkdir()
+    for file in folder.glob("[1-5]_*"):
+        (tmp_path / "models" / file.name).write_bytes(file.read_bytes())
+    workflow = yaml.safe_load((folder / "check.yml").read_text(encoding="utf-8"))
+    steps = [step["run"] for step in workflow["jobs"]["models"]["steps"] if "run" in step]
+    verbs = [run for run in steps if run.startswith("venv/bin/robosc ")]
+    assert len(verbs) == 3
+    for run in verbs:
+        done = robosc(*shlex.split(run)[1:])
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "mission.xml").is_file()
+    assert (tmp_path / "generated" / "rover_controller" / "package.xml").is_file()
 
 
 def test_forgotten_error_is_explained_as_shown(robosc: Robosc, door: Path) -> None:
@@ -63,7 +128,9 @@ def test_mended_door_is_as_shown(robosc: Robosc, door: Path) -> None:
     )
 
 
-def test_demo_ends_as_shown(capsys: pytest.CaptureFixture[str]) -> None:
+def test_demo_ends_as_shown(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     (block,) = (b for b in BLOCKS if b.startswith("== What happened\n"))
     number = r"[\d.]+"
     pattern = re.compile(
@@ -74,6 +141,7 @@ def test_demo_ends_as_shown(capsys: pytest.CaptureFixture[str]) -> None:
     found = pattern.search(block)
     assert found is not None, block
     summary = {name: float(n) if "." in n else int(n) for name, n in found.groupdict().items()}
+    monkeypatch.syspath_prepend(str(REPOSITORY / "examples" / "line_follower"))
     demo = runpy.run_path(str(REPOSITORY / "examples" / "line_follower" / "demo.py"))
     demo["tell"]({**summary, "violations": {}}, REPOSITORY / ".cache" / "demo" / "path.png", 60.0)
     *told, _time = capsys.readouterr().out.strip("\n").splitlines()

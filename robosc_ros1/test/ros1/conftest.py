@@ -8,12 +8,15 @@ from pathlib import Path
 import pytest
 import reflecting
 import ros_support
+from agents.agent_support import sdk, start_agent
 from emit.golden_packages import GOLDEN, package_of
 from primitives import PRIMITIVES_OF_ROS1
 from ros1.stage import Node, Puppet, Stage
 from ros_support import EXAMPLES, Master, Workspace, built_once, run_robosc
 
 from robosc.emit.write.writer import write
+
+__all__ = ["sdk", "start_agent"]
 
 CALLED = ("orders", "missions", "dispatch")
 """Models with calls from one controller to another."""

@@ -36,6 +36,7 @@ def goals_end_once(node: Node) -> bool:
     )
 
 
+@pytest.mark.once
 def test_a_goal_that_succeeds(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     puppet.do("action", **RUN, mode="hold", feedback=3)
     with stage.controller(ear) as node:
@@ -200,6 +201,7 @@ def test_a_cancelled_goal_that_goes_on_is_a_fault_and_holds_the_next(
         assert [e["outcome"] for e in node.events() if e["outcome"] != "applied"] == []
 
 
+@pytest.mark.once
 def test_two_servers_of_one_action_are_a_fault(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     """A goal goes to both, and the node takes it for ended when one of them says so."""
     puppet.do("action", **RUN, mode="hold")

@@ -38,6 +38,7 @@ def order_and_wait(puppet: Puppet, node: Node) -> int:
     return mark
 
 
+@pytest.mark.once
 def test_a_call_is_answered_when_its_requirement_holds(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:
@@ -96,6 +97,7 @@ def test_a_caller_that_is_killed_leaves_the_service_to_others(
         assert call(puppet, ORDER, True)["message"] == DONE
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("waiting", [False, True])
 def test_the_end_of_the_node_answers_what_waits(
     stage: Stage, puppet: Puppet, ear: Puppet, waiting: bool

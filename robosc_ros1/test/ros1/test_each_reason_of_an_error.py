@@ -48,6 +48,7 @@ def test_the_reason_of_an_error(
         assert node.tells(event("error", "go"))["reason"] == reason
 
 
+@pytest.mark.once
 def test_a_server_that_vanished_is_lost(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     with stage.puppet() as victim:
         victim.do("action", **GO, mode="hold")

@@ -189,6 +189,7 @@ def test_it_judges_what_was_done_before_it_could_listen(lantern: Workspace) -> N
     assert "FAULT: event 1: internal transition 1 of Flame" in done.stdout + done.stderr
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("fault", FAULTS)
 def test_it_finds_a_faulty_controller(lantern: Workspace, fault: str) -> None:
     before, after, complaint = FAULTS[fault]

@@ -43,6 +43,7 @@ def step(puppet: Puppet, number: int) -> None:
     puppet.publish("/step", "std_msgs/Int16", number)
 
 
+@pytest.mark.once
 def test_a_goal_is_reported_on_and_answered(puppet: Puppet, node: Node) -> None:
     mark = accepted(puppet, node)
     step(puppet, 2)

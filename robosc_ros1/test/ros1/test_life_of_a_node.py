@@ -39,6 +39,7 @@ def end(stage: Stage, how: str, pid: int) -> None:
         os.kill(pid, getattr(signal, how))
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "SIGHUP", "rosnode kill"])
 def test_shutdown_cancels_goals_and_sends_the_stop_command(
     stage: Stage, puppet: Puppet, ear: Puppet, how: str

@@ -66,6 +66,7 @@ def findings(listener: Puppet) -> list[Any]:
 OWN = ("~snuff:=/lantern_controller/snuff",)
 
 
+@pytest.mark.once
 def test_a_faulty_controller_is_found(watched: Stage, sky: Puppet, listener: Puppet) -> None:
     with watched.controller(listener, "lantern_monitor") as monitor:
         sky.steadily("/brightness", LIGHT, 5)

@@ -39,6 +39,7 @@ def is_in(person: Puppet, component: str, state: str, since: int) -> None:
     person.hears(f"{NODE}/state", lambda s: s["components"][component] == state, since=since)
 
 
+@pytest.mark.once
 def test_it_drives_to_the_click_and_tries_again_after_an_error(person: Puppet) -> None:
     click(person, 3.0, 4.0)
     for reason in ("refused", "failed"):
@@ -50,6 +51,7 @@ def test_it_drives_to_the_click_and_tries_again_after_an_error(person: Puppet) -
     )
 
 
+@pytest.mark.once
 def test_the_emergency_stop_cancels_and_release_goes_on(person: Puppet) -> None:
     mark = person.mark
     click(person, 30.0, 40.0)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
+import pytest
 from ros1.stage import Stage
 from ros_support import Master, Workspace
 
 
+@pytest.mark.once
 def test_a_model_of_what_runs(
     example_workspace: Workspace, roscore: Master, tmp_path: Path
 ) -> None:

@@ -30,7 +30,7 @@ def base(stage: Stage) -> Iterator[Puppet]:
 
 @pytest.fixture
 def node(stage: Stage, ear: Puppet, base: Puppet) -> Iterator[Node]:
-    with stage.controller(ear, "order_controller") as running:
+    with stage.controller(ear, "order_controller", stop__silence=3600.0) as running:
         yield running
 
 
@@ -55,12 +55,13 @@ def drives(base: Puppet, since: int, x: float) -> int:
     return base.lines.index(asked) + 1
 
 
+@pytest.mark.once
 def test_an_order_is_carried_out(puppet: Puppet, base: Puppet, node: Node) -> None:
     """It is refused as long as nothing is known of the emergency stop, and paused by it."""
     refused = end(puppet, send(puppet))
-    assert refused["status"] == GoalStatus.REJECTED and "stop.heard" in refused["text"]
+    assert refused["status"] == GoalStatus.REJECTED and "stop.fresh" in refused["text"]
     press(puppet, False)
-    node.shows(lambda s: s["communications"]["stop"] == "heard")
+    node.shows(lambda s: s["communications"]["stop"] == "fresh")
     assert end(puppet, send(puppet, y=[2.0]))["status"] == GoalStatus.REJECTED
     mark = send(puppet)
     place = drives(base, 0, 1.0)
@@ -87,7 +88,7 @@ def test_a_cancelled_order_has_ended_when_the_robot_stands(
     puppet: Puppet, base: Puppet, node: Node
 ) -> None:
     press(puppet, False)
-    node.shows(lambda s: s["communications"]["stop"] == "heard")
+    node.shows(lambda s: s["communications"]["stop"] == "fresh")
     base.do("action", **DRIVE, mode="go on")  # its cancel takes time
     mark = send(puppet)
     place = drives(base, 0, 1.0)

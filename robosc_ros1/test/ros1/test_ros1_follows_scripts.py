@@ -78,6 +78,7 @@ def robot(example_workspace: Workspace, shared_master: Master) -> Iterator[Puppe
         yield puppet
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_node_does_what_the_script_says(
     example_workspace: Workspace, shared_master: Master, robot: Puppet, tmp_path: Path, scene: str

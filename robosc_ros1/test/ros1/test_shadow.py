@@ -36,6 +36,7 @@ def commands(events: list[Any]) -> list[tuple[str, str]]:
     return told
 
 
+@pytest.mark.once
 def test_a_shadow_tells_what_the_controller_sends_and_sends_nothing(
     stage: Stage, sky: Puppet, puppet: Puppet
 ) -> None:

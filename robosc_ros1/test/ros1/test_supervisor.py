@@ -59,6 +59,7 @@ def vel(other: Puppet, fields: dict[str, Any]) -> None:
     other.do("publish", topic="/supervised/vel", type=TWIST, fields=fields)
 
 
+@pytest.mark.once
 def test_messages_pass_with_their_own_data_or_are_blocked(
     guarded: Stage, robot: Puppet, other: Puppet
 ) -> None:
@@ -84,6 +85,7 @@ def test_messages_pass_with_their_own_data_or_are_blocked(
         assert len(robot.all_heard("/vel")) == 1
 
 
+@pytest.mark.once
 def test_a_message_in_effect_is_stopped_when_it_becomes_forbidden(
     guarded: Stage, robot: Puppet, other: Puppet
 ) -> None:
@@ -178,6 +180,7 @@ def ready_to_grab(node: Node, robot: Puppet, other: Puppet) -> None:
     robot.hears("/vel")
 
 
+@pytest.mark.once
 def test_a_goal_that_is_blocked_is_rejected(guarded: Stage, robot: Puppet, other: Puppet) -> None:
     with guarded.controller(other, NODE):
         other.do("send", name="/supervised/grab", **GRAB, fields={})
@@ -201,6 +204,7 @@ def test_other_ends_of_a_goal_reach_the_controller(
         node.shows(lambda s: s["counters"]["errors"] == 1)
 
 
+@pytest.mark.once
 def test_a_cancel_of_the_controller_reaches_the_robot(
     guarded: Stage, robot: Puppet, other: Puppet
 ) -> None:
@@ -256,6 +260,7 @@ def test_goals_that_are_sent_upon_the_result_before_pass(guarded: Stage, other: 
     assert [end for end in ends if end[0] != 3] == []
 
 
+@pytest.mark.once
 def test_the_launch_file_starts_both_with_the_right_names(
     guarded: Stage, robot: Puppet, other: Puppet, tmp_path: Path
 ) -> None:

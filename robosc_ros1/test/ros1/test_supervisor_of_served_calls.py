@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from actionlib_msgs.msg import GoalStatus
 from ros1.stage import Node, Puppet, Stage
 from ros1.test_calls_of_the_robot import DONE, ORDER, call
@@ -57,6 +58,7 @@ def test_a_goal_of_the_robot(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
         assert refused["status"] == GoalStatus.REJECTED
 
 
+@pytest.mark.once
 def test_the_controller_is_killed(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     with stage.guarded(ear, "missions") as (_, controller):
         mark = send(puppet)

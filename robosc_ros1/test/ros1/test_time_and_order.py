@@ -6,6 +6,7 @@ import os
 import signal
 from typing import Any
 
+import pytest
 from ros1.stage import PATIENCE, Node, Puppet, Stage, event, master_pid
 from ros_support import Master, Workspace, stopped
 
@@ -25,6 +26,7 @@ def drives(node: Node) -> dict[str, Any]:
     return node.shows(lambda s: s["communications"]["scan"] == "fresh" and count(s, "drive") > 2)
 
 
+@pytest.mark.once
 def test_a_killed_sensor_stops_the_robot(stage: Stage, ear: Puppet) -> None:
     with stage.controller(ear, NODE) as node:
         with stage.puppet() as sensor:

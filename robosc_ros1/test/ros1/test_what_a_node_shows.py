@@ -78,6 +78,7 @@ def test_a_command_that_is_not_enabled_names_the_requirement_and_its_line(
         assert "run needs Switches.run" in source[int(reason["place"].partition(":")[2]) - 1]
 
 
+@pytest.mark.once
 def test_values_are_published_for_tools_that_plot(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:

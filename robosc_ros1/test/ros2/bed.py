@@ -22,14 +22,18 @@ __all__ = ["Bed", "Unavailable", "build_interfaces", "test_bed"]
 
 HERE = Path(__file__).resolve().parent
 REPOSITORY = HERE.parents[2]
-CACHE = REPOSITORY / ".cache" / "ros2"
+_OTHER = os.environ.get("ROBOSC_ROS2", "")
+"""Another ROS 2 than that of requirements.txt, for which there is a file with its wheels: kilted."""
+_SUFFIX = f"-{_OTHER}" if _OTHER else ""
+CACHE = REPOSITORY / ".cache" / f"ros2{_SUFFIX}"
+REQUIREMENTS = HERE / f"requirements{_SUFFIX}.txt"
 INTERFACES = (
     HERE / "interfaces" / "robosc_testing",
     REPOSITORY / "examples" / "robot_common",
 )
 GENERATORS = HERE / "interfaces" / "rosidl_default_generatorsConfig.cmake"
 # What the wheels' CMake packages ask for, and only exists to be found.
-_EMPTY_PACKAGES = ("python_cmake_module", "PythonExtra", "ament_cmake_ros")
+_EMPTY_PACKAGES = ("python_cmake_module", "PythonExtra", "ament_cmake_ros", "ament_cmake_ros_core")
 _DEBIAN_PYTHON = Path("/usr/lib/python3/dist-packages")
 _NOT_TO_BE_HAD = (
     "No matching distribution found",
@@ -109,9 +113,9 @@ def test_bed() -> Bed:
     bed = Bed(CACHE)
     with (CACHE / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        _once(CACHE / "venv", [HERE / "requirements.txt"], lambda: _make_venv(bed))
+        _once(CACHE / "venv", [REQUIREMENTS], lambda: _make_venv(bed))
         sources = [file for package in INTERFACES for file in _sources(package)]
-        inputs = [HERE / "requirements.txt", GENERATORS, *sources]
+        inputs = [REQUIREMENTS, GENERATORS, *sources]
         _once(bed.interfaces, inputs, lambda: _make_interfaces(bed))
         (CACHE / "home").mkdir(exist_ok=True)
     return bed
@@ -139,7 +143,7 @@ def _make_venv(bed: Bed) -> None:
         raise Unavailable(f"no virtual environment (apt install python3-venv): {done.stdout}")
     pip = [bed.python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     # empy, which generates the interfaces' code, comes as source; nothing else may.
-    pip += ["--no-deps", "--only-binary=:all:", "--no-binary=empy", "-r", HERE / "requirements.txt"]
+    pip += ["--no-deps", "--only-binary=:all:", "--no-binary=empy", "-r", REQUIREMENTS]
     # Without its variable the wheels' hook may restart this pip, which then finds itself replaced.
     env = os.environ | {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
     env.pop("PYTHONPATH", None)

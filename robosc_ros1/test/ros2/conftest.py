@@ -11,11 +11,14 @@ from pathlib import Path
 
 import pytest
 import reflecting
+from agents.agent_support import sdk, start_agent
 from emit.golden_packages import GOLDEN
 from primitives import PRIMITIVES_OF_ROS2
 from ros2.bed import HERE, REPOSITORY, Bed, Unavailable, test_bed
 from ros2.ros2_support import Graph, Peer, Process, free_domain
 from ros_support import built_once, run_robosc
+
+__all__ = ["sdk", "start_agent"]
 
 MODELS = {
     HERE / "models" / "guarded_arm.rscd": "guarded_arm",

@@ -22,37 +22,21 @@ network) or Debian's ament-cmake packages are not installed; everything else tha
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import subprocess
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
+from free import free_domain
 from ros2.bed import HERE, Bed
 
 __all__ = ["Graph", "Peer", "Process", "free_domain"]
 
 PATIENCE = 60.0
 """Seconds after which something that must come has not come, even on a machine that is busy."""
-
-
-@contextlib.contextmanager
-def free_domain() -> Iterator[int]:
-    """A ROS_DOMAIN_ID that no other test on this machine uses now, whatever its TMPDIR."""
-    locks = Path("/tmp/robosc-ros2-domains")
-    locks.mkdir(exist_ok=True)
-    for domain in range(1, 101):
-        with (locks / str(domain)).open("w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                continue
-            yield domain
-            return
-    raise AssertionError("all ROS domains are in use")
 
 
 class Process:

@@ -36,6 +36,7 @@ def told(robot: Peer, goal: dict[str, Any], **words: Any) -> None:
     robot.order("tell_server", id=goal["id"], **words)
 
 
+@pytest.mark.once
 def test_goal_feedback_and_result(graph: Graph, controller: Start) -> None:
     controller(rate=0.1)
     robot = ready(graph)
@@ -243,6 +244,7 @@ def test_nothing_is_asked_of_a_server_while_another_of_its_actions_goes_on(
     assert robot.expect("asked", name=name)["data"]["x"] == 3.0
 
 
+@pytest.mark.once
 def test_two_servers_of_one_action_are_a_fault(graph: Graph, controller: Start) -> None:
     controller()
     robot, other = ready(graph), graph.peer("other")

@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 
 import pytest
-import reaper
 from ros2.bed import Bed
 from ros_support import REPOSITORY, await_condition
 
@@ -21,11 +20,11 @@ def test_a_benchmark_that_is_ended_leaves_no_node(how: signal.Signals, bed: Bed)
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL)
 
     def folders() -> list[Path]:
-        """Where its nodes are running."""
+        """Where its nodes are running: those with its mark, within that of the run of tests."""
         found = []
         for process in Path("/proc").glob("[0-9]*"):
             with contextlib.suppress(OSError):  # it has gone, or is somebody else's
-                if f"{reaper.MARK}={run.pid}-".encode() in (process / "environ").read_bytes():
+                if f"/{run.pid}-".encode() in (process / "environ").read_bytes():
                     found.append((process / "cwd").readlink())
         return found
 

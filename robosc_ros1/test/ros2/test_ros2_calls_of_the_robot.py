@@ -43,6 +43,7 @@ def open_door(robot: Peer) -> None:
     robot.publish("/door", "std_msgs/msg/Bool", {"data": True})
 
 
+@pytest.mark.once
 def test_a_call_is_answered_when_its_requirement_holds(robot: Peer) -> None:
     order_and_wait(robot, robot)
     open_door(robot)
@@ -103,6 +104,7 @@ def test_a_managed_node_serves_only_while_it_is_active(graph: Graph, controller:
     assert call(robot, ORDER, True) == DONE
 
 
+@pytest.mark.once
 def test_the_end_of_the_node_answers_what_waits(robot: Peer, node: Process) -> None:
     order_and_wait(robot, robot)
     node.signal(signal.SIGINT)

@@ -20,6 +20,7 @@ Start = Callable[..., Process]
 ACTION = "robosc_testing/action/Move"
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_shutdown_cancels_goals_and_sends_the_stop_command(
     graph: Graph, controller: Start, how: int

@@ -76,6 +76,7 @@ def _type(communication: Communication) -> str:
     return f"{communication.binding.package}/{folder}/{communication.binding.type}"
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_node_does_what_the_script_says(
     graph: Graph, controller: Callable[..., Process], tmp_path: Path, scene: str

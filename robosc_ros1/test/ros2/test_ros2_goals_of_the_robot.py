@@ -48,6 +48,7 @@ def step(robot: Peer, number: int) -> None:
     robot.publish("/step", "std_msgs/msg/Int16", {"data": number})
 
 
+@pytest.mark.once
 def test_a_goal_is_reported_on_and_answered(robot: Peer) -> None:
     goal = accepted(robot)
     step(robot, 2)

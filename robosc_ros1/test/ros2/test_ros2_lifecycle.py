@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from ros2.ros2_support import Graph, Peer, Process
@@ -39,6 +40,15 @@ def stopped(peer: Peer, node: str, value: str | None) -> None:
 def all_of(topics: dict[str, list[str]], wanted: set[str]) -> dict[str, list[str]]:
     """The topics, if the wanted ones are among them."""
     return topics if wanted <= topics.keys() else {}
+
+
+def test_it_starts_with_empty_lists_in_a_file_of_parameters(
+    robot: Peer, controller: Start, tmp_path: Path
+) -> None:
+    file = tmp_path / "given.yaml"
+    file.write_text("/**:\n  ros__parameters: {footprint: []}\n", encoding="utf-8")
+    controller(NODE, arguments=("--params-file", str(file)))
+    assert change(robot, NODE, CONFIGURE)
 
 
 def test_it_commands_only_while_it_is_active(robot: Peer, controller: Start) -> None:

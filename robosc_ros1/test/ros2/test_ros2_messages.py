@@ -302,6 +302,7 @@ def test_wrong_parameters_are_refused_by_name(graph: Graph, controller: Start) -
     assert "Traceback" not in node.output
 
 
+@pytest.mark.once
 def test_a_parameter_of_the_model_decides(graph: Graph, controller: Start) -> None:
     controller(near_by=4)  # an integer does for a double
     robot = graph.peer()

@@ -40,6 +40,7 @@ def stop(person: Peer, pressed: bool) -> None:
     person.publish("/press", "std_msgs/msg/Bool", {"data": pressed})
 
 
+@pytest.mark.once
 def test_it_drives_to_the_click_and_tries_again_after_an_error(
     person: Peer, tmp_path: Path
 ) -> None:
@@ -58,6 +59,7 @@ def test_it_drives_to_the_click_and_tries_again_after_an_error(
     await_condition(lambda: reasons() == ["refused", "failed"], "both errors in the log")
 
 
+@pytest.mark.once
 def test_the_emergency_stop_cancels_and_release_goes_on(person: Peer) -> None:
     click(person, 30.0, 40.0)
     person.expect_state(NODE, lambda s: s["components"]["Navigator"] == "driving")

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from ros2.bed import REPOSITORY
 from ros2.ros2_support import Graph, Process
 from ros_support import SOURCES, run_robosc
@@ -14,6 +15,7 @@ from ros_support import SOURCES, run_robosc
 BASE = REPOSITORY / "examples" / "navigation" / "nodes" / "simulated_base_ros2.py"
 
 
+@pytest.mark.once
 def test_a_model_of_what_runs(
     graph: Graph, controller: Callable[..., Process], tmp_path: Path
 ) -> None:

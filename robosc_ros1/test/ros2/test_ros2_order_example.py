@@ -48,6 +48,7 @@ def drives(base: Peer, x: float) -> str:
     return drive
 
 
+@pytest.mark.once
 def test_an_order_is_carried_out(client: Peer, base: Peer) -> None:
     """It is refused as long as nothing is known of the emergency stop, and paused by it."""
     assert not is_accepted(client, send(client))

@@ -57,6 +57,7 @@ def test_the_parameter_file_says_what_is_so_anyway(
     assert "unknown parameter" not in node.output
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("package", ["guarded_arm", "shared_controller", "crane_monitor"])
 def test_the_package_s_own_test_plays_the_robot(built: Any, graph: Graph, package: str) -> None:
     test = graph.start(
@@ -110,6 +111,7 @@ def launch(built: Any) -> Callable[..., Node]:
     return run
 
 
+@pytest.mark.once
 def test_the_launch_file_starts_the_node(launch: Callable[..., Node]) -> None:
     node = launch()
     assert (node.package, node.executable) == ("guarded_arm", "guarded_arm")
@@ -120,10 +122,9 @@ def test_the_launch_file_starts_the_node(launch: Callable[..., Node]) -> None:
 def test_the_launch_file_takes_parameters_as_arguments(
     launch: Callable[..., Node],
 ) -> None:
-    node = launch(ns="left", rate="5", timeout_lock="0.5", event_log="on", near_by="2")
+    node = launch(ns="left", rate="5", event_log="on", near_by="2")
     assert node.parameters[1] == {
         "rate": 5,
-        "timeout.lock": 0.5,
         "event_log": ParameterValue("on", value_type=str),
         "near_by": 2,
     }
@@ -179,6 +180,7 @@ def test_parameters_of_every_type_at_launch(
     assert "unknown parameter" not in node.output
 
 
+@pytest.mark.once
 def test_values_are_published_for_tools_that_plot(
     thermostat: Callable[..., Process], graph: Graph
 ) -> None:
@@ -227,6 +229,40 @@ def test_parameters_at_launch_are_refused_by_name(
     assert node.wait() == 2
     for complaint in complaints:
         assert complaint in node.output
+    assert "Traceback" not in node.output
+
+
+def parameter_file(folder: Path, text: str) -> str:
+    file = folder / "given.yaml"
+    file.write_text(f"/**:\n  ros__parameters: {text}\n", encoding="utf-8")
+    return str(file)
+
+
+def test_empty_lists_of_others_are_no_fault(
+    thermostat: Callable[..., Process], graph: Graph, tmp_path: Path
+) -> None:
+    file = parameter_file(tmp_path, "{footprint: [], local_costmap: {plugins: []}, wanted: 18.0}")
+    node = thermostat("--params-file", file)
+    robot = graph.peer()
+    robot.watch("thermostat_controller")
+    state = robot.expect_state("thermostat_controller", lambda s: True)
+    assert state["parameters"]["wanted"] == 18.0
+    assert "unknown parameter footprint is ignored" in node.output
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("{rate: []}", "parameter rate must be a number, not []"),
+        ("{use_sim_time: []}", "parameter use_sim_time must be true or false, not []"),
+    ],
+)
+def test_an_empty_list_for_a_parameter_of_the_node_is_one_line(
+    controller: Callable[..., Process], tmp_path: Path, text: str, told: str
+) -> None:
+    node = controller(arguments=("--params-file", parameter_file(tmp_path, text)))
+    assert node.wait() == 2
+    assert told in node.output
     assert "Traceback" not in node.output
 
 

@@ -80,6 +80,7 @@ def test_an_answer_that_is_not_as_expected_is_refused(
     assert errors_in(log)[0] == "refused"
 
 
+@pytest.mark.once
 def test_a_server_that_vanished_is_lost(
     graph: Graph, courier: Callable[..., tuple[Peer, Path]]
 ) -> None:

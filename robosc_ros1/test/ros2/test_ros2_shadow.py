@@ -37,6 +37,7 @@ def told(robot: Peer, name: str, **more: Any) -> list[Any]:
     ]  # fmt: skip
 
 
+@pytest.mark.once
 def test_a_shadow_tells_what_the_controller_sends_and_sends_nothing(
     robot: Peer, controller: Start
 ) -> None:

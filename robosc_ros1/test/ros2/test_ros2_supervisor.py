@@ -96,6 +96,7 @@ def test_what_is_allowed_passes_with_its_own_data(
     assert robot.expect("message", name="speed")["data"] == {"data": 12.5}
 
 
+@pytest.mark.once
 def test_what_is_forbidden_is_blocked_and_reported(
     robot: Peer, other: Peer, controller: Start
 ) -> None:
@@ -158,6 +159,7 @@ def test_an_abort_of_the_robot_is_one_for_the_controller(
     robot.expect_state(NODE, lambda s: s["counters"]["errors"] == 1)
 
 
+@pytest.mark.once
 def test_a_goal_that_is_blocked_is_rejected(robot: Peer, other: Peer, controller: Start) -> None:
     node = controller(NODE)
     other.order("send_goal", name="supervised/reach", type=MOVE, data={"target": 1.0})
@@ -167,6 +169,7 @@ def test_a_goal_that_is_blocked_is_rejected(robot: Peer, other: Peer, controller
     assert robot.events("goal") == []
 
 
+@pytest.mark.once
 def test_a_cancel_of_the_controller_reaches_the_robot(
     robot: Peer, other: Peer, controller: Start
 ) -> None:
@@ -180,6 +183,7 @@ def test_a_cancel_of_the_controller_reaches_the_robot(
     robot.expect_state(NODE, lambda s: s["components"]["Arm"] == "resting")
 
 
+@pytest.mark.once
 def test_a_message_in_effect_is_stopped_when_it_becomes_forbidden(
     robot: Peer, other: Peer, controller: Start
 ) -> None:
@@ -216,6 +220,7 @@ def test_a_goal_whose_server_is_absent_comes_to_nothing(
     robot.expect_state(NODE, lambda s: s["components"]["Arm"] == "resting")
 
 
+@pytest.mark.once
 def test_the_launch_file_starts_both_with_the_right_names(
     graph: Graph, built: Any, robot: Peer
 ) -> None:

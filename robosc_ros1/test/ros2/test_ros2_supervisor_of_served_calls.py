@@ -65,6 +65,7 @@ def test_a_goal_of_the_robot(robot: Peer, guarded: Guarded) -> None:
     assert not robot.expect("answer", id=send(robot, -1.0))["accepted"]
 
 
+@pytest.mark.once
 def test_the_controller_is_killed(robot: Peer, guarded: Guarded) -> None:
     controller = start(robot, guarded, "missions")["missions_controller"]
     goal = accepted(robot)

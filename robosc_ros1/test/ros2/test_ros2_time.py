@@ -57,6 +57,7 @@ def drives(ear: Peer) -> None:
     )
 
 
+@pytest.mark.once
 def test_a_killed_sensor_stops_the_robot(graph: Graph, controller: Start, ear: Peer) -> None:
     controller(NODE)
     sensor = graph.peer("sensor")

@@ -23,7 +23,7 @@ from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
 from robosc.runtime.settings import Settings
-from robosc.simulate.bags.bag_files import default_message, fill
+from robosc.simulate.bags.recorded_messages import default_message, fill
 from robosc.simulate.machines.execute import read_settings
 from robosc.simulate.machines.generated import make_controller
 from robosc.supervisor import Supervisor

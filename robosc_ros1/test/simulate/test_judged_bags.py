@@ -29,9 +29,10 @@ from simulate.recorded_runs import (
 from robosc.errors import UsageError
 from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
-from robosc.simulate.bags.bag_files import default_message, fill, opened_bag
+from robosc.simulate.bags.bag_files import opened_bag
 from robosc.simulate.bags.bag_run import BagRun, settings_of
 from robosc.simulate.bags.judgement import Judgement, judge
+from robosc.simulate.bags.recorded_messages import default_message, fill
 from robosc.simulate.bags.recorded_names import recorded_names
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub

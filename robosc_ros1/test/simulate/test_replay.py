@@ -441,3 +441,18 @@ def test_a_message_that_is_kept_as_a_whole(tmp_path: Path, place: Any, follows: 
     ]
     found = replay(supervisor_of(PLACES), write(tmp_path / "events.log", lines))
     assert (found.departures == ()) is follows
+
+
+def test_a_log_in_which_nothing_happened_is_no_evidence(
+    robosc: Robosc, tmp_path: Path, log: list[str]
+) -> None:
+    """All that the node got was out of place: nothing of the model was seen to be kept."""
+    numbered = [json.loads(line) for line in log[:3]]
+    for document in numbered:
+        document["outcome"] = "mismatch"
+    path = write(tmp_path / "events.log", [json.dumps(document) for document in numbered])
+    done = robosc("replay", str(MODEL), path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.endswith(
+        "nothing could be judged: it has 3 events, but none that happened\n"
+    )

@@ -110,19 +110,15 @@ def of_types(name: str, *types: str) -> Make:
 @pytest.mark.parametrize(
     ("make", "expected"),
     [
-        (cut("bag", 0.5), "rosbag reindex"),
-        (cut("bag", 0.99), "rosbag reindex"),
-        (cut("mcap", 0.5), "mcap recover"),
-        (cut("db3", 0.5), "'.recover' of sqlite3"),
         (text("run.bag"), "run.bag is no file of the format .bag: it was not recorded by ROS"),
         (text("run.mcap", ""), "run.mcap is no file of the format .mcap: it is empty"),
         (renamed("bag", "x.mcap"), "no file of the format .mcap: its name should end in .bag"),
         (renamed("mcap", "x.db3"), "no file of the format .db3: its name should end in .mcap"),
-        (renamed("bag", "run.bag.active"), "'rosbag reindex' for it, and take .active off"),
-        (renamed("db3", "run_0.db3.zstd"), "give the folder that it is in"),
-        (changed(lambda bag: (bag / "metadata.yaml").unlink()), "no metadata.yaml; 'ros2 bag reindex'"),
-        (changed(lambda bag: (bag / "metadata.yaml").write_text("a: [b\n")), "'ros2 bag reindex' writes"),
-        (changed(lambda bag: next(bag.glob("*.db3")).unlink()), "'ros2 bag reindex' writes"),
+        (text("run.mcap", "version https://git-lfs.github.com/spec/v1\noid sha256:00\n"),
+         "run.mcap is no file of the format .mcap: it only points to one in Git LFS, which 'git lfs pull'"),
+        (cut("db3", 0.2), "cannot read .*: database disk image is malformed; the command '.recover'"),
+        (renamed("db3", "run_0.db3.zstd"), "cannot read .*: it is damaged: it cannot be unpacked"),
+        (changed(lambda bag: next(bag.glob("*.db3")).unlink()), "run.db3 is missing"),
         (of_types("/distance", STRING),
          r"/distance has messages of std_msgs/String, but the model expects std_msgs/Float32: correct"
          r" the model, or give the name that is meant: --remap /distance:=/OTHER"),
@@ -148,8 +144,30 @@ def test_a_database_without_messages(supervisor: Supervisor, tmp_path: Path) -> 
     with sqlite3.connect(next(bag.glob("*.db3"))) as database:
         database.execute("drop table messages")
     database.close()
-    with pytest.raises(UsageError, match="ros2 bag reindex"):
+    with pytest.raises(UsageError, match=r"no such table: messages; the command '\.recover'"):
         judge(supervisor, bag, (), lambda *_: None)
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (cut("bag", 0.5), "cut.bag is read as far as it goes: it was not ended: it breaks off at byte"),
+        (cut("bag", 0.99), "cut.bag is read as far as it goes: it was not ended"),
+        (cut("mcap", 0.5), "cut.mcap is read as far as it goes: it was not ended"),
+        (cut("mcap", 0.99), "cut.mcap is read as far as it goes: it was not ended"),
+        (cut("db3", 0.9), "cut.db3 is read as far as it goes: it is damaged behind row"),
+        (renamed("bag", "run.bag.active"), None),
+        (changed(lambda bag: (bag / "metadata.yaml").unlink()), "metadata.yaml is missing or damaged"),
+        (changed(lambda bag: (bag / "metadata.yaml").write_text("a: [b\n")), "metadata.yaml is missing"),
+    ],
+)  # fmt: skip
+def test_what_can_be_read_is_read(
+    supervisor: Supervisor, tmp_path: Path, make: Make, told: str | None
+) -> None:
+    """The recorder died, or its files were damaged: what they hold is judged, and that is told."""
+    found = judged(supervisor, make(tmp_path))
+    assert 20 < found.messages <= 120 and found.events >= found.messages / 2
+    assert [*map(str, found.notes)] == [] if told is None else found.notes[0].startswith(told)
 
 
 def judged(supervisor: Supervisor, path: Path) -> Judgement:

@@ -83,6 +83,7 @@ def terminal(library: str) -> Iterator[Terminal]:
     opened.close()
 
 
+@pytest.mark.once
 def test_events_are_typed_and_control_d_leaves(terminal: Terminal) -> None:
     assert "\x1b[" in terminal.await_prompt()  # colours
     terminal.type("distance free\r")

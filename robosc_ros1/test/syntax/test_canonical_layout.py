@@ -43,7 +43,7 @@ def test_states_that_perform() -> None:
     text = """robot R {
     component A {
         behaviour {
-            initial state a performs b then goto c
+            initial state a performs b meanwhile then goto c
             state c performs a_rather_long_name with { x: a_long_name, y: 1.0 }
                 then do one_more := value goto another_state {
                 retry 2 times every 5 s else do one_more := false goto a

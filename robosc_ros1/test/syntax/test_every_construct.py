@@ -281,17 +281,17 @@ def test_transitions_of_the_second_edition(text: str, tree: str) -> None:
 @pytest.mark.parametrize(
     ("text", "tree"),
     [
-        ("state s performs a then", "State(s, False, False, [], Performs(a, -, [], -))"),
+        ("state s performs a then", "State(s, False, False, [], Performs(a, -, -, [], -))"),
         ("state s performs A.b with { x: 1 } then do c := value goto d { }",
-         "State(s, False, False, [], Performs(A.b, DataObject([DataField(x, 1)]),"
+         "State(s, False, False, [], Performs(A.b, -, DataObject([DataField(x, 1)]),"
          " [Assignment(c, value)], d))"),
-        ("initial state s performs a with b then goto c { retry }",
-         "State(s, True, False, [Retry(-, -, -, -)], Performs(a, b, [], c))"),
+        ("initial state s performs a meanwhile with b then goto c { retry }",
+         "State(s, True, False, [Retry(-, -, -, -)], Performs(a, meanwhile, b, [], c))"),
         ("state s performs a then { retry 2 times every 5 s goto c else do d := 1 goto e.f }",
          "State(s, False, False, [Retry(2, Duration(5, s), c, Effect([Assignment(d, 1)], e.f))],"
-         " Performs(a, -, [], -))"),
+         " Performs(a, -, -, [], -))"),
         ("state s performs a then { retry every A.b goto c }",
-         "State(s, False, False, [Retry(-, A.b, c, -)], Performs(a, -, [], -))"),
+         "State(s, False, False, [Retry(-, A.b, c, -)], Performs(a, -, -, [], -))"),
     ],
 )  # fmt: skip
 def test_states_that_perform(text: str, tree: str) -> None:

@@ -15,6 +15,7 @@ from synthesis.oracle_events import AGREED, Event, Occurrence, OracleState
 from synthesis.oracle_plant import OraclePlant, Transition
 from synthesis.oracle_values import Path
 
+from robosc.language.events import Kind
 from robosc.model.entities import Communication, EventKind, Goal
 
 SENT = (EventKind.REQUEST, EventKind.ANSWER, EventKind.PROGRESS)
@@ -30,15 +31,41 @@ class Oracle(OraclePlant):
         """What the requirements on communications say about an event in a state."""
         if event.kind not in (*AGREED, EventKind.CANCEL):
             return True
-        kept = []
+        kept = [event.kind is not EventKind.REQUEST or not self.waits(state, event.key)]
         answer = {EventKind.PROGRESS: ".feedback", EventKind.REFUSAL: ".error"}.get(event.kind, "")
         for requirement in self.robot.requirements:
             if requirement.to_start if event.kind is EventKind.CANCEL else requirement.to_cancel:
                 continue
+            if " waits for " in requirement.text and requirement.implied:
+                continue  # see waits
             if event.key + answer in requirement.communications:
                 condition = self.holds(requirement.condition, state)
                 kept.append(condition if requirement.kind == "needs" else not condition)
-        return all(kept) if event.kind in AGREED else not all(kept)
+        return all(kept) if event.kind in AGREED else not all(kept[1:])
+
+    def waits(self, state: OracleState, key: str) -> bool:
+        """Whether a state asks while another action that its component performs is under way."""
+        if self.robot.communications[key].kind not in (Kind.SERVICE, Kind.ACTION):
+            return False
+        for component in self.automata:
+            assert component.behaviour is not None
+            here = self.get(state, "at", component.name)
+            performing = [o for o in component.behaviour.composites if o.performs is not None]
+            stages = ("due", "performing") if self._is_replaced(key) else ("due",)
+            asks = any(
+                outer.performs == key and not outer.meanwhile and here == f"{outer.name} {stage}"
+                for outer in performing
+                for stage in stages
+            )
+            for other in {outer.performs for outer in performing} - {key} if asks else ():
+                communication = self.robot.communications.get(other)
+                is_action = communication is not None and communication.kind is Kind.ACTION
+                if is_action and self.get(state, "phase", other) != "idle":
+                    return True
+        return False
+
+    def _is_replaced(self, key: str) -> bool:
+        return self.robot.communications[key].goals is not None
 
     def unsafe(self, state: OracleState) -> bool:
         """A state requirement fails, or an uncontrollable event would leave a range."""

@@ -91,10 +91,7 @@ def mission(seed: int) -> tuple[str, str]:
     states = random_machine(draw)
     unfolded = Unfolded(states)
     asked = requirements(draw, states)
-    performed = [s for s in unfolded.states.values() if s.performs == "go"]
-    # That a goal is cancelled where no state performs it is said by hand.
-    keeps = [f"P.{flat(s.path)}_performing or P.{flat(s.path)}_due and go.idle" for s in performed]
-    by_hand = [f"requirement go needs {' or '.join(keeps)}"] if keeps else []
+    by_hand = unfolded.requirements()
     second = SECOND if seed % 2 else ""
     return (
         "\n".join(

@@ -33,6 +33,7 @@ def operated(document: dict[str, Any]) -> bool:
     return bool(document["event"]["kind"] == "operator")
 
 
+@pytest.mark.once
 def test_a_person_holds_steps_and_releases_a_controller_and_sends_to_it(
     stage: Stage, puppet: Puppet, browser: Browser
 ) -> None:

@@ -56,6 +56,7 @@ def address(process: subprocess.Popen[bytes]) -> str:
     return str(await_condition(printed, "the address of the page"))
 
 
+@pytest.mark.once
 def test_the_page_shows_what_the_controller_tells(
     stage: Stage, puppet: Puppet, url: str, browser: Browser
 ) -> None:

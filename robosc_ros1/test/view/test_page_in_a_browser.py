@@ -27,6 +27,7 @@ def command(name: str) -> str:
     return f"document.querySelector('[data-command=\"{name}\"]').dataset.is"
 
 
+@pytest.mark.once
 def test_a_click_on_an_event_of_the_robot_fires_it(browser: Browser) -> None:
     hub = Hub()
     played = Played(SingleEvents(line_follower()), hub)
@@ -85,6 +86,7 @@ def test_what_is_refused_is_told(browser: Browser) -> None:
         assert "409" in told
 
 
+@pytest.mark.once
 def test_a_recording_is_gone_through_step_by_step(
     browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

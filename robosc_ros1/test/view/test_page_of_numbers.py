@@ -97,9 +97,9 @@ def test_a_number_stands_with_its_class_its_past_and_its_thresholds(
         browser.sees("page.shown")
         cell = "[...document.querySelector('[data-component=Gauge] .variables td + td').children]"
         for value, text in (
-            (0.123456789, "!(near > 0.35) 0.123457"),
-            (0.35, "!(near > 0.35) 0.35"),
-            (0.3500000001, "near > 0.35 0.35"),
+            (0.123456789, "<= 0.35 0.123457"),
+            (0.35, "<= 0.35 0.35"),
+            (0.3500000001, "> 0.35 0.35"),
         ):
             event = {"kind": "response", "name": "distance", "value": value}
             played.do({"event": event})

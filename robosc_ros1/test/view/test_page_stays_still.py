@@ -14,9 +14,6 @@ from robosc.view.played import Played
 
 DOWN, UP = ({"type": kind, "button": 0} for kind in ("pointerDown", "pointerUp"))
 
-PLACES = """return [...document.querySelectorAll(".lamp, .command-name, .reasons")].map((e) => {
-  const box = e.getBoundingClientRect(); return [box.x, box.y, box.height] })"""
-
 
 @pytest.fixture
 def played(browser: Browser) -> Iterator[Played]:
@@ -62,28 +59,39 @@ def test_what_is_not_possible_any_more_says_so(played: Played, browser: Browser)
     browser.complaints()  # the browser tells of every answer that is no success
 
 
-def test_rows_of_commands_keep_their_places(played: Played, browser: Browser) -> None:
-    """Whatever is sent, forbidden and why; also where there is more to say than there is room."""
-    walk(played, browser, 10)
-    places = browser.run(PLACES)
-    reasons = set()
-    for _ in range(40):
-        walk(played, browser)
-        assert browser.run(PLACES) == places
-        reasons.add(browser.text("#command-list"))
-    assert len(reasons) > 5
+ROW = "document.querySelector('[data-command=\"move.request\"]')"
 
 
-def test_reasons_that_do_not_fit_are_unfolded(played: Played, browser: Browser) -> None:
+def test_all_reasons_are_there_at_any_width(played: Played, browser: Browser) -> None:
     browser.look(320, 800)
-    row = "document.querySelector('[data-command=\"grab.request\"]')"
-    lines = f"{row}.querySelector('.reasons')"
-    browser.sees(f"{row}.dataset.is === 'forbidden'")
-    cut = f"{lines}.scrollHeight > {lines}.clientHeight"
-    assert browser.run(f"return {cut}")
-    browser.run(f"{row}.querySelector('button').click()")
-    assert not browser.run(f"return {cut}")
-    assert browser.run(f"return {row}.querySelector('button').ariaExpanded") == "true"
+    browser.sees(f"{ROW}.dataset.is === 'forbidden'")
+    lines = f"{ROW}.querySelector('.reasons')"
+    assert browser.run(f"return {lines}.scrollHeight <= {lines}.clientHeight")
+    text = browser.run(f"return {lines}.innerText")
+    assert "requirement move needs" in text and "…" not in text
+
+
+def test_a_row_keeps_its_height_for_a_moment_and_then_has_no_empty_lines(
+    played: Played, browser: Browser
+) -> None:
+    """A command that is enabled and disabled several times a second does not move the others."""
+    height = f"{ROW}.offsetHeight"
+    browser.sees(f"{ROW}.dataset.is === 'forbidden'")
+    before = browser.run(f"return {height}")
+    for name, value in (("distance", "free"), ("correction", 3.0)):
+        played.do({"event": {"kind": "response", "name": name, "value": value}})
+    browser.sees(f"{ROW}.dataset.is === 'enabled'")
+    assert browser.run(f"return {height}") >= before
+    browser.sees(f"{height} < arguments[0]", before)
+    assert browser.run(f"return {ROW}.querySelector('.reasons').offsetHeight") == 0
+
+
+def test_what_is_empty_takes_no_room(played: Played, browser: Browser) -> None:
+    height = "document.getElementById(arguments[0]).offsetHeight"
+    for name in ("timeline", "refused"):
+        browser.sees(f"{height} === 0", name)
+    walk(played, browser, 1)
+    browser.sees(f"{height} > 0", "timeline")
 
 
 @pytest.mark.parametrize("width", [320, 360, 390, 768, 1000, 1280])

@@ -92,7 +92,10 @@ def test_the_page_needs_nothing_from_elsewhere() -> None:
             code, headers, body = ask(server, path)
             assert code == 200
             assert headers["Content-Security-Policy"].startswith("default-src 'self'")
-            addresses = set(re.findall(rb"https?://[^\s\"']+", body))
+            text = re.sub(
+                rb"/\*!.*?\*/", b"", body, flags=re.DOTALL
+            )  # libraries say whose they are
+            addresses = set(re.findall(rb"https?://[^\s\"']+", text))
             assert addresses <= {b"http://www.w3.org/2000/svg"}, path
 
 

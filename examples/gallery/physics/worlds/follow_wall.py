@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 from physics.rover import Camera, Laser
-from physics.rover_world import RoverWorld, box, sees, wall
+from physics.rover_world import TOLD, RoverWorld, box, sees, wall
 from physics.world import STEP, Sample
 
 __all__ = ["FollowWall"]
@@ -32,6 +32,7 @@ class FollowWall(RoverWorld):
         self._arrived = 0.0
         self._seen = False
         begin = self.random.uniform(7.0, 10.0)
+        self._bumped, self._told = False, 0.0
         self._bumps = {begin: True, begin + PRESSED: False}
         self.observer.note(sign=False, bumped=False)
 
@@ -66,9 +67,12 @@ class FollowWall(RoverWorld):
         for at, is_pressed in list(self._bumps.items()):
             if self.time >= at:
                 del self._bumps[at]
+                self._bumped, self._told = is_pressed, self.time
                 self.observer.note(bumped=is_pressed)
-                fields = {"bumper": CENTER, "state": int(is_pressed)}
-                yield "/bumper", self.buttons["/bumper"], fields
+        if self.time >= self._told:
+            self._told = self.time + TOLD
+            fields = {"bumper": CENTER, "state": int(self._bumped)}
+            yield "/bumper", self.buttons["/bumper"], fields
 
     def judge(self, speed: float, turn: float) -> None:
         if speed or turn:

@@ -112,7 +112,7 @@ class ParameterRef:
 @dataclass(frozen=True, slots=True)
 class PhaseRef:
     """True while a communication (by key) is in a phase, not its first; ``within``: in one of
-    those, as ``scan.heard``."""
+    those, as ``scan.heard``, and as ``order.busy``, which holds while it is ending, too."""
 
     communication: str
     phase: str

@@ -7,7 +7,7 @@ such a communication is possible in some phases and leads to one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Literal, TypeAlias
@@ -235,6 +235,21 @@ _ERROR = EventSort(EventKind.ERROR, ("busy",), "idle", brings="response", option
 _UNENDED = ("busy", "cancelling")
 
 _UNANSWERED = ("busy", "ending")
+
+_BUSY = ("busy", "ending")
+"""A call that was cancelled is still to be answered: it is busy, too."""
+
+
+def named_phases(phases: Sequence[str], name: str) -> tuple[str, ...]:
+    """The phases that one name of a condition means, if they are several."""
+    return _BUSY if name == "busy" and "ending" in phases else ()
+
+
+def active_names(phases: Sequence[str]) -> Iterator[str]:
+    """The names of conditions of which one holds in each phase but the first."""
+    is_divided = "ending" in phases
+    return (name for name in phases[1:] if not (is_divided and name in _BUSY[1:]))
+
 
 ACTIVE = (*_GOAL.active, *_CALLED_GOAL.active[1:], *_WATCHED.active, *_HEARD.active)
 """The phases that conditions name: ``grab.busy``, ``scan.fresh``."""

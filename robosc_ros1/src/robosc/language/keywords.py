@@ -107,6 +107,7 @@ def _table() -> Iterator[Keyword]:
         "with",
         "links",
         "performs",
+        "meanwhile",
         "then",
         "times",
         "every",
@@ -168,6 +169,7 @@ _MEANINGS = {
     " tries again, and what follows then.",
     "performs": "What a state does: it sends the command, and goes on as `then` says when that is"
     " done.",
+    "meanwhile": "The state asks although another action of its component is still under way.",
     "then": "What follows when the command that the state performs is done.",
     "times": "How often a state tries again after errors in a row.",
     "every": "How long a state waits after an error before it tries again.",

@@ -106,12 +106,14 @@ class CompositeState(_Place):
     """A state with states in it, with the transitions that leave any of those.
 
     ``name`` is its path, ``docking.near`` for the state ``near`` of ``docking``. ``performs`` is
-    the key of the command that it performs; the states in it are then its stages.
+    the key of the command that it performs; the states in it are then its stages. ``meanwhile``: it
+    asks although other actions of its component are under way.
     """
 
     name: str
     transitions: tuple[Transition, ...]
     performs: str | None = None
+    meanwhile: bool = False
     span: Span = span_field()
 
 

@@ -163,7 +163,7 @@ class FileResolver:
         if library or not whole:
             check_overlaps(robot.components, self._report, library=library)
         if whole:
-            check_freshness(robot, self._report)
+            check_freshness(robot, self._report, library=library)
             check_cancels(robot.components, robot.communications, self._report)
             check_undefined_data(robot, lengths, self._scope.source, self._report)
             if not library:

@@ -1,4 +1,4 @@
-"""The stages of states that perform commands, as documents tell them beside the states."""
+"""The stages of states that perform commands, as documents tell them outside of the states."""
 
 from __future__ import annotations
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Set
+from collections.abc import Collection, Iterable, Mapping, Set
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
+from robosc.model.ros.interfaces import Definition
+from robosc.model.ros.recorded import definitions
 from robosc.new.survey import UNKNOWN_NODE, RosGraph, Spacing, pauses_of
-from robosc.progress import Progress
-from robosc.simulate.bags.bag_files import bag_errors, bag_reader
+from robosc.simulate.bags.bag_files import Bag, opened_bag
+from robosc.simulate.bags.storage import Channel
 
 _MEASURED = 60
 """Seconds from the beginning in which pauses are measured: bags may have many gigabytes."""
-_NANOSECONDS = 1_000_000_000
 
 _COMMAND_TYPES = re.compile(r"geometry_msgs/Twist(Stamped)?|ackermann_msgs/\w+|\w+/JointTrajectory")
 _COMMAND_NAMES = re.compile(r".*(/|_)(cmd|command|setpoint)s?(/|_|$).*")
@@ -25,47 +27,58 @@ _ROS_2_SERVICE = re.compile(r"(?P<service>.+)/_service_event (?P<type>\S+)_Event
 Nodes = Mapping[str, "list[str]"]
 
 
-def read(path: Path, progress: Progress) -> tuple[RosGraph, dict[str, Spacing]]:
-    """Return the graph as far as it was recorded, and the pauses of each topic.
+class Recorded(NamedTuple):
+    """What a recording has: the graph, the pauses of each topic, the definitions of its messages,
+    by names like ``geometry_msgs/Twist``, and what there is to know of it."""
+
+    graph: RosGraph
+    pauses: dict[str, Spacing]
+    definitions: dict[str, Definition]
+    notes: tuple[str, ...]
+
+
+def read(path: Path) -> Recorded:
+    """Return what a recording has.
 
     A bag does not tell who receives a topic, and that of ROS 2 not who sends it. What is a command
     is guessed from types and names.
 
     Raises:
-        UsageError: it cannot be read, or rosbags is not installed.
+        UsageError: it cannot be read.
     """
-    with bag_errors(path), bag_reader(path) as reader:
-        topics = [_topic(connection) for connection in reader.connections]
-        pauses = pauses_of(_arrivals(reader, progress))
-    return _graph(topics), pauses
+    with opened_bag(path) as bag:
+        channels = bag.storage.channels.values()
+        topics = [_topic(channel) for channel in channels]
+        pauses = pauses_of(_arrivals(bag))
+        notes = (*bag.storage.missing, *bag.storage.notes)
+    return Recorded(_graph(topics), pauses, _definitions(channels), notes)
 
 
-def _arrivals(reader: Any, progress: Progress) -> dict[str, list[float]]:
+def _definitions(channels: Iterable[Channel]) -> dict[str, Definition]:
+    """All definitions that can be read."""
+    found: dict[str, Definition] = {}
+    for channel in channels:
+        if channel.definition.strip():
+            with suppress(ValueError):
+                texts = definitions(channel.definition, channel.type, channel.schema)
+                found = {**texts, **found}
+    return found
+
+
+def _arrivals(bag: Bag) -> dict[str, list[float]]:
     """The seconds at which messages of each topic came, without those of latched topics."""
     arrivals = defaultdict[str, "list[float]"](list)
-    if not reader.message_count:
-        return arrivals
-    start = reader.start_time
-    often = [connection for connection in reader.connections if not _is_latched(connection)]
-    stop = start + _MEASURED * _NANOSECONDS
-    for connection, time, _ in reader.messages(often, stop=stop) if often else ():
-        seconds = (time - start) / _NANOSECONDS
-        arrivals[connection.topic].append(seconds)
-        progress("reading seconds", int(seconds), _MEASURED)
+    for number, channel in bag.storage.channels.items():
+        if not channel.latched:
+            times = bag.storage.times(number)
+            arrivals[channel.topic] += [time for time in times if time < _MEASURED]
     return {topic: sorted(times) for topic, times in arrivals.items()}
 
 
-def _is_latched(connection: Any) -> bool:
-    profiles = getattr(connection.ext, "offered_qos_profiles", ())
-    durable = [profile.durability.name == "TRANSIENT_LOCAL" for profile in profiles]
-    return bool(getattr(connection.ext, "latching", False)) or any(durable)
-
-
-def _topic(connection: Any) -> tuple[str, str, str]:
+def _topic(channel: Channel) -> tuple[str, str, str]:
     """Name, type as ``package/Type``, and the node that sent it: empty if that is not known."""
-    package, _, rest = connection.msgtype.partition("/")
-    type_ = f"{package}/{rest.rpartition('/')[2]}"
-    return connection.topic, type_, getattr(connection.ext, "callerid", None) or ""
+    package, _, rest = channel.type.partition("/")
+    return channel.topic, f"{package}/{rest.rpartition('/')[2]}", channel.node
 
 
 def _graph(topics: Collection[tuple[str, str, str]]) -> RosGraph:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from robosc.language.keywords import RESERVED, escape
+from robosc.model.ros.interfaces import Definition, Folder
+from robosc.new.declared_types import DeclaredTypes
 from robosc.new.survey import UNKNOWN_NODE, Offer, Spacing, Survey
 
 _SMALL = """\
@@ -71,6 +73,11 @@ _ABSENT = """
     // packages, or source the workspace that has them, and make the model again.
 """
 
+_DECLARED = """
+    // Types whose packages are not on this machine, as they were recorded. With the package, write
+    // type: PACKAGE/TYPE instead.
+"""
+
 _CANCELLED = "                on cancelled from {name} goto idle\n"
 
 
@@ -85,13 +92,17 @@ def from_survey(
     pauses: Mapping[str, Spacing],
     origin: str,
     absent: Sequence[Offer] = (),
+    recorded: Mapping[str, Definition] | None = None,
+    notes: Sequence[str] = (),
 ) -> str:
     """The text of a model with all that was found.
 
     ``pauses`` are those of each topic that was heard; ``origin`` says where all comes from;
-    ``absent`` has types that are not defined on this machine, and is only named in a comment.
+    ``absent`` has types that are not defined on this machine, and is only named in a comment, as
+    are ``notes``. Those whose package is not there, but that were ``recorded``, are declared.
     """
     names = _Names(name)
+    types = _Types(names, recorded or {}, survey.declared)
     outgoing = [(offer, names.communication(offer.name)) for offer in survey.outgoing]
     incoming = [(offer, names.communication(offer.name)) for offer in survey.incoming]
     lines = [_HEAD.format(name=escape(name), origin=_printable(origin))]
@@ -102,19 +113,24 @@ def from_survey(
         lines.append(f"\n    component {names.component(node)} {{    // {_whose(node)}\n")
         for offer, short in outgoing:
             if offer.node == node:
-                lines += _outgoing(offer, short, pauses.get(offer.name))
+                lines += _outgoing(types, offer, short, pauses.get(offer.name))
         for offer, short in incoming:
             if offer.node == node:
-                lines += _incoming(offer, short)
+                lines += _incoming(types, offer, short)
         lines.append("    }\n")
     commands = [short for _, short in incoming]
     for kind, offers in (("service", survey.services), ("action", survey.actions)):
         for offer in offers:
             short = names.communication(offer.name)
             commands.append(short)
-            lines += _called(kind, offer, short, names.component(short))
+            lines += _called(types, kind, offer, short, names.component(short))
     fresh = [f"{short}.fresh" for offer, short in outgoing if offer.name in pauses]
     lines += _requirements(commands, fresh)
+    if types.declared.lines:
+        lines += [_DECLARED, *types.declared.lines]
+    if notes:
+        lines.append("\n    // Of the recording:\n")
+        lines += (f"    //   {_printable(note)}\n" for note in notes)
     if absent:
         lines.append(_ABSENT)
         lines += (
@@ -123,8 +139,24 @@ def from_survey(
     return "".join(lines) + "}\n"
 
 
-def _message(offer: Offer, short: str, timeout: str = "") -> str:
-    return f'message {short} with identifier: "{offer.name}",{timeout} type: {offer.type}'
+class _Types:
+    """How the types of offers are written: those of ROS by their names, others are declared."""
+
+    def __init__(
+        self, names: _Names, recorded: Mapping[str, Definition], declared: Collection[str]
+    ) -> None:
+        self._declared = declared
+        self.declared = DeclaredTypes(recorded, names.identifier)
+
+    def of(self, offer: Offer, folder: Folder) -> str:
+        if offer.type in self._declared:
+            return self.declared.attributes(offer.type, folder)
+        return f"type: {offer.type}"
+
+
+def _message(types: _Types, offer: Offer, short: str, timeout: str = "") -> str:
+    type_ = types.of(offer, "msg")
+    return f'message {short} with identifier: "{offer.name}",{timeout} {type_}'
 
 
 def _whose(node: str) -> str:
@@ -133,26 +165,26 @@ def _whose(node: str) -> str:
     return f"node {node}"
 
 
-def _outgoing(offer: Offer, short: str, pauses: Spacing | None) -> Iterator[str]:
+def _outgoing(types: _Types, offer: Offer, short: str, pauses: Spacing | None) -> Iterator[str]:
     if offer.others:
         others = ", ".join(offer.others)
         yield f"        // {others} receives it; if the controller is to send it: incoming\n"
     if pauses is None:
         yield "        // came less than three times: does it come rarely? else give it a timeout\n"
-        yield f"        outgoing {_message(offer, short)}\n"
+        yield f"        outgoing {_message(types, offer, short)}\n"
     else:
         unsteady = pauses.longest > _UNSTEADY * pauses.usual
         question = ": is a shorter timeout right, or none?" if unsteady else ""
         usual, longest = f"{pauses.usual:.3g}", f"{pauses.longest:.3g}"
         yield f"        // usually every {usual} s, at the longest after {longest} s{question}\n"
         timeout = f" timeout: {_timeout(pauses.longest)},"
-        yield f"        outgoing {_message(offer, short, timeout)}\n"
+        yield f"        outgoing {_message(types, offer, short, timeout)}\n"
 
 
-def _incoming(offer: Offer, short: str) -> Iterator[str]:
+def _incoming(types: _Types, offer: Offer, short: str) -> Iterator[str]:
     if offer.node.startswith(UNKNOWN_NODE):
         yield "        // a command by its type or name? if it is data of the robot: outgoing\n"
-    yield f"        incoming {_message(offer, short)}\n"
+    yield f"        incoming {_message(types, offer, short)}\n"
 
 
 def _timeout(longest: float) -> str:
@@ -161,9 +193,10 @@ def _timeout(longest: float) -> str:
     return f"{tenths // 10} s" if tenths % 10 == 0 else f"{tenths / 10:.1f} s"
 
 
-def _called(kind: str, offer: Offer, short: str, component: str) -> Iterator[str]:
+def _called(types: _Types, kind: str, offer: Offer, short: str, component: str) -> Iterator[str]:
     yield f"\n    component {component} {{    // {_whose(offer.node)}\n"
-    yield f'        {kind} {short} with identifier: "{offer.name}", type: {offer.type}\n\n'
+    type_ = types.of(offer, "srv" if kind == "service" else "action")
+    yield f'        {kind} {short} with identifier: "{offer.name}", {type_}\n\n'
     yield "        behaviour {\n" + _SERVICE.format(name=short)
     if kind == "action":
         yield _CANCELLED.format(name=short)
@@ -198,6 +231,10 @@ class _Names:
         base = re.sub(r"(_\d+)+$", "", name.strip("/").split("/")[-1])
         words = "".join(word[:1].upper() + word[1:] for word in re.split(r"[\W_]+", base))
         return self._free((words,))
+
+    def identifier(self, name: str) -> str:
+        """A name of ROS as it is, or with a number if that is taken."""
+        return self._free((name,))
 
     def _free(self, candidates: Iterable[str]) -> str:
         usable = [c if re.match(r"[A-Za-z_]", c) else f"x{c}" for c in candidates]

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from robosc.errors import UsageError, counted
 from robosc.model.ros.definitions import MessageDefinitions
-from robosc.model.ros.interfaces import Folder, Missing
+from robosc.model.ros.interfaces import Definition, Folder, Missing
 from robosc.new import from_bag, from_ros1, from_ros2
+from robosc.new.declared_types import parts
 from robosc.new.skeleton import from_survey
 from robosc.new.survey import Offer, RosGraph, Spacing, Survey, survey
-from robosc.progress import Progress
 from robosc.view.node import which_ros
 
 _LISTENING = 3.0
@@ -30,18 +30,28 @@ def running(name: str, environment: Mapping[str, str]) -> str:
     return _model(name, graph, pauses, "what runs", nothing)
 
 
-def recorded(name: str, bag: Path, progress: Progress) -> str:
+def recorded(name: str, bag: Path) -> str:
     """Return a model of what was recorded; what it has is counted on standard output.
 
     Raises:
         UsageError: the bag cannot be read, or has nothing of a robot.
     """
-    graph, pauses = from_bag.read(bag, progress)
-    return _model(name, graph, pauses, f"the recording {bag}", f"{bag} has no topic of a robot")
+    seen = from_bag.read(bag)
+    said = "".join(f"; {note}" for note in seen.notes)
+    nothing = f"{bag} has no topic of a robot{said}"
+    return _model(
+        name, seen.graph, seen.pauses, f"the recording {bag}", nothing, seen.definitions, seen.notes
+    )
 
 
 def _model(
-    name: str, graph: RosGraph, pauses: Mapping[str, Spacing], origin: str, nothing: str
+    name: str,
+    graph: RosGraph,
+    pauses: Mapping[str, Spacing],
+    origin: str,
+    nothing: str,
+    recorded: Mapping[str, Definition] | None = None,
+    notes: Sequence[str] = (),
 ) -> str:
     seen = survey(graph)
     if seen == Survey((), (), (), ()):
@@ -50,24 +60,40 @@ def _model(
         f"{counted(len(seen.outgoing), 'topic')} from the robot, {len(seen.incoming)} to it,"
         f" {counted(len(seen.services), 'service')}, {counted(len(seen.actions), 'action')}"
     )
-    here, absent = _defined(seen, MessageDefinitions.for_model(Path(f"{name}.rscd")))
-    return from_survey(name, here, pauses, origin, absent)
+    for note in notes:
+        print(note)
+    definitions = MessageDefinitions.for_model(Path(f"{name}.rscd"))
+    here, absent = _defined(seen, definitions, recorded or {})
+    if absent:
+        print(
+            f"left out, since their types are not defined here: {', '.join(o.name for o in absent)}"
+        )
+    return from_survey(name, here, pauses, origin, absent, recorded, notes)
 
 
-def _defined(survey: Survey, definitions: MessageDefinitions) -> tuple[Survey, list[Offer]]:
-    """What a model can name, and what has a type without a definition on this machine."""
+def _defined(
+    survey: Survey, definitions: MessageDefinitions, recorded: Mapping[str, Definition]
+) -> tuple[Survey, list[Offer]]:
+    """What a model can name or declare, and what has a type without a definition."""
     absent: list[Offer] = []
+    declared: set[str] = set()
 
     def known(offers: Iterable[Offer], folder: Folder) -> tuple[Offer, ...]:
         there: list[Offer] = []
         for offer in offers:
             package, _, type_ = offer.type.partition("/")
-            missing = isinstance(definitions.interface(package, type_, folder), Missing)
-            (absent if missing else there).append(offer)
+            found = definitions.interface(package, type_, folder)
+            if not isinstance(found, Missing):
+                there.append(offer)
+            elif found.reason == "package" and any(parts(offer.type, folder, recorded)):
+                declared.add(offer.type)
+                there.append(offer)
+            else:
+                absent.append(offer)
         return tuple(there)
 
     here = Survey(
         known(survey.outgoing, "msg"), known(survey.incoming, "msg"),
-        known(survey.services, "srv"), known(survey.actions, "action"),
+        known(survey.services, "srv"), known(survey.actions, "action"), frozenset(declared),
     )  # fmt: skip
     return here, absent

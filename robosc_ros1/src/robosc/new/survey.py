@@ -22,6 +22,10 @@ _OF_EVERY_NODE = frozenset({
     "dynamic_reconfigure",
 })  # fmt: skip
 """Packages of the services that nodes have without being asked."""
+_TOOLS = ("robosc_view", "robosc_new")
+"""How the names of robosc's own nodes begin, which only listen or operate."""
+_REPORTS = frozenset({"blocked", "events", "findings", "model", "operate", "state", "values"})
+"""What generated nodes publish or hear below their names."""
 _PARTS_OF_ACTIONS = ("goal", "cancel", "status", "feedback", "result")
 
 
@@ -62,29 +66,33 @@ class Spacing:
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """``outgoing`` topics come from the robot, ``incoming`` ones go to it."""
+    """``outgoing`` topics come from the robot, ``incoming`` ones go to it. ``declared`` are the
+    types that the model has to declare."""
 
     outgoing: tuple[Offer, ...]
     incoming: tuple[Offer, ...]
     services: tuple[Offer, ...]
     actions: tuple[Offer, ...]
+    declared: frozenset[str] = frozenset()
 
 
 def survey(graph: RosGraph) -> Survey:
     """Return what the nodes of the robot offer, without ROS's own and without controllers.
 
     A controller that robosc has generated is no part of the robot: what it publishes is what the
-    robot's nodes subscribe to.
+    robot's nodes subscribe to. Neither is ``robosc view``, nor what listens to reports.
     """
     controllers = _controllers(graph.publishers)
-    publishers = _without(graph.publishers, controllers)
-    subscribers = _without(graph.subscribers, controllers)
+    others = controllers | {node for node in _all_nodes(graph) if _is_tool(node)}
+    publishers = _without(graph.publishers, others)
+    subscribers = _without(graph.subscribers, others)
     actions = {**_actions_of_topics(graph), **graph.actions}
     hidden = {f"{action}/{part}" for action in actions for part in _PARTS_OF_ACTIONS}
     topics = [
         name
         for name in sorted({*publishers, *subscribers})
         if name not in _INFRASTRUCTURE | hidden
+        and not _is_report(name, controllers)
         and "/" in graph.types.get(name, "")  # the master may know no type
     ]
     return Survey(
@@ -122,6 +130,23 @@ def _controllers(publishers: Nodes) -> set[str]:
         for node in {node for nodes in publishers.values() for node in nodes}
         if all(node in publishers.get(f"{node}/{topic}", ()) for topic in ("model", "state"))
     }
+
+
+def _all_nodes(graph: RosGraph) -> set[str]:
+    ends = (*graph.publishers.values(), *graph.subscribers.values())
+    return {node for nodes in ends for node in nodes}
+
+
+def _is_tool(node: str) -> bool:
+    return node.rpartition("/")[2].startswith(_TOOLS)
+
+
+def _is_report(topic: str, controllers: Collection[str]) -> bool:
+    """Whether a topic is one of a generated node's own, whoever listens there."""
+    return any(
+        topic.startswith(f"{node}/") and topic[len(node) + 1 :].partition("/")[0] in _REPORTS
+        for node in controllers
+    )
 
 
 def _without(nodes: Nodes, controllers: Collection[str]) -> dict[str, list[str]]:

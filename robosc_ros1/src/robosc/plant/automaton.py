@@ -22,7 +22,7 @@ from typing import TypeAlias
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, VariableRef
 from robosc.expr.types import Type, Value
-from robosc.language.events import EventKind, command_key
+from robosc.language.events import EventKind, active_names, command_key, named_phases
 from robosc.model.automata import Assignment
 from robosc.model.entities import Robot
 from robosc.plant.assumptions import Restrictions
@@ -83,7 +83,12 @@ class StateVariable:
         """Return the condition that a communication is in a phase; the first is that of no
         other."""
         if index == 0:
-            return conjunction(negation(self.phase(other)) for other in range(1, self.size))
+            names = [str(value) for value in self.values]
+            others = (
+                PhaseRef(self.name, name, within=named_phases(names, name))
+                for name in active_names(names)
+            )
+            return conjunction(map(negation, others))
         return PhaseRef(self.name, str(self.values[index]))
 
     def read(self, leaf: Expr, index: int) -> Value:

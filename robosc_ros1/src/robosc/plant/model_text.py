@@ -64,6 +64,10 @@ def to_dsl(
     def owner(component: str) -> str:
         return element[1] if component == element[0] else escape(component)
 
+    def phases_of(node: PhaseRef) -> tuple[str, ...]:
+        phases = robot.communications[node.communication].phases
+        return () if phases is None else phases.names
+
     def leaf(node: Leaf) -> str:
         match node:
             case _ if (text := spelled(node)) is not None:
@@ -91,9 +95,11 @@ def to_dsl(
                 else:
                     name = ".".join(escape(part) for part in name.split("."))
                 # In models, a message that has never been heard is silent, too.
-                return (
-                    f"({name}.heard and {name}.silent)" if phase == "silent" else f"{name}.{phase}"
-                )
+                if phase == "silent":
+                    return f"({name}.heard and {name}.silent)"
+                if phase == "busy" and not node.within and "ending" in phases_of(node):
+                    return f"({name}.busy and !{name}.ending)"  # what is ending is busy, too
+                return f"{name}.{phase}"
             case ValueRef(path=path):
                 return "value" + _parts(path)
             case ElementRef(variable=name, path=path):

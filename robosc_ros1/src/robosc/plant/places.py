@@ -8,6 +8,7 @@ from dataclasses import replace
 from robosc.expr.quantified import chain
 from robosc.expr.traversal import rewritten
 from robosc.expr.tree import Expr, Leaf, Literal, PhaseRef, StateRef
+from robosc.language.events import named_phases
 from robosc.model.entities import Communication, Robot
 
 
@@ -27,10 +28,17 @@ def in_states(robot: Robot, component: str, names: Sequence[str]) -> list[StateR
 
 def in_phases(communication: Communication, names: Sequence[str]) -> list[PhaseRef]:
     """Conditions of which one holds where a communication is in one of some phases."""
-    if communication.heard and {"fresh", "silent"} <= {*names}:
-        heard = PhaseRef(communication.key, "heard", within=("fresh", "silent"))
-        others = [name for name in names if name not in heard.within]
-        return [heard, *(PhaseRef(communication.key, name) for name in others)]
+    several: dict[str, tuple[str, ...]] = (
+        {"heard": ("fresh", "silent")} if communication.heard else {}
+    )
+    if communication.phases is not None and (
+        busy := named_phases(communication.phases.names, "busy")
+    ):
+        several["busy"] = busy
+    for name, within in several.items():
+        if {*within} <= {*names}:
+            others = [PhaseRef(communication.key, n) for n in names if n not in within]
+            return [PhaseRef(communication.key, name, within=within), *others]
     return [PhaseRef(communication.key, name) for name in names]
 
 

@@ -20,6 +20,12 @@ def launch_arguments(parameters: Iterable[Parameter]) -> Dict[str, Parameter]:
     return named
 
 
+AT_LAUNCH = (
+    "rate", "stop_command", "event_log", "publish_values", "shadow", "operate", "tolerance",
+)  # fmt: skip
+"""The node's own parameters that differ from one launch to the next, and so are arguments, like all
+parameters of the model. The others belong to the robot: the parameter file has them."""
+
 _OF_LAUNCH_FILES = (
     *("config", "name", "ns", "output", "remap", "required", "respawn"),
     *("controller_%s" % what for what in ("args", "executable", "name", "package")),

@@ -70,6 +70,9 @@ def replay(supervisor: Supervisor, log: str) -> Replayed:
         follower.take(entry)
     if not follower.runs:
         raise UsageError(f"{log} holds no events")
+    if not (follower.followed or follower.departures or follower.missing):
+        events = counted(follower.events, "event")
+        raise UsageError(f"{log}: nothing could be judged: it has {events}, but none that happened")
     return Replayed(
         supervisor.plant.robot.name,
         follower.runs,
@@ -106,7 +109,7 @@ class Follower:
         self._next = 1
         self.lost: str | None = None
         """Why the state is not known any more, in the present run."""
-        self.runs = self.events = self.mismatches = self.unchecked = 0
+        self.runs = self.events = self.mismatches = self.unchecked = self.followed = 0
         self.departures: list[Departure] = []
         self.missing: list[str] = []
 
@@ -155,6 +158,7 @@ class Follower:
         self._stopped |= entry.outcome == "stopped"
         if entry.outcome not in ("applied", "forbidden"):
             return
+        self.followed += 1
         self.lost = self._follows(self._controller, entry)
         if self.lost is not None:
             event = self._told(entry)

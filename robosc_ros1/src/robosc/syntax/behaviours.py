@@ -57,6 +57,7 @@ def _performs() -> ParserElement:
     performing = (
         keyword("performs")
         - t.communication("the name of a command after 'performs'")
+        - maybe(terminal("meanwhile", "", make_name))
         - maybe(keyword("with") - data_part())
         - keyword("then", "'then' after what the state performs")
         - _effect()

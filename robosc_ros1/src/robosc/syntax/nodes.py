@@ -441,9 +441,13 @@ class AfterNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class PerformsNode(_Node):
-    """``performs communication with data then do … goto …``."""
+    """``performs communication meanwhile with data then do … goto …``.
+
+    ``meanwhile`` is that word where it stands.
+    """
 
     communication: Access
+    meanwhile: Name | None
     data: DataNode | None
     assignments: tuple[AssignmentNode, ...]
     goto: Name | Access | None

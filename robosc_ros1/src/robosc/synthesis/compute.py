@@ -30,6 +30,7 @@ from robosc.synthesis.explain.conflicts import Identity, with_conflicts
 from robosc.synthesis.formatting import amount, contributors
 from robosc.synthesis.guards.shorten import GuardInputs, make_guard
 from robosc.synthesis.result import Sizes, make_supervisor
+from robosc.synthesis.time_limit import ExplanationTime
 
 _DENSE = 2**16
 """Product sizes above which the symbolic engine is usually faster, as measured."""
@@ -52,14 +53,16 @@ _TOGETHER = {"dense": 2**6, "bdd": 2**60}
 def synthesize(
     plant: Plant,
     engine: str = "auto",
-    max_states: int = limits.DENSE_STATES,
+    max_states: int | None = None,
     progress: Progress | None = None,
+    explain_seconds: float | None = None,
 ) -> Supervisor:
     """Return the maximally permissive, safe, controllable and nonblocking supervisor of a plant.
 
     ``engine`` is ``auto``, ``dense`` or ``bdd``. ``max_states`` bounds the size of the dense
     engine's state array, for each independent part separately and after projection of dependent
-    state variables. An empty supervisor is a result, not an error.
+    state variables. ``explain_seconds`` of processor time may be spent on explanations (None: about
+    as long as synthesis takes). An empty supervisor is a result, not an error.
 
     Raises:
         StateSpaceError: the array is larger than ``max_states``, and no other engine may be used.
@@ -68,10 +71,12 @@ def synthesize(
     if prod(variable.size for variable in plant.variables) > _WHOLE:
         symbolic = engine == "bdd" or (engine == "auto" and usable())
         parts = independent_parts(plant, _TOGETHER["bdd" if symbolic else "dense"])
+    max_states = max_states or limits.DENSE_STATES
+    explaining = ExplanationTime(explain_seconds)
     found = []
     try:
         for part in parts:
-            found.append(_synthesize(part, engine, max_states, progress))
+            found.append(_synthesize(part, engine, max_states, progress, explaining))
             if found[-1].engine == "bdd" and part is not plant:
                 gc.collect()  # frees the diagrams of this part before the next is solved
                 gc.freeze()  # later collections skip what survived
@@ -107,17 +112,21 @@ def _allowed(part: Plant) -> Collection[Identity] | None:
 
 
 def _synthesize(
-    plant: Plant, engine: str, max_states: int, progress: Progress | None
+    plant: Plant,
+    engine: str,
+    max_states: int,
+    progress: Progress | None,
+    explaining: ExplanationTime,
 ) -> Supervisor:
     """Return the supervisor of a plant, without decomposition."""
     if engine == "bdd":
-        return _symbolic(plant, progress)
+        return _symbolic(plant, progress, explaining)
     either = engine == "auto" and usable()
     if either and favours_symbolic(plant):
-        return _symbolic(plant, progress)
+        return _symbolic(plant, progress, explaining)
     if crowded := _crowded(plant, limits.DENSE_PAIRS):
         if either:
-            return _symbolic(plant, progress)
+            return _symbolic(plant, progress, explaining)
         raise StateSpaceError(f"{crowded}: narrow the ranges, or convert the values by an enum")
     start = time.perf_counter()
     compiler = Compiler(plant)
@@ -127,12 +136,12 @@ def _synthesize(
         layout = projected_layout(plant, rules)
     if layout.size > max_states:
         if either:
-            return _symbolic(plant, progress)
+            return _symbolic(plant, progress, explaining)
         raise _too_large(layout, max_states, engine)
     dense = DenseEngine(compiler, rules, layout, progress)
     solution = dense.solve()
     if either and solution.restricted and layout.size > _DENSE_GUARDS:
-        return _symbolic(plant, progress)
+        return _symbolic(plant, progress, explaining)
     guards: tuple[Guard, ...]
     if solution.empty:
         guards, sizes = (), Sizes(dense.plant_states, 0, 0)
@@ -141,7 +150,8 @@ def _synthesize(
         states = count(solution.states)
         sizes = Sizes(dense.plant_states, states, transitions)
     seconds = time.perf_counter() - start
-    return make_supervisor(DenseSystem(solution), "dense", seconds, sizes, guards, progress)
+    system = DenseSystem(solution, explaining)
+    return make_supervisor(system, "dense", seconds, sizes, guards, progress)
 
 
 def favours_symbolic(plant: Plant) -> bool:
@@ -181,11 +191,11 @@ def _pairs(plant: Plant, expr: Expr) -> int:
     return prod(plant.sizes(variables)) if len(variables) > 1 else 0
 
 
-def _symbolic(plant: Plant, progress: Progress | None) -> Supervisor:
+def _symbolic(plant: Plant, progress: Progress | None, explaining: ExplanationTime) -> Supervisor:
     # Imported on demand: the dense engine does without it.
     from robosc.synthesis.bdd.synthesize import synthesize_bdd
 
-    return synthesize_bdd(plant, progress)
+    return synthesize_bdd(plant, progress, explaining=explaining)
 
 
 def _measure(

@@ -31,6 +31,8 @@ from robosc.plant.step import Values
 from robosc.runtime.places import place_of
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.compiled_steps import Stepper
+from robosc.synthesis.faults import FaultSearch
+from robosc.synthesis.time_limit import ExplanationTime
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +79,20 @@ class System(Protocol):
     @property
     def plant(self) -> Plant: ...
 
+    @property
+    def time(self) -> ExplanationTime:
+        """How long explanations of it may take."""
+
+    @property
+    def faults(self) -> FaultSearch:
+        """Where the states are that are bad by themselves."""
+
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         """Return a short controlled path from an initial state to one with the condition.
 
         Both ends are included; None if the controlled system has no such state. Where looking for
-        a path would take too long it is that state alone, which is no initial state then.
+        a path would take too long, or the time for explanations is over, it is that state alone,
+        which is no initial state then.
         """
 
     def reaches(self, condition: Expr) -> bool:

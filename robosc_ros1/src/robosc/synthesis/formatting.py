@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import log10
 from textwrap import shorten
+from typing import Any
 
 from robosc.errors import listing
 from robosc.expr.traversal import path_text
 from robosc.expr.tree import REASON
 from robosc.expr.types import Value
 from robosc.plant.automaton import Event, EventParameter
+from robosc.plant.data.classes import Classes
 from robosc.supervisor import Step
 
 _LONG = 120
@@ -45,6 +47,50 @@ def part_text(parameter: EventParameter, value: Value | None) -> str:
         return str(parameter.shown(value))
     name = "reason" if parameter.path == REASON else path_text(parameter.path)
     return f"{name}: {_value(value)}" if name else _value(value)
+
+
+def short_step_text(step: Step) -> str:
+    """Return the same with ranges of numbers as people write them: ``battery.response(charge 0.3 …
+    0.9)``."""
+    shown = map(_short_part, step.event.parameters, step.values)
+    return _name(step.event) + (f"({', '.join(shown)})" if step.values else "")
+
+
+def _short_part(parameter: EventParameter, value: Value | None) -> str:
+    classes, found = parameter.values, ""
+    if parameter.labels is not None and not parameter.renews and isinstance(classes, Classes):
+        found = _range(classes, value)
+    if found:
+        return f"{path_text(parameter.path)} {found}".strip()
+    return part_text(parameter, value)
+
+
+_OPPOSITE = {"<": ">=", "<=": ">", ">": "<=", ">=": "<"}
+
+
+def _range(classes: Classes, value: Value | None) -> str:
+    """Return the class of a number as people write it, ``0.3 … 0.9`` or ``< 0.3``; empty where it
+    is no such range.
+
+    It does not say whether the ends and NaN are in it: the condition does.
+    """
+    if not isinstance(value, float | int):
+        return ""
+    if value != value:
+        return "not a number"
+    number = classes.index(value)
+    condition = classes.condition([number], [number])
+    bounds = [bound for part in condition.alternatives for bound in part]
+    if any(operator not in _OPPOSITE for operator, _ in bounds):
+        return ""
+    if condition.negated:
+        bounds = [(_OPPOSITE[operator], constant) for operator, constant in bounds]
+    if len(bounds) == 1:
+        return " ".join(map(str, bounds[0]))
+    low: list[Any] = [constant for operator, constant in bounds if operator in (">", ">=")]
+    high: list[Any] = [constant for operator, constant in bounds if operator in ("<", "<=")]
+    is_range = len(low) == len(high) == 1 and low[0] < high[0]
+    return f"{low[0]} … {high[0]}" if is_range else ""
 
 
 def _value(value: Value | None) -> str:

@@ -51,11 +51,15 @@ def make_supervisor(
     empty = sizes.controlled_states == 0
     if empty:
         guards = nothing_allowed(system.plant)
-        explanations: tuple[Explanation, ...] = (explain_empty(system),)
-        properties = Properties((), None)
-    else:
-        explanations = explain_guards(system, guards, progress)
-        properties = examine(system, guards, sizes.controlled_states)
+    left_out: tuple[Diagnostic, ...] = ()
+    told: tuple[Diagnostic, ...] = ()
+    with system.time.running(seconds):
+        if empty:
+            explanations: tuple[Explanation, ...] = (explain_empty(system),)
+        else:
+            explanations, left_out = explain_guards(system, guards, progress)
+            told = warnings(system, guards)
+    properties = Properties((), None) if empty else examine(system, guards, sizes.controlled_states)
     return Supervisor(
         plant=system.plant,
         engine=engine,
@@ -69,7 +73,8 @@ def make_supervisor(
         diagnostics=(
             # What has no trace at all the model itself rules out, and a warning says so.
             *_together([e for e in explanations if empty or e.trace or not e.traced]),
-            *(() if empty else warnings(system, guards)),
+            *left_out,
+            *told,
             *properties.diagnostics,
         ),
         empty=empty,

@@ -1,4 +1,4 @@
-"""A limit on processor time, as of the synthesis in checks that run at every edit."""
+"""Limits on processor time: of the synthesis in checks that run at every edit, of explanations."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.progress import Progress
 
@@ -74,3 +75,57 @@ def _has_timer() -> bool:
         and threading.current_thread() is threading.main_thread()
         and signal.getsignal(signal.SIGPROF) is signal.SIG_DFL
     )
+
+
+class TimeIsUp(Exception):
+    """The time for explanations is used up."""
+
+
+class ExplanationTime:
+    """The processor time that explanations may take, of all independent parts together.
+
+    ``seconds`` None: as long as synthesis has taken, within ``limits.EXPLAINING_SECONDS``.
+    """
+
+    def __init__(self, seconds: float | None = None) -> None:
+        self._given = seconds
+        self._synthesis = 0.0
+        self._used = 0.0
+        self._since: float | None = None
+
+    @contextmanager
+    def running(self, synthesis: float) -> Iterator[None]:
+        """Count the time meanwhile; ``synthesis`` are the seconds of what is explained."""
+        self._synthesis += synthesis
+        self._since = time.process_time()
+        try:
+            yield
+        finally:
+            self._used, self._since = self._spent, None
+
+    @property
+    def seconds(self) -> float:
+        """How much there is in all."""
+        least, most = limits.EXPLAINING_SECONDS
+        return min(max(self._synthesis, least), most) if self._given is None else self._given
+
+    @property
+    def _spent(self) -> float:
+        return self._used + (0.0 if self._since is None else time.process_time() - self._since)
+
+    @property
+    def is_over(self) -> bool:
+        return self._spent >= self.seconds
+
+    def check(self) -> None:
+        """Raises:
+        TimeIsUp: it is used up.
+        """
+        if self.is_over:
+            raise TimeIsUp
+
+    def give_up(self) -> None:
+        """Raises:
+        TimeIsUp: in any case, for what would take too much memory.
+        """
+        raise TimeIsUp

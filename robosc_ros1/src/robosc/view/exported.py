@@ -23,7 +23,7 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inl
 _NONE = object()
 """Differs from every value."""
 _SCRIPT = re.compile(r'<script src="([\w.]+)" defer></script>\n')
-_STYLE = '<link rel="stylesheet" href="view.css">'
+_STYLE = re.compile(r'<link rel="stylesheet" href="([\w.]+)">\n')
 
 
 def html_of(recording: Recording) -> str:
@@ -32,7 +32,8 @@ def html_of(recording: Recording) -> str:
     scripts = [_read(name) for name in _SCRIPT.findall(page)]
     page = _SCRIPT.sub("", page)
     head = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
-    page = page.replace(_STYLE, f"{head}<style>\n{_read('view.css')}</style>")
+    styles = "\n".join(_read(name) for name in _STYLE.findall(page))
+    page = _STYLE.sub("", page).replace("</head>", f"{head}<style>\n{styles}</style>\n</head>")
     text = "\n".join(compact(part) for part in _documents(recording))
     packed = gzip.compress(utf8(text), mtime=0)
     data = f'<script id="recorded" type="text/plain">{base64.b64encode(packed).decode()}</script>\n'

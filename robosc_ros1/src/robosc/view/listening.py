@@ -9,14 +9,17 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Iterable
-from typing import Any, Protocol
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Protocol, TypeAlias
 
 from robosc.runtime.telemetry import dump
 from robosc.view.hub import Hub
 
 _SILENT = 3.0
 """Seconds; a state comes once per second at least."""
+Topics: TypeAlias = Mapping[str, Callable[[str], None]]
+"""Topics of a node that carry a text, and who listens to it."""
+NOTHING_MORE: Topics = {}
 CHECK = 0.5
 """Seconds between two looks at how things stand."""
 
@@ -31,8 +34,8 @@ class Listener(Protocol):
 
     heard: Heard
 
-    def start(self, page: str) -> None:
-        """Listen; ``page`` is the address of the page."""
+    def start(self, page: str | None) -> None:
+        """Listen; ``page`` is the address of the page, which is told; None: there is none."""
 
     def order(self, word: str) -> None: ...
 
@@ -58,6 +61,10 @@ class Heard:
         """What there is to say while nothing is heard."""
         hub.put("hello", dump({"source": "ros", "title": node}))
         self._tell()
+
+    @property
+    def topics(self) -> Topics:
+        return {"model": self.model, "state": self.state, "events": self.event}
 
     def waits(self, topics: Iterable[str]) -> None:
         """There is nothing to say but which other controllers publish on these topics."""

@@ -170,7 +170,10 @@ class Played:
             "parameters": {p.name: p.default for p in robot.parameters},
             "counters": self._tally.counters,
             "latest": [],
-            "choices": [choice_document(choice) for choice in machine.choices()],
+            "choices": [
+                {**choice_document(choice), "short": choice.short or choice.text}
+                for choice in machine.choices()
+            ],
             "undo": self._undoable,
         }
         self._hub.put("state", dump(document))

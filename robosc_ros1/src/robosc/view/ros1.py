@@ -12,7 +12,7 @@ from typing import Any
 
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
-from robosc.view.listening import CHECK, Heard, diagnosis
+from robosc.view.listening import CHECK, NOTHING_MORE, Heard, Topics, diagnosis
 from robosc.view.operating import PATIENCE, UNHEARD
 from robosc.view.server import Unable
 
@@ -25,7 +25,7 @@ class Ros1:
         ModuleNotFoundError: this Python has no rospy.
     """
 
-    def __init__(self, node: str, hub: Hub) -> None:
+    def __init__(self, node: str, hub: Hub, more: Topics = NOTHING_MORE) -> None:
         import rosgraph.names
         import rospy  # noqa: F401  # not there: better now than in a thread
 
@@ -33,10 +33,11 @@ class Ros1:
             raise UsageError(f"{node!r} is not the name of a node")
         name = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), node)
         self.heard = Heard(rosgraph.names.canonicalize_name(name), hub)
+        self._more = more
         self._subscribers: list[Any] = []
         self._publishers: dict[str, Any] = {}
 
-    def start(self, page: str) -> None:
+    def start(self, page: str | None) -> None:
         self.heard.watch()
         arguments = (page,)
         threading.Thread(target=self._run, args=arguments, name="listener", daemon=True).start()
@@ -83,8 +84,7 @@ class Ros1:
             time.sleep(0.01)
         publisher.publish(message)
 
-    def _run(self, page: str) -> None:
-        import diagnostic_msgs.msg
+    def _run(self, page: str | None) -> None:
         import rosgraph
         import rospy
 
@@ -98,10 +98,17 @@ class Ros1:
         while not rospy.is_shutdown():
             self._keep_registered(master)
             with contextlib.suppress(rospy.ROSException):  # it is shut down meanwhile
-                stamp, messages = rospy.Time.now(), diagnostic_msgs.msg
-                told = diagnosis(messages, self.heard.node, page, stamp, 0)
-                self._publishers["/diagnostics"].publish(told)
+                self._tell_of(page)
             time.sleep(CHECK)
+
+    def _tell_of(self, page: str | None) -> None:
+        import diagnostic_msgs.msg
+        import rospy
+
+        if page is not None:
+            messages, stamp = diagnostic_msgs.msg, rospy.Time.now()
+            told = diagnosis(messages, self.heard.node, page, stamp, 0)
+            self._publishers["/diagnostics"].publish(told)
 
     def _keep_registered(self, master: Any) -> None:
         """Subscribe, and again with another master, which does not know of this node."""
@@ -135,7 +142,7 @@ class Ros1:
             )
         }
         heard = self.heard
-        topics = {"model": heard.model, "state": heard.state, "events": heard.event}
+        topics = {**heard.topics, **self._more}
         self._subscribers = [
             rospy.Subscriber(
                 f"{heard.node}/{topic}",

@@ -11,7 +11,7 @@ from typing import Any
 
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
-from robosc.view.listening import CHECK, Heard, diagnosis
+from robosc.view.listening import CHECK, NOTHING_MORE, Heard, Topics, diagnosis
 from robosc.view.operating import PATIENCE, UNHEARD
 from robosc.view.server import Unable
 
@@ -27,7 +27,7 @@ class Ros2:
         ModuleNotFoundError: this Python has no rclpy.
     """
 
-    def __init__(self, node: str, hub: Hub) -> None:
+    def __init__(self, node: str, hub: Hub, more: Topics = NOTHING_MORE) -> None:
         import rclpy
         from rclpy.exceptions import InvalidTopicNameException
         from rclpy.executors import SingleThreadedExecutor
@@ -43,42 +43,47 @@ class Ros2:
         try:
             # Signals are the server's.
             rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-            self._node = self._make_node()
+            self.node = self._make_node()
         except RuntimeError as error:
             raise UsageError(f"ROS 2 does not start: {error}") from error
         self.heard = Heard(name, hub)
+        self._more = more
         self._publishers: dict[str, Any] = {}
         self._making = threading.Lock()
         self._subscribe()
-        self._node.create_timer(CHECK, self._look_around)
+        self.node.create_timer(CHECK, self._look_around)
         self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self._node)
+        self._executor.add_node(self.node)
         self._thread = threading.Thread(target=self._run, name="listener", daemon=True)
 
-    def start(self, page: str) -> None:
-        from diagnostic_msgs import msg as messages
-
-        publisher = self._node.create_publisher(messages.DiagnosticArray, "/diagnostics", 10)
-
-        def tell() -> None:
-            stamp = self._node.get_clock().now().to_msg()
-            publisher.publish(diagnosis(messages, self.heard.node, page, stamp, bytes([0])))
-
-        self._node.create_timer(CHECK, tell)
+    def start(self, page: str | None) -> None:
+        if page is not None:
+            self._tell_of(page)
         self.heard.watch()
         self._thread.start()
+
+    def _tell_of(self, page: str) -> None:
+        from diagnostic_msgs import msg as messages
+
+        publisher = self.node.create_publisher(messages.DiagnosticArray, "/diagnostics", 10)
+
+        def tell() -> None:
+            stamp = self.node.get_clock().now().to_msg()
+            publisher.publish(diagnosis(messages, self.heard.node, page, stamp, bytes([0])))
+
+        self.node.create_timer(CHECK, tell)
 
     def close(self) -> None:
         self._executor.shutdown(timeout_sec=1.0)
         self._thread.join(2.0)
-        self._node.destroy_node()
+        self.node.destroy_node()
         self._context.try_shutdown()
 
     def order(self, word: str) -> None:
         self.publish(f"{self.heard.node}/operate", word)
 
     def publish(self, topic: str, data: Any) -> None:
-        types = dict(self._node.get_topic_names_and_types()).get(topic)
+        types = dict(self.node.get_topic_names_and_types()).get(topic)
         if not types:
             raise Unable(UNHEARD % topic)
         package, _, name = types[0].split("/")
@@ -110,19 +115,19 @@ class Ros2:
         from rclpy.qos import QoSProfile, ReliabilityPolicy
 
         profile = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-        for end in self._node.get_subscriptions_info_by_topic(topic)[:1]:
+        for end in self.node.get_subscriptions_info_by_topic(topic)[:1]:
             asked = end.qos_profile
             profile.durability = asked.durability
             profile.deadline = asked.deadline
             profile.liveliness = asked.liveliness
             profile.liveliness_lease_duration = asked.liveliness_lease_duration
-        return self._node.create_publisher(class_, topic, profile)
+        return self.node.create_publisher(class_, topic, profile)
 
     def _may_lose(self, topic: str) -> bool:
         """Whether somebody hears a topic who does not ask again for what did not come."""
         from rclpy.qos import ReliabilityPolicy
 
-        ends = self._node.get_subscriptions_info_by_topic(topic)
+        ends = self.node.get_subscriptions_info_by_topic(topic)
         return any(end.qos_profile.reliability != ReliabilityPolicy.RELIABLE for end in ends)
 
     def _make_node(self) -> Any:
@@ -152,12 +157,9 @@ class Ros2:
             depth=1, reliability=reliable, durability=DurabilityPolicy.TRANSIENT_LOCAL
         )
         each = QoSProfile(depth=1000, reliability=reliable)
-        for topic, listener, quality in (
-            ("model", heard.model, latched),
-            ("state", heard.state, latched),
-            ("events", heard.event, each),
-        ):
-            self._node.create_subscription(
+        for topic, listener in {**heard.topics, **self._more}.items():
+            quality = latched if topic in ("model", "state") else each
+            self.node.create_subscription(
                 String,
                 f"{heard.node}/{topic}",
                 lambda message, listener=listener: listener(message.data),
@@ -165,7 +167,7 @@ class Ros2:
             )
 
     def _look_around(self) -> None:
-        self.heard.waits(name for name, _ in self._node.get_topic_names_and_types())
+        self.heard.waits(name for name, _ in self.node.get_topic_names_and_types())
 
     def _run(self) -> None:
         from rclpy.executors import ExternalShutdownException, ShutdownException

@@ -80,7 +80,7 @@ class PackageContext:
     heard: HeardView = field(default=HeardView(), kw_only=True)
     """Of a monitor, or of the node as a shadow."""
     watched: tuple[str, ...] = field(default=(), kw_only=True)
-    """The launch arguments that set the timeouts of messages."""
+    """The parameters that set the timeouts of messages."""
     examples: tuple[str, ...] = field(default=(), kw_only=True)
     """What the test of a package of ROS 2 gives for the parameters that must be given."""
     lifecycle: bool = field(default=False, kw_only=True)

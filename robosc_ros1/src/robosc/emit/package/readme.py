@@ -17,7 +17,7 @@ from robosc.model.automata import Transition, is_in
 from robosc.model.entities import Communication, Robot
 from robosc.plant.model_text import to_dsl
 from robosc.runtime import settings
-from robosc.runtime.launch_arguments import described, launch_arguments
+from robosc.runtime.launch_arguments import AT_LAUNCH, described, launch_arguments
 from robosc.runtime.model import Parameter
 from robosc.runtime.places import place_of
 from robosc.supervisor import Supervisor
@@ -27,6 +27,8 @@ from robosc.synthesis.formatting import event_text
 @dataclass(frozen=True)
 class ParameterView:
     """A private parameter; ``default`` as YAML, ``argument`` its name as a launch argument.
+
+    One that only the parameter file sets has no such name.
 
     ``wide`` says that it may be more than an integer of 32 bits can be. ``example`` is a value of
     one that must be given; ``in_file`` says whether the parameter file sets it.
@@ -52,7 +54,9 @@ def parameter_views(
     views = []
     own = declared_parameters(robot)
     known = (*own, *settings.declared(declared_communications(robot)), *more)
-    for argument, p in launch_arguments(known).items():
+    at_launch = [p for p in known if p in own or p.name in AT_LAUNCH]
+    arguments = {p.name: argument for argument, p in launch_arguments(at_launch).items()}
+    for p in known:
         default = _yaml(config.parameters.get(p.name, p.default))
         is_number = p.type in ("integer", "number")
         wide = p in own and is_number and not _is_narrow(p.minimum, p.maximum)
@@ -60,7 +64,14 @@ def parameter_views(
         example = p.default if missing else None
         views.append(
             ParameterView(
-                p.name, argument, p.type, default, described(p), wide, not missing, example
+                p.name,
+                arguments.get(p.name, ""),
+                p.type,
+                default,
+                described(p),
+                wide=wide,
+                in_file=not missing,
+                example=example,
             )
         )
     return tuple(views)

@@ -227,7 +227,7 @@ def _context(
         served_services=servers(Kind.SERVED_SERVICE),
         served_actions=servers(Kind.SERVED_ACTION),
         parameters=parameters,
-        watched=tuple(p.argument for p in parameters if p.name.replace("/", ".") in timeouts),
+        watched=tuple(p.name for p in parameters if p.name.replace("/", ".") in timeouts),
         defaults=literal(
             {
                 n: v

@@ -112,14 +112,16 @@ def relay_context(
 
 
 def _view(topic: TopicView, commands: tuple[str, ...] = ()) -> RelayView:
-    name = topic.name
+    other = controller_name(topic.name)
+    return RelayView(topic.name, other, topic.type, topic.keys, topic.key, commands)
+
+
+def controller_name(name: str) -> str:
+    """Return the name that the guarded controller uses instead of one of the robot's."""
     for start in ("~/", "~", "/"):
         if name.startswith(start):
-            other = f"{start}{PREFIX}/{name.removeprefix(start)}"
-            break
-    else:
-        other = f"{PREFIX}/{name}"
-    return RelayView(name, other, topic.type, topic.keys, topic.key, commands)
+            return f"{start}{PREFIX}/{name.removeprefix(start)}"
+    return f"{PREFIX}/{name}"
 
 
 def in_order(matches: list[CommandMatch]) -> list[CommandMatch]:

@@ -17,7 +17,7 @@ import signal
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from difflib import unified_diff
@@ -245,7 +245,18 @@ _FOLDER = "a folder where a file must go"
 def _remedy(refused: Mapping[str, str]) -> str:
     if _FOLDER in refused.values():
         return "(move folders away yourself; --force replaces files only)"
-    return "(--force replaces what is there)"
+    return "\n".join((*_places_for_changes(refused), "(--force replaces what is there)"))
+
+
+def _places_for_changes(refused: Iterable[str]) -> Iterator[str]:
+    """Where what people change in generated files has a place that stays."""
+    names = {Path(path).name for path in refused}
+    if names & {"package.xml", "setup.py"}:
+        yield "maintainer, email, license and version are set in robosc.yaml, beside the model"
+    if names & {"package.xml", "setup.py", "CMakeLists.txt"}:
+        yield "dependencies and nodes of your own go between the lines 'of your own lines'"
+    if any(path.startswith("launch/") for path in refused):
+        yield "a launch file of your own, which includes the generated one, stays"
 
 
 def _in_the_way(folder: Path, name: str, record: Mapping[str, str]) -> Iterator[tuple[str, str]]:

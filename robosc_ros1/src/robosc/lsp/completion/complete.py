@@ -197,7 +197,9 @@ class _Completer:
             yield Candidate("{ }", "keyword", text="{ $0 }")
             yield from self._candidates.expression(self._statements.request(words[1:-1]))
         else:
-            yield from keywords(("then",) if "with" in words else ("with", "then"))
+            behind = ("meanwhile", "with", "then")
+            last = max((behind.index(word) for word in words if word in behind), default=-1)
+            yield from keywords(behind[last + 1 :])
 
     def _after(self) -> Iterator[Candidate]:
         if len(self._context.words) == 1:

@@ -17,6 +17,7 @@ from robosc.expr.traversal import reads_value, walk_all
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
 from robosc.language.events import EventKind, Kind, command_key
 from robosc.model.automata import Behaviour
+from robosc.model.checks.stale_events import check_stale_events
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication, Component, Robot, data_expressions
 from robosc.remedies import Change, Remedy
@@ -25,13 +26,16 @@ from robosc.source import Span
 _FRESH = ("fresh", "heard")
 
 
-def check_freshness(robot: Robot, report: Report) -> None:
-    """Warn of commands whose requirements or data read values that may be stale."""
+def check_freshness(robot: Robot, report: Report, *, library: bool) -> None:
+    """Warn of commands whose requirements or data read values that may be stale, or, in a robot,
+    that would go on if a message is lost.
+    """
     communications, names = robot.communications, robot.display_names
     messages = _lasting_messages(robot.components, communications)
     lasting = {one.name: one.condition for one in robot.lasting}
     behaviours = {c.name: c.behaviour for c in robot.components}
     stale: dict[str, dict[str, VariableRef]] = defaultdict(dict)
+    told: dict[str, set[str]] = defaultdict(set)
     known: IdentityCache[tuple[bool, tuple[VariableRef, ...]]] = IdentityCache()
     for command, expressions in _read_by_commands(robot).items():
         # Copies share their conditions.
@@ -43,6 +47,7 @@ def check_freshness(robot: Robot, report: Report) -> None:
             behaviour = behaviours[ref.component]
             if message is not None and behaviour and not _uses_up(behaviour, command, message.key):
                 stale[message.key][names[command]] = ref
+                told[message.key].add(command)
                 break  # one warning for each command: naming any freshness silences it
     reported: set[Span] = set()  # copies of a statement are reported once
     for key, commands in stale.items():
@@ -52,6 +57,8 @@ def check_freshness(robot: Robot, report: Report) -> None:
             message = communications[key]
             note = Note(f"{message.name} is declared here", message.span)
             report.add("stale-data", span, *_texts(commands, names[key]), [note])
+    if not library:
+        check_stale_events(robot, told, report)
 
 
 def _read_by_commands(robot: Robot) -> dict[str, list[Expr]]:

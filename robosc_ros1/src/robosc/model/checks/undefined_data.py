@@ -60,9 +60,37 @@ def check_undefined_data(robot: Robot, lengths: Lengths, source: Source, report:
                 shown = str(value).lower() if isinstance(value, bool) else value
                 becomes = f"'{assignment.variable}' becomes {shown}"
                 _report(assignment, message.name, becomes, _OF_CONDITIONS, source, report)
+    _check_provided(robot, lengths, source, report)
+
+
+def _check_provided(robot: Robot, lengths: Lengths, source: Source, report: Report) -> None:
+    """Warn where a command is not sent, for its data may be missing.
+
+    What a guard asks for elsewhere, as ``defined(x[next])``, is taken to be there.
+    """
+    guards = (t.guard for c in robot.components for t in c.transitions if t.guard is not None)
+    known = _variables(part for guard in guards for part in _asked_for(guard))
+    for provide in robot.provides:
+        command = robot.commands.get(provide.communication)
+        conditions = [
+            r.condition for r in robot.requirements if provide.communication in r.communications
+        ]
+        conditions += [] if provide.condition is None else [provide.condition]
+        if command is None or any(map(_asks_for_data, conditions)):
+            continue
+        nothing = _Nothing(command.type, lengths)
+        for data in data_expressions(provide.data):
+            span = data.span
+            if nothing.of(data) is not _UNDEFINED or _variables([data]) & known:
+                continue
+            if span is not None and span.source is source:
+                name = robot.display_names[provide.communication]
+                message = f"where what this reads is missing, {name} is not sent"
+                report.add("undefined-data", span, message, _OF_DATA)
 
 
 _OF_VALUES = "say what it is then: … else VALUE"
+_OF_DATA = "say what is sent then: … else VALUE"
 _OF_CONDITIONS = "let the condition say what holds then: (min(r for r in …) else 0.0) < …"
 
 
@@ -98,10 +126,14 @@ def _from_messages(robot: Robot) -> Iterator[tuple[Component, Transition]]:
 
 def _asks_for_data(condition: Expr) -> bool:
     """Whether a condition says itself what there must be: ``length(…) > 0``, ``defined(…)``."""
-    return any(
-        isinstance(part, Holds) or (isinstance(part, Call) and part.operator == "length")
-        for part in walk(condition)
-    )
+    return any(True for _ in _asked_for(condition))
+
+
+def _asked_for(condition: Expr) -> Iterator[Expr]:
+    """The parts of a condition that ask for data."""
+    for part in walk(condition):
+        if isinstance(part, Holds) or (isinstance(part, Call) and part.operator == "length"):
+            yield part
 
 
 # --- which variables matter ----------------------------------------------------------------------
@@ -219,7 +251,7 @@ class _Nothing:
             case Binary(operator="else"):
                 found = self.of(expr.left)
                 return None if found is _UNDEFINED else found
-            case Binary(operator="/") if _reads_data(expr.right):
+            case Binary(operator="/") if _reads_data(expr.right) and not _is_positive(expr.right):
                 return _UNDEFINED
             case Binary() if expr.operation.decider is not None:
                 return self._decided(expr)
@@ -269,3 +301,11 @@ class _Nothing:
 
 def _reads_data(expr: Expr) -> bool:
     return any(isinstance(part, ValueRef | VariableRef | ElementRef) for part in walk(expr))
+
+
+def _is_positive(expr: Expr) -> bool:
+    """Whether a divisor is surely no 0: ``max(speed, 0.001)``."""
+    if not (isinstance(expr, Call) and expr.operator == "max"):
+        return False
+    numbers = (part.value for part in expr.operands if isinstance(part, Literal))
+    return any(isinstance(number, int | float) and number > 0 for number in numbers)

@@ -193,9 +193,10 @@ class BehaviourResolver:
             transitions = self._levels[id(item)]
             span = item.name.span
             performing = self._performed.get(id(item))
-            key = None if performing is None else performing.command.key
             if item.states or performing is not None:
-                outer = CompositeState(name, transitions, key, span=span)
+                outer = CompositeState(name, transitions, span=span)
+                if performing is not None:
+                    outer = performing.within(outer)
                 self._composites[name] = outer
                 around_inner = (outer, *around)
             if item.states and performing is None:

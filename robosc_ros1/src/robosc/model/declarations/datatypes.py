@@ -30,7 +30,7 @@ from robosc.model.names.known_types import KnownTypes
 from robosc.model.names.occurrences import Symbol, SymbolKind
 from robosc.model.names.scope import FileScope, report_duplicate
 from robosc.model.names.value_scope import ValueScope
-from robosc.model.ros.interfaces import KINDS, Missing
+from robosc.model.ros.interfaces import KINDS, Interface, Missing
 from robosc.model.ros.missing import MissingDefinitions
 from robosc.remedies import Change, Hint, Remedy, write, write_one
 from robosc.source import Span
@@ -193,6 +193,12 @@ class TypeTable(KnownTypes):
             if node.part == 0:
                 self._missing.of_interface(type_, node, kind)
             return None
+        definitions = self.type_declarations.ros.definitions
+        interface = definitions.interface(package.text, name.text, node.folder)
+        if isinstance(interface, Interface):
+            self._missing.of_doubts(interface, name.span)
+        for field, missing in self.type_declarations.ros.absent_in(type_):
+            self._missing.of_package(missing, package.span, field=field)
         return type_
 
     def _shallow(self, node: NamedTypeNode, type_: Type) -> Type | None:

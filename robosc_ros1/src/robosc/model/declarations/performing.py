@@ -87,6 +87,11 @@ class Performing:
     own: list[Transition] = field(default_factory=list)
     """The transitions in its braces for events of the command."""
 
+    def within(self, outer: CompositeState) -> CompositeState:
+        """The state around its stages, with what it performs."""
+        meanwhile = self.node.meanwhile is not None
+        return replace(outer, performs=self.command.key, meanwhile=meanwhile)
+
     def states(self, outer: State, around: tuple[CompositeState, ...]) -> Iterator[State]:
         """The stages; ``outer`` says where the whole state begins, and whether it is marked."""
         request = self._with(self.command.command, [self._sent()])
@@ -254,7 +259,7 @@ def with_counts(behaviour: Behaviour, counts: Sequence[Retries]) -> Behaviour:
 
 
 def with_performed(robot: Robot) -> Robot:
-    """The robot with requirements on the commands that are performed.
+    """The robot with requirements on the commands that are performed, which also wait for others.
 
     If several components perform a command, its request needs one in which it is due. A goal is
     cancelled where no state has it under way.
@@ -265,12 +270,76 @@ def with_performed(robot: Robot) -> Robot:
             continue  # its declaration has an error
         communication = robot.commands[key].communication
         if key in robot.together:
-            replaced = communication.goals is not None
-            stages = (DUE, PERFORMING) if replaced else (DUE,)
+            stages = _asking_stages(robot, key)
             added.append(_needed(robot, key, stages, "is performed in", to_start=True))
         if communication.kind is Kind.ACTION:
             added.append(_needed(robot, key, (PERFORMING,), "goes on in", to_cancel=True))
+    robot = replace(robot, requirements=(*robot.requirements, *added))
+    return _with_one_at_a_time(robot)
+
+
+def _with_one_at_a_time(robot: Robot) -> Robot:
+    """The robot with requirements on what its states ask for: a component that performs several
+    actions has one under way, unless ``meanwhile`` is said.
+    """
+    asking: dict[tuple[str, str], list[Expr]] = {}
+    free = set(robot.together)
+    for component in robot.components:
+        composites = component.behaviour.composites if component.behaviour is not None else ()
+        performing = [o for o in composites if o.performs and _is_awaited(robot, o.performs)]
+        free.update(o.performs for o in performing if o.performs and o.meanwhile)
+        for outer in (o for o in performing if not o.meanwhile):
+            for other in dict.fromkeys(o.performs for o in performing):
+                assert outer.performs is not None and other is not None
+                if _waits_for(robot, outer.performs, other):
+                    stages = _asking_stages(robot, outer.performs)
+                    asks = [StateRef(component.name, f"{outer.name} {stage}") for stage in stages]
+                    asking.setdefault((outer.performs, other), []).extend(asks)
+    added = [
+        _waiting(robot, key, other, phase, asks if key in free else ())
+        for (key, other), asks in asking.items()
+        for phase in _UNDER_WAY
+    ]
     return replace(robot, requirements=(*robot.requirements, *added))
+
+
+_UNDER_WAY = {"busy": "which is under way", "cancelling": "which is being cancelled"}
+
+
+def _is_awaited(robot: Robot, key: str) -> bool:
+    """Whether a command is the request of a service or an action, whose declaration is sound."""
+    asked = robot.communications.get(key)
+    return asked is not None and asked.kind in (Kind.SERVICE, Kind.ACTION)
+
+
+def _waits_for(robot: Robot, key: str, other: str) -> bool:
+    """Whether a command waits for another one: for an action of another server, since one server
+    does one thing at a time anyway."""
+    one, two = robot.communications[key], robot.communications[other]
+    return two.kind is Kind.ACTION and (one.kind, one.ros_name) != (two.kind, two.ros_name)
+
+
+def _asking_stages(robot: Robot, key: str) -> Sequence[str]:
+    """The stages of a state that performs a command in which it may be requested."""
+    replaces = robot.commands[key].communication.goals is not None
+    return (DUE, PERFORMING) if replaces else (DUE,)
+
+
+def _waiting(robot: Robot, key: str, other: str, phase: str, asks: Sequence[Expr]) -> Requirement:
+    """The requirement that a command waits while another one is in a phase; ``asks`` are the states
+    in which it does, none stands for all."""
+    span = robot.communications[key].span
+    parts: list[Expr] = [chain("or", asks)] if asks else []
+    names = robot.display_names
+    return Requirement(
+        "disables",
+        (key,),
+        chain("and", [*parts, PhaseRef(other, phase, span)], span),
+        f"{names[key]} waits for {names[other]}, {_UNDER_WAY[phase]}",
+        to_start=True,
+        implied=True,
+        span=span,
+    )
 
 
 def _needed(

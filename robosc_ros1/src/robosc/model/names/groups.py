@@ -23,6 +23,7 @@ _FREE = (
     "'error to {0}' is neither restricted nor preferred: a call that was accepted can always be"
     " answered with an error; name the response: {0}"
 )
+_EMPTY = "the group is empty: 'except' removes every command"
 _Members: TypeAlias = dict[str, tuple[Access, CommunicationInfo]]
 
 
@@ -120,7 +121,7 @@ class GroupResolver:
         others, whole = self._resolved(node.communications, named, may_be_empty=True)
         left = {key: member for key, member in members.items() if key not in others}
         if whole and not left and self._scope.node.kind == "robot":
-            self._report.add("unknown-communication", node.span, "nothing is left of the group")
+            self._report.add("unknown-communication", node.span, _EMPTY)
             return left, False
         return left, whole
 

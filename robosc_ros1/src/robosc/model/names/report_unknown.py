@@ -63,7 +63,7 @@ class NameFaults:
             known_text = f"{needed.name} has"
         else:
             own = self._own
-            message = f"nothing here is called '{name}'"
+            message = f"unknown name '{name}'"
             members = own.members if own else ()
             candidates = [*members, *self._types.values.names, *self._types.enum_values()]
             if name.lower() in ("true", "false"):

@@ -18,6 +18,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
 from robosc.expr.undefined_data import none_of
+from robosc.language.events import active_names, named_phases
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names.occurrences import Declaration, Symbol, SymbolKind
@@ -348,8 +349,12 @@ class Meanings:
         if phase.text not in phases.names:
             return []
         if phase.text in phases.active:
-            return [PhaseRef(info.key, phase.text, access.span)]
-        others = (PhaseRef(info.key, name, access.span) for name in phases.active)
+            within = named_phases(phases.names, phase.text)
+            return [PhaseRef(info.key, phase.text, access.span, within)]
+        others = (
+            PhaseRef(info.key, name, access.span, named_phases(phases.names, name))
+            for name in active_names(phases.names)
+        )
         return [none_of(others, access.span)]
 
     def _heard(self, access: Access, info: CommunicationInfo) -> list[Expr]:

@@ -149,8 +149,8 @@ class MessageDefinitions:
                 return self._read_ros2(home, package, type_, folder)
         except ValueError as error:
             return Missing("faulty", package, detail=str(error))
-        file = home / folder / f"{type_}.{folder}" if home is not None else None
-        if file is None or not file.is_file():
+        file = None if home is None else self.packages.definition(home, type_, f".{folder}")
+        if file is None:
             return self._generated(package, type_, folder, home)
         try:
             text = file.read_text(encoding="utf-8", errors="replace")
@@ -161,20 +161,22 @@ class MessageDefinitions:
     def _read_ros2(
         self, home: Path, package: str, type_: str, folder: Folder
     ) -> Interface | Missing:
+        suffixes = (f".{folder}", ".idl")
+        found = (self.packages.definition(home, type_, s, folder) for s in suffixes)
+        file = next((file for file in found if file is not None), None)
+        if file is None:
+            names = {n for s in suffixes for n in self.packages.definitions(home, s, folder)}
+            return Missing("file", package, tuple(sorted(names)))
         try:
-            parts = rosidl.read(home, package, type_, folder)
+            return Interface(package, type_, rosidl.read(file, package, type_, folder))
         except (OSError, ValueError) as error:
             return Missing("faulty", package, detail=f"{package}/{folder}/{type_} {error}")
-        if parts is None:
-            files = (*(home / folder).glob(f"*.{folder}"), *(home / folder).glob("*.idl"))
-            return Missing("file", package, tuple(sorted({file.stem for file in files})))
-        return Interface(package, type_, parts)
 
     def _generated(
         self, package: str, type_: str, folder: Folder, home: Path | None
     ) -> Interface | Missing:
         """A definition from installed Python bindings, or why there is none."""
-        names = {p.stem for p in (home / folder).glob(f"*.{folder}")} if home is not None else set()
+        names = set(self.packages.definitions(home, f".{folder}")) if home is not None else set()
         for root, _ in self.packages.places:
             bindings = root.parent / "lib" / "python3" / "dist-packages" / package
             if not is_share(root) or not bindings.is_dir():

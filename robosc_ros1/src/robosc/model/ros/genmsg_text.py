@@ -27,6 +27,10 @@ def parts(text: str, package: str, type_: str, folder: Folder) -> Iterator[Defin
     """
     names = PARTS[folder]
     texts = [text] if folder == "msg" else re.split(r"^---.*$", text, flags=re.MULTILINE)
+    if (
+        folder == "srv"
+    ):  # a service without --- is a request; all that follows the first one answers
+        texts = [texts[0], "\n".join(texts[1:])]
     if len(texts) != len(names):
         raise ValueError(f"has {len(texts)} parts instead of {len(names)}, separated by ---")
     for part, name in zip(texts, names, strict=True):

@@ -34,12 +34,14 @@ INTEGERS: Mapping[str, tuple[int, int]] = {
 class FieldType:
     """The type of a field: ``base`` is a built-in type or ``package/Type``.
 
-    ``length`` is that of an array of fixed length, else None.
+    ``length`` is that of an array of fixed length, else None; ``wide`` says that a string is one of
+    wide characters, which is packed in another way.
     """
 
     base: str
     is_array: bool = False
     length: int | None = None
+    wide: bool = False
 
     def __str__(self) -> str:
         if not self.is_array:
@@ -48,7 +50,7 @@ class FieldType:
 
     @property
     def element(self) -> FieldType:
-        return FieldType(self.base)
+        return FieldType(self.base, wide=self.wide)
 
     @property
     def is_message(self) -> bool:
@@ -66,11 +68,13 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """The fields and constants of a message, or of one part of a service or action."""
+    """The fields and constants of a message, or of one part of a service or action. ``doubts`` are
+    what can be understood, but ROS refuses when it builds the package."""
 
     name: str
     fields: tuple[Field, ...]
     constants: tuple[tuple[str, Value], ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -78,11 +82,12 @@ class Definition:
         name: str,
         fields: Iterable[tuple[str, str] | tuple[str, str, Value | None]],
         constants: Iterable[tuple[str, Value]] = (),
+        doubts: Iterable[str] = (),
     ) -> Definition:
         """The definition with fields of these names and types, such as ``float64[3]``, and
         defaults."""
         found = tuple(Field(f, _field_type(t), *default) for f, t, *default in fields)
-        return cls(name, found, tuple(constants))
+        return cls(name, found, tuple(constants), tuple(doubts))
 
     def field(self, name: str) -> Field | None:
         return next((f for f in self.fields if f.name == name), None)
@@ -119,4 +124,6 @@ class Missing:
 
 def _field_type(text: str) -> FieldType:
     base, bracket, length = text.rstrip("]").partition("[")
-    return FieldType(base, bool(bracket), int(length) if length else None)
+    wide = base == "wstring"
+    base = "string" if wide else base
+    return FieldType(base, bool(bracket), int(length) if length else None, wide)

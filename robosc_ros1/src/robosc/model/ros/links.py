@@ -101,6 +101,7 @@ class Binder:
             # Without the definition, take the file name as ROS derives it from the type.
             stem = type_.removesuffix("Action") if isinstance(node, ActionNode) else type_
             return Binding(package, stem or type_, False)
+        self.missing.of_doubts(found, interface.type.span)
         pairs = zip(parts, found.parts, strict=True)
         return _binding(found, parts, [self._check_part(key, *pair) for pair in pairs])
 

@@ -45,6 +45,15 @@ class MissingDefinitions:
             )
         return False
 
+    def of_doubts(self, interface: Interface, span: Span) -> None:
+        """Report, once, what ROS refuses in a definition that was read."""
+        doubts = [doubt for part in interface.parts for doubt in part.doubts]
+        name = f"{interface.package}/{interface.type}"
+        if doubts and (name, "refused-definition") not in self._reported:
+            self._reported.add((name, "refused-definition"))
+            message = f"ROS 2 does not build {name}: {'; '.join(doubts)}"
+            self._report.add("refused-definition", span, message, "correct these lines of its file")
+
     def _other_kind(self, package: str, type_: str) -> str | None:
         for folder, kind in KINDS.items():
             if isinstance(self._definitions.interface(package, type_, folder), Interface):
@@ -52,14 +61,19 @@ class MissingDefinitions:
                 return f"it has {article} {kind} of this name"
         return None
 
-    def of_package(self, missing: Missing, span: Span, *, required: bool = False) -> None:
-        """Report a missing package: a warning, or an error if a type of it is ``required``."""
+    def of_package(
+        self, missing: Missing, span: Span, *, required: bool = False, field: str | None = None
+    ) -> None:
+        """Report a missing package: a warning, or an error if a type of it is ``required``;
+        ``field`` is one that only passes through, and cannot be used."""
         package = missing.package
         code = "ros-type-unknown" if required else "package-not-found"
         if (package, code) in self._reported:
             return
         self._reported.add((package, code))
         without = "its types are not known" if required else "its definitions are not checked"
+        if field is not None:
+            without = f"the field {field} is passed over"
         message = f"ROS package '{package}' is not found, so {without}"
         advice = install_advice(package)
         near = get_close_matches(package, self._definitions.packages.all(), n=1, cutoff=0.8)

@@ -5,7 +5,7 @@ A model can use ``sensor_msgs/LaserScan`` as a type without declaring an object 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from robosc.expr.types import (
     ArrayType,
@@ -73,6 +73,8 @@ class RosTypes:
         self._objects: dict[str, ObjectType | NoneType | Missing] = {}
         self.lengths: dict[tuple[ObjectType, str], tuple[int, str]] = {}
         """Array fields of fixed length: the number of elements, and the field as text."""
+        self.absent: dict[str, list[tuple[str, Missing]]] = {}
+        """By the names of messages: fields whose types are of packages that are not found."""
 
     def constants(self, package: str, name: str) -> Mapping[str, Value] | Missing:
         """The constants of the message, service or action of a name, the first there is."""
@@ -89,6 +91,15 @@ class RosTypes:
         found = self.definitions.interface(package, name, folder)
         return found if isinstance(found, Missing) else self._object(found.parts[index])
 
+    def absent_in(self, type_: Type) -> Iterator[tuple[str, Missing]]:
+        """The fields of a message, at any depth, whose types are of packages that are not found."""
+        if isinstance(type_, ArrayType):
+            yield from self.absent_in(type_.element)
+        elif isinstance(type_, ObjectType) and is_ros_type(type_):
+            yield from self.absent.get(type_.name, ())
+            for _, inner in type_.properties:
+                yield from self.absent_in(inner)
+
     def _object(self, definition: Definition) -> ObjectType | NoneType | Missing:
         known = self._objects.get(definition.name)
         if known is None:
@@ -100,8 +111,11 @@ class RosTypes:
         for field in definition.fields:
             type_ = self._field(field.type)
             if isinstance(type_, Missing):
-                return type_
-            if not isinstance(type_, NoneType):
+                if type_.reason != "package":
+                    return type_
+                known = self.absent.setdefault(definition.name, [])
+                known.append((f"{field.name} of {definition.name}", type_))
+            elif not isinstance(type_, NoneType):
                 properties.append((field.name, type_))
         if not definition.fields:
             return NoneType()

@@ -26,6 +26,8 @@ from xml.etree.ElementTree import ParseError
 from robosc.model.ros.interfaces import KINDS
 
 _MANIFEST = "package.xml"
+_BUILT = ("build", "devel", "install", "log")
+"""Folders of a package without definitions of its own."""
 
 
 class Place(NamedTuple):
@@ -47,6 +49,7 @@ class Packages:
         self._found: dict[str, Path | None] = {}
         self._searched: dict[Place, Mapping[str, Path]] = {}
         self._library_folders: tuple[Path, ...] | None = None
+        self._definitions: dict[tuple[Path, str, str | None], Mapping[str, Path]] = {}
 
     @classmethod
     def for_model(cls, model: Path, environment: Mapping[str, str] | None = None) -> Packages:
@@ -59,6 +62,24 @@ class Packages:
         if name not in self._found:
             self._found[name] = self._find(name)
         return self._found[name]
+
+    def definition(
+        self, home: Path, type_: str, suffix: str, folder: str | None = None
+    ) -> Path | None:
+        """The file of a definition in a package; see :meth:`definitions`."""
+        direct = home / (folder or suffix[1:]) / f"{type_}{suffix}"
+        if direct.is_file():
+            return direct
+        return self.definitions(home, suffix, folder).get(type_)
+
+    def definitions(self, home: Path, suffix: str, folder: str | None = None) -> Mapping[str, Path]:
+        """The files of definitions in a package, by the names of their types. Their folders may
+        have any names, and lie at any depth: the package's CMakeLists.txt lists them. IDL tells
+        only by its ``folder`` what it is of."""
+        key = (home, suffix, folder if suffix == ".idl" else None)
+        if key not in self._definitions:
+            self._definitions[key] = _files_below(home, *key[1:])
+        return self._definitions[key]
 
     def _find(self, name: str) -> Path | None:
         for place in self.places:
@@ -98,6 +119,28 @@ class Packages:
             folders = (_exported_libraries(folder) for folder in self.all().values())
             self._library_folders = tuple(f for f in folders if f is not None)
         return self._library_folders
+
+
+def _files_below(home: Path, suffix: str, folder: str | None) -> Mapping[str, Path]:
+    """The files with a suffix in a package, those in the usual folder first; not those of other
+    packages in it, nor in hidden folders, nor what a build has made."""
+    found: dict[str, Path] = {}
+    usual = folder or suffix[1:]
+    for where, folders, files in os.walk(home):
+        place = Path(where)
+        folders[:] = sorted(
+            name
+            for name in folders
+            if not name.startswith(".")
+            and name not in _BUILT
+            and not (place / name / _MANIFEST).exists()
+        )
+        if folder is None or folder in place.relative_to(home).parts:
+            for name in sorted(files):
+                if name.endswith(suffix):
+                    found.setdefault(name.removesuffix(suffix), place / name)
+    direct = {file.stem: file for file in (home / usual).glob(f"*{suffix}")}
+    return {**found, **direct}
 
 
 def is_share(folder: Path) -> bool:

@@ -13,29 +13,25 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import prod
 from pathlib import Path
 
 from robosc.expr.types import Value
-from robosc.model.ros.interfaces import PARTS, Definition, Folder
+from robosc.model.ros.interfaces import INTEGERS, PARTS, Definition, Folder
 
 
-def read(package: Path, name: str, type_: str, folder: Folder) -> tuple[Definition, ...] | None:
-    """The parts of ``msg/type_.msg`` or the like in the package ``name``; None if it is not there.
+def read(file: Path, package: str, type_: str, folder: Folder) -> tuple[Definition, ...]:
+    """The parts of ``package/folder/type_``, from its ``.msg`` or the like, or its ``.idl``.
 
     Raises:
         ValueError: the file is faulty, with what is wrong where (in IDL of which name).
         OSError: it cannot be read.
     """
-    file = package / folder / f"{type_}.{folder}"
-    if file.is_file():
-        text = file.read_text(encoding="utf-8", errors="replace")
-        return tuple(_texts(text, name, type_, folder))
-    idl = file.with_suffix(".idl")
-    if idl.is_file():
-        text = idl.read_text(encoding="utf-8", errors="replace")
-        return tuple(_idl(text, name, type_, folder))
-    return None
+    text = file.read_text(encoding="utf-8", errors="replace")
+    reader = _idl if file.suffix == ".idl" else texts
+    return tuple(reader(text, package, type_, folder))
 
 
 # --- .msg, .srv, .action -------------------------------------------------------------------------
@@ -43,17 +39,26 @@ def read(package: Path, name: str, type_: str, folder: Folder) -> tuple[Definiti
 _BUILT_IN = {
     **{f"{sign}int{bits}": f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)},
     **{"bool": "bool", "byte": "uint8", "char": "uint8", "float32": "float32"},
-    **{"float64": "float64", "string": "string", "wstring": "string"},
+    **{"float64": "float64", "string": "string", "wstring": "wstring"},
 }
 _LINE = re.compile(
-    r"(?P<base>[A-Za-z]\w*(?:/[A-Za-z]\w*)?)(?:<=\d+)?"
+    r"(?P<base>[A-Za-z]\w*(?:/[A-Za-z]\w*){0,2})(?:<=\d+)?"
     r"(?:\[(?P<length>\d*|<=\d+)\])?\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)"
 )
 
-_QUOTED = re.compile(r'"[^"]*"|\'[^\']*\'')
+_QUOTED = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])*\'')
+_FIELD_NAME = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")
+_CONSTANT_NAME = re.compile(r"[A-Z]([A-Z0-9_]?[A-Z0-9]+)*")
+_STRINGS = ("string", "wstring")
+_NO_MEMBER = "structure_needs_at_least_one_member"
 
 
-def _texts(text: str, package: str, type_: str, folder: Folder) -> Iterator[Definition]:
+def texts(text: str, package: str, type_: str, folder: Folder) -> Iterator[Definition]:
+    """Yield the parts of the text of ``package/folder/type_.folder``.
+
+    Raises:
+        ValueError: the text is faulty; says what is wrong in which line.
+    """
     texts: list[list[tuple[int, str]]] = [[]]
     for number, line in enumerate(text.splitlines(), 1):
         if line.startswith("---"):
@@ -69,6 +74,7 @@ def _texts(text: str, package: str, type_: str, folder: Folder) -> Iterator[Defi
 def _part(lines: list[tuple[int, str]], package: str, name: str) -> Definition:
     fields: list[tuple[str, str, Value | None]] = []
     constants = []
+    doubts: list[str] = []
     for number, line in lines:
         code = line.strip()
         if not code or code.startswith("#"):
@@ -76,17 +82,35 @@ def _part(lines: list[tuple[int, str]], package: str, name: str) -> Definition:
         match = _LINE.fullmatch(code)
         if match is None:
             raise ValueError(f"line {number}: {code!r} is neither a field nor a constant")
-        if match["rest"].startswith("="):
-            text = match["rest"][1:].strip()
-            constants.append((match["name"], _constant(match["base"], text, f"line {number}")))
+        where = f"line {number}"
+        is_constant = match["rest"].startswith("=")
+        pattern = _CONSTANT_NAME if is_constant else _FIELD_NAME
+        if not pattern.fullmatch(match["name"]):
+            case = "upper" if is_constant else "lower"
+            doubts.append(
+                f"{where}: the name {match['name']} must be of {case} case, with single _"
+            )
+        if is_constant:
+            value = _constant(match["base"], match["rest"][1:].strip(), where)
+            constants.append((match["name"], value))
+            doubts += _out_of_range(match["base"], value, where)
             continue
         base = match["base"]
         if "/" not in base:
             base = _BUILT_IN.get(base, f"{package}/{base}")
+        else:  # recorders also name the folder: geometry_msgs/msg/Point
+            base = f"{base.partition('/')[0]}/{base.rpartition('/')[2]}"
         single = base in _BUILT_IN.values() and match["length"] is None
-        default = _default(match["base"], match["rest"], f"line {number}") if single else None
+        default = _default(match["base"], match["rest"], where) if single else None
+        doubts += _out_of_range(match["base"], default, where)
         fields.append((match["name"], _spelled(base, match["length"]), default))
-    return Definition.of(name, fields, constants)
+    return Definition.of(name, fields, constants, doubts)
+
+
+def _out_of_range(base: str, value: Value | None, where: str) -> Iterator[str]:
+    least, greatest = INTEGERS.get(_BUILT_IN.get(base, ""), (0, 0))
+    if type(value) is int and not least <= value <= greatest:
+        yield f"{where}: {value} is not from {least} to {greatest}"
 
 
 def _default(base: str, text: str, where: str) -> Value | None:
@@ -96,28 +120,42 @@ def _default(base: str, text: str, where: str) -> Value | None:
         ValueError: it is not of the type.
     """
     quoted = _QUOTED.match(text)
-    if quoted is not None and _BUILT_IN.get(base) == "string":
-        return quoted[0][1:-1]
+    if quoted is not None and _BUILT_IN.get(base) in _STRINGS:
+        return _unquoted(quoted[0])
     text = text.partition("#")[0].strip()
     return _constant(base, text, where) if text else None
 
 
+def _unquoted(text: str) -> str:
+    """A string without its quotes; as in ROS 2, only a quote can be escaped."""
+    if text[:1] in ("'", '"') and text[-1:] == text[0] and len(text) > 1:
+        return text[1:-1].replace(f"\\{text[0]}", text[0])
+    return text
+
+
 def _constant(base: str, text: str, where: str) -> Value:
     """The value of a constant, which stands ``where``; as in ROS 2, a comment ends it even within
-    quotes.
+    quotes, and a number is decimal if it can be (``010`` is ten).
 
     Raises:
         ValueError: it is not of the type.
     """
     text = text.partition("#")[0].strip()
-    if _BUILT_IN.get(base) == "string":
-        return text[1:-1] if text[:1] in ("'", '"') and text[-1:] == text[0] else text
+    if _BUILT_IN.get(base) in _STRINGS:
+        return _unquoted(text)
     try:
         if base == "bool":
             return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
-        return float(text) if base.startswith("float") else int(text, 0)
+        return float(text) if base.startswith("float") else _integer(text)
     except (KeyError, ValueError):
         raise ValueError(f"{where}: {text!r} is not of type {base}") from None
+
+
+def _integer(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        return int(text, 0)
 
 
 def _spelled(base: str, length: str | None) -> str:
@@ -132,21 +170,35 @@ _NOISE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\])*"', re.DOTALL)
 _ANNOTATION = re.compile(r"@\w+\s*(?:\([^()]*\))?")
 _DEFAULT = re.compile(r"@default\s*\(\s*value\s*=\s*([^()]*?)\s*\)")
 _STRUCT = re.compile(r"struct\s+(\w+)\s*\{([^{}]*)\}")
-_TYPEDEF = re.compile(r"typedef\s+([^;]+?)\s+(\w+)\s*\[\s*(\d+)\s*\]\s*;")
-# ROS 2 declares an alias for a struct before an array of it.
-_ALIAS = re.compile(r"typedef\s+([^;\[\]]+?)\s+(\w+)\s*;")
+_ENUM = re.compile(r"enum\s+(\w+)\s*\{[^{}]*\}")
+_TYPEDEF = re.compile(r"typedef\s+([^;]+?)\s+(\w+\s*(?:\[[^;]*)?);")
+_DECLARATOR = re.compile(r"(\w+)\s*((?:\[\s*\w+\s*\]\s*)*)")
 _CONSTANTS = re.compile(r"module\s+(\w+)_Constants\s*\{([^{}]*)\}")
 _CONSTANT = re.compile(r"const\s+([^;=]+?)\s+(\w+)\s*=\s*([^;]+?)\s*;")
 _SEQUENCE = re.compile(r"sequence\s*<\s*([\w:]+(?:\s*<\s*\d+\s*>)?)\s*(?:,\s*\d+\s*)?>")
 _IDL_TYPES = {
     "boolean": "bool", "octet": "uint8", "char": "uint8", "wchar": "uint16", "float": "float32",
-    "double": "float64", "string": "string", "wstring": "string", "short": "int16",
+    "double": "float64", "string": "string", "wstring": "wstring", "short": "int16",
     "unsigned short": "uint16", "long": "int32", "unsigned long": "uint32", "long long": "int64",
     "unsigned long long": "uint64",
 }  # fmt: skip
 
 
 def _idl(text: str, package: str, type_: str, folder: Folder) -> Iterator[Definition]:
+    structs = idl_structs(text, package)
+    for part in PARTS[folder]:
+        name = f"{type_}_{part}" if part else type_
+        if name not in structs:
+            raise ValueError(f"has no struct {name}")
+        yield replace(structs[name], name=f"{package}/{type_}{part}")
+
+
+def idl_structs(text: str, package: str) -> dict[str, Definition]:
+    """All structs of a text, by their names without those of their modules.
+
+    Raises:
+        ValueError: the text is faulty; says what is wrong of which name.
+    """
     strings: list[str] = []
 
     def put_aside(match: re.Match[str]) -> str:
@@ -167,24 +219,14 @@ def _idl(text: str, package: str, type_: str, folder: Folder) -> Iterator[Defini
         return f" @{len(defaults) - 1} "
 
     text = _ANNOTATION.sub(numbered, _NOISE.sub(put_aside, text))
-    aliases = {name: base for base, name in _ALIAS.findall(text)}
-    typedefs = _TYPEDEF.findall(text)
-    arrays = {name: (aliases.get(base, base), length) for base, name, length in typedefs}
-    structs = dict(_STRUCT.findall(text))
+    members = _Members(text, package, defaults, strings)
     constants = {
         name: tuple(_idl_constants(body, strings)) for name, body in _CONSTANTS.findall(text)
     }
-
-    def default_of(base: str, number: int, member: str) -> Value:
-        return _idl_value(base, defaults[number], strings, f"the default of {member}")
-
-    for part in PARTS[folder]:
-        name = f"{type_}_{part}" if part else type_
-        if name not in structs:
-            raise ValueError(f"has no struct {name}")
-        members = [m.strip() for m in structs[name].split(";") if m.strip()]
-        fields = _members(members, arrays, default_of)
-        yield Definition.of(f"{package}/{type_}{part}", fields, constants.get(name, ()))
+    return {
+        name: Definition.of(f"{package}/{name}", members.of(body), constants.get(name, ()))
+        for name, body in _STRUCT.findall(text)
+    }
 
 
 def _idl_constants(body: str, strings: Sequence[str]) -> Iterator[tuple[str, Value]]:
@@ -194,34 +236,79 @@ def _idl_constants(body: str, strings: Sequence[str]) -> Iterator[tuple[str, Val
 
 
 def _idl_value(base: str, text: str, strings: Sequence[str], where: str) -> Value:
-    if base == "string":
+    if base in _STRINGS:
         return "".join(strings[int(number)] for number in re.findall(r'"(\d+)"', text))
     return _constant(base, text, where)
 
 
-def _members(
-    members: list[str],
-    arrays: dict[str, tuple[str, str]],
-    default_of: Callable[[str, int, str], Value],
-) -> Iterator[tuple[str, str, Value | None]]:
-    """Yield name, type and default of each member; ``default_of`` takes type, number and name."""
-    for member in members:
-        given = re.search(r"@(\d+)", member)
-        type_, _, name = " ".join(re.sub(r"@\d+", " ", member).split()).rpartition(" ")
-        # A struct of IDL needs a member; ROS 2 gives this one to an empty message.
-        if name == "structure_needs_at_least_one_member":
-            continue
-        if type_ in arrays:
-            base, length = arrays[type_]
-            yield name, f"{_idl_type(base)}[{length}]", None
-        elif match := _SEQUENCE.fullmatch(type_):
-            yield name, f"{_idl_type(match[1])}[]", None
-        else:
-            base = _idl_type(type_)
-            default = (
-                None if given is None or "/" in base else default_of(base, int(given[1]), name)
-            )
-            yield name, base, default
+class _Members:
+    """The members of the structs of a text, whose aliases and sizes of arrays are resolved."""
+
+    def __init__(
+        self, text: str, package: str, defaults: Sequence[str], strings: Sequence[str]
+    ) -> None:
+        self._defaults = defaults
+        self._strings = strings
+        self._sizes = {name: size for _, name, size in _CONSTANT.findall(text)}
+        self._named = dict.fromkeys(_ENUM.findall(text), "uint32")
+        self._named |= {name: f"{package}/{name}" for name, _ in _STRUCT.findall(text)}
+        self._aliases: dict[str, tuple[str, int | None]] = {}
+        for base, declarator in _TYPEDEF.findall(text):
+            name, length = self._declared(declarator)
+            self._aliases[name] = self._spelled(" ".join(base.split()), length)
+
+    def of(self, body: str) -> Iterator[tuple[str, str, Value | None]]:
+        """Name, type and default of each member."""
+        for statement in filter(None, map(str.strip, body.split(";"))):
+            given = re.search(r"@(\d+)", statement)
+            member = " ".join(re.sub(r"@\d+", " ", statement).split())
+            # Commas also stand in sequence<…, …>, which ends before the names.
+            head, bracket, tail = member.rpartition(">")
+            words, *more = tail.split(",")
+            type_, _, first = re.sub(r"\s+\[", "[", words).rstrip().rpartition(" ")
+            for declarator in (first, *more):
+                name, length = self._declared(declarator)
+                # A struct of IDL needs a member; ROS 2 gives this one to an empty message.
+                if name == _NO_MEMBER:
+                    continue
+                base, length = self._spelled(f"{head}{bracket}{type_}".strip(), length)
+                default = None
+                if given is not None and length is None and "/" not in base:
+                    text = self._defaults[int(given[1])]
+                    where = f"the default of {name}"
+                    default = _idl_value(base, text, self._strings, where)
+                yield name, _with_length(base, length), default
+
+    def _declared(self, text: str) -> tuple[str, int | None]:
+        """The name and the number of elements of a declarator such as ``a[3]``."""
+        match = _DECLARATOR.fullmatch(text.strip())
+        if match is None:
+            raise ValueError(f"{text.strip()!r} is no name of a member")
+        sizes = re.findall(r"\w+", match[2])
+        return match[1], prod(self._size(size) for size in sizes) if sizes else None
+
+    def _size(self, text: str) -> int:
+        try:
+            return int(self._sizes.get(text, text))
+        except ValueError:
+            raise ValueError(f"the size of an array, {text!r}, is not known") from None
+
+    def _spelled(self, type_: str, length: int | None) -> tuple[str, int | None]:
+        """The type of the elements, and their number: None if it is a single one, -1 if any."""
+        if match := _SEQUENCE.fullmatch(type_):
+            return self._spelled(match[1], None)[0], -1
+        if type_ in self._aliases:
+            base, own = self._aliases[type_]
+            return base, length if own is None else own
+        scope = type_.rpartition("::")[2]
+        base = re.sub(r"\s*<.*", "", type_)
+        if base in _IDL_TYPES or "::" in type_ or scope not in self._named:
+            return _idl_type(type_), length
+        return self._named[scope], length
+
+
+def _with_length(base: str, length: int | None) -> str:
+    return base if length is None else f"{base}[{'' if length < 0 else length}]"
 
 
 def _idl_type(text: str) -> str:

@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from robosc.expr.tree import Expr, StateRef
-from robosc.expr.types import BooleanType, DoubleType, DurationType, IntegerType, Type
+from robosc.expr.types import (
+    BooleanType,
+    DoubleType,
+    DurationType,
+    IntegerType,
+    ObjectType,
+    Type,
+)
 from robosc.language.operators import BINARY
 from robosc.model.typing.compatibility import describe
 from robosc.model.typing.expected import ExpectedType
@@ -56,6 +63,10 @@ def hint_for(node: ExprNode, given: Type, expected: ExpectedType, place: str) ->
         return "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
     if isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
         return "a double is never converted to an integer implicitly"
+    if isinstance(given, ObjectType):
+        fitting = [name for name, type_ in given.properties if expected.accepts(type_)]
+        if len(fitting) == 1:  # of std_msgs/Float32, for one
+            return write(f"{node.span.text}.{fitting[0]}")
     if (comparison := _of_three(node, place)) is not None:
         return comparison
     if isinstance(node, LiteralNode) and (unquoted := _unquoted(node.value, expected)):

@@ -2,136 +2,81 @@
 
 from __future__ import annotations
 
+import re
+import sqlite3
+import struct
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, contextmanager
-from copy import deepcopy
-from dataclasses import fields
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Literal
+
+import yaml
 
 from robosc.errors import UsageError
 from robosc.progress import Progress
-from robosc.runtime.values import only_field
+from robosc.simulate.bags.bag_storage import BagStorage
+from robosc.simulate.bags.mcap_file import McapFile
+from robosc.simulate.bags.recorded_messages import MessageTypes, stored
+from robosc.simulate.bags.ros1_file import Ros1File
+from robosc.simulate.bags.sqlite_file import SqliteFile
+from robosc.simulate.bags.storage import Channel, Damaged, Storage, unpack, unpacked_file
 
 BEGINNINGS = {".bag": b"#ROSBAG V2", ".mcap": b"\x89MCAP", ".db3": b"SQLite format 3"}
 """How files begin."""
 SUFFIXES = frozenset(BEGINNINGS)
-
-_UNFIT = {
-    ".active": "its recording was not ended: call 'rosbag reindex' for it, and take .active off its"
-    " name",
-    ".zstd": "it is a compressed part of a bag: give the folder that it is in",
-}
-"""What has to be done before a file with such a name can be read."""
-_REPAIRS = {
-    ".bag": "'rosbag reindex' repairs a recording that was not ended",
-    ".mcap": "'mcap recover' repairs a recording that was not ended",
-    ".db3": "the command '.recover' of sqlite3 repairs a recording that was not ended",
-}
+_READERS: dict[str, Callable[[Path], Storage]] = {
+    ".bag": Ros1File, ".mcap": McapFile, ".db3": SqliteFile,
+}  # fmt: skip
+_PACKED = ".zstd"
+_ACTIVE = ".active"
+_POINTER = b"version https://git-lfs"
+_METADATA = "metadata.yaml"
 
 
 def is_bag(path: str) -> bool:
     """Whether a path names a bag, and no event log."""
-    return Path(path).suffix in {*SUFFIXES, *_UNFIT} or Path(path).is_dir()
-
-
-def is_of_ros_1(path: Path) -> bool:
-    return path.suffix == ".bag" and path.is_file()
+    return Path(path).suffix in {*SUFFIXES, _PACKED, _ACTIVE} or Path(path).is_dir()
 
 
 def target_of(log: str | None) -> Literal["ros1", "ros2"] | None:
-    """The version of ROS of a bag; None for another log."""
+    """The version of ROS of a bag; None for another log.
+
+    Raises:
+        UsageError: it cannot be read.
+    """
     if log is None or not is_bag(log):
         return None
-    return "ros1" if is_of_ros_1(Path(log)) else "ros2"
-
-
-def bag_reader(path: Path) -> AbstractContextManager[Any]:
-    """The reader of ``rosbags`` for a bag, to be used within :func:`bag_errors`.
-
-    Raises:
-        UsageError: the path names no bag.
-    """
-    from rosbags import rosbag1, rosbag2
-
-    if not path.exists():
-        raise UsageError(f"cannot read {path}: there is no such file")
-    if path.is_dir() and not (path / "metadata.yaml").exists():
-        raise UsageError(
-            f"cannot read {path} as a bag of ROS 2: it has no metadata.yaml; 'ros2 bag reindex'"
-            " makes it of the files of a recording"
-        )
-    if path.suffix in _UNFIT:
-        raise UsageError(f"cannot read {path}: {_UNFIT[path.suffix]}")
-    if path.is_file():
-        _demand_format(path)
-    reader: Any = rosbag1.Reader if is_of_ros_1(path) else rosbag2.Reader
-    found: AbstractContextManager[Any] = reader(path)
-    return found
-
-
-def _demand_format(path: Path) -> None:
-    """Raises UsageError if a file is no bag, or one of another format than its name says."""
-    if path.suffix not in SUFFIXES:
-        raise UsageError(f"{path} is no bag: .bag, .mcap, .db3, or the folder of a bag of ROS 2")
-    with path.open("rb") as file:
-        beginning = file.read(max(map(len, BEGINNINGS.values())))
-    if beginning.startswith(BEGINNINGS[path.suffix]):
-        return
-    found = [s for s, expected in BEGINNINGS.items() if beginning.startswith(expected)]
-    what = f"its name should end in {found[0]}" if found else "it was not recorded by ROS"
-    if not beginning:
-        what = "it is empty"
-    raise UsageError(f"{path} is no file of the format {path.suffix}: {what}")
-
-
-@contextmanager
-def bag_errors(path: Path) -> Iterator[None]:
-    """Within it, whatever goes wrong is that the bag cannot be read.
-
-    Raises:
-        UsageError: the bag cannot be read, or rosbags is not installed.
-    """
-    try:
-        yield
-    except UsageError:
-        raise
-    except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror or error}") from error
-    except ModuleNotFoundError as error:
-        raise UsageError(
-            f"reading bags needs the Python library {error.name!r}: ./dev setup fetches it, or"
-            " pip install rosbags"
-        ) from error
-    except Exception as error:  # what a library raises for a damaged file is not documented
-        repair = _REPAIRS.get(path.suffix, "'ros2 bag reindex' writes its metadata anew")
-        what = str(error).partition("\n")[0].rstrip(".:")
-        raise UsageError(f"cannot read {path} as a bag: {what}; {repair}") from error
+    with opened_bag(Path(log)) as bag:
+        return "ros1" if bag.ros_1 else "ros2"
 
 
 class Bag:
     """A bag that is open. ``topics`` are the types of its topics, ``counts`` its messages, by name.
 
-    Times are in seconds since 1970, as the recorder had them.
+    Times are in seconds since 1970, as the recorder had them; where its clock jumped, they go on.
     """
 
-    def __init__(self, path: Path, reader: Any) -> None:
+    def __init__(self, path: Path, storage: BagStorage) -> None:
         self.path = path
-        self._reader = reader
-        self.ros_1 = is_of_ros_1(path)
-        self.topics: dict[str, str] = {c.topic: _stored(c.msgtype) for c in reader.connections}
+        self.storage = storage
+        self.ros_1 = storage.ros_1
         self.types: dict[str, list[str]] = {}
         """All types of each topic."""
-        for connection in reader.connections:
-            types = self.types.setdefault(connection.topic, [])
-            types += [t for t in [_stored(connection.msgtype)] if t not in types]
-        self.counts = dict.fromkeys(self.topics, 0)
-        for connection in reader.connections:
-            self.counts[connection.topic] += connection.msgcount
-        self.start, self.end = 0.0, 0.0
-        if reader.message_count:
-            self.start, self.end = reader.start_time / 1e9, reader.end_time / 1e9
-        self._stores: dict[tuple[str, str], Any] = {}
+        self.counts: dict[str, int] = defaultdict(int)
+        self._numbers = defaultdict[str, "list[int]"](list)
+        for number, channel in storage.channels.items():
+            self.counts[channel.topic] += storage.counts[number]
+        for number, channel in storage.channels.items():
+            types = self.types.setdefault(channel.topic, [])
+            # One without messages counts only where no other has any.
+            if storage.counts[number] or not self.counts[channel.topic]:
+                types += [t for t in [stored(channel.type)] if t not in types]
+                self._numbers[channel.topic].append(number)
+        self.topics = {topic: types[-1] for topic, types in self.types.items()}
+        self.start, self.end = storage.span
+        self._types: dict[Channel, MessageTypes] = {}
 
     def messages(
         self, topics: Iterable[str], progress: Progress
@@ -139,55 +84,39 @@ class Bag:
         """The messages of some topics in order: topic, time, message.
 
         Raises:
-            UsageError: the bag is damaged.
+            UsageError: one of them cannot be read.
         """
-        wanted = set(topics)
-        chosen = [c for c in self._reader.connections if c.topic in wanted]
-        most = sum(c.msgcount for c in chosen)
-        with bag_errors(self.path):
-            reads = {c.id: self._deserialise(self._store(c)) for c in chosen}
-            found = self._reader.messages(chosen) if chosen else ()
-            for number, (connection, time, raw) in enumerate(found):
-                if not number % 256:
-                    progress("reading messages", number, most)
-                message = _plain(reads[connection.id](raw, _stored(connection.msgtype)))
-                yield connection.topic, time / 1e9, message
+        channels = self.storage.channels
+        wanted = [number for topic in topics for number in self._numbers[topic]]
+        reads = {n: self._types_of(channels[n]).read for n in wanted if self.storage.counts[n]}
+        names = {n: channels[n].topic for n in wanted}
+        for number, time, raw in self.storage.messages(frozenset(wanted), progress):
+            try:
+                message = reads[number](raw)
+            except Exception as error:  # rosbags' of what is not in the form of its type
+                channel = channels[number]
+                raise UsageError(
+                    f"cannot read {self.path}: a message of {channel.topic} is no"
+                    f" {channel.type} as it was defined there: {_first_line(error)}"
+                ) from error
+            yield names[number], time, message
 
-    def make(self, type_: str) -> Callable[[dict[str, Any]], Any]:
-        """A function that makes messages of a type from data, as they would arrive."""
-
-        store = self._store_of(type_)
-        return lambda data: self._arrived(_plain(default_message(store, type_)), data)
+    def make(self, topic: str) -> Callable[[dict[str, Any]], Any]:
+        """A function that makes messages of a topic from data, as they would arrive."""
+        types = self._types_of(self.storage.channels[self._numbers[topic][-1]])
+        return lambda data: types.arrived(types.default(), data)
 
     def corrected(self, message: Any, data: dict[str, Any]) -> Any:
         """A copy of a message with other fields, as it would arrive."""
-        return self._arrived(deepcopy(message), data)
+        types = next(t for t in self._types.values() if t.name == message.__msgtype__)
+        return types.arrived(message, data)
 
-    def _arrived(self, message: Any, data: dict[str, Any]) -> Any:
-        fill(message, data)
-        type_ = message.__msgtype__
-        store = self._store_of(type_)
-        pack = store.serialize_ros1 if self.ros_1 else store.serialize_cdr
-        raw = pack(_with_arrays(store, message), type_)
-        return _plain(self._deserialise(store)(raw, type_))
-
-    def _deserialise(self, store: Any) -> Callable[[Any, str], Any]:
-        name = "deserialize_ros1" if self.ros_1 else "deserialize_cdr"
-        found: Callable[[Any, str], Any] = getattr(store, name)
-        return found
-
-    def _store_of(self, type_: str) -> Any:
-        one = next(c for c in self._reader.connections if _stored(c.msgtype) == type_)
-        with bag_errors(self.path):
-            return self._store(one)
-
-    def _store(self, connection: Any) -> Any:
-        """The types of a connection. Each has its own: others may have other definitions of them,
-        or some that nobody can read."""
-        place = connection.msgtype, connection.msgdef.data
-        if place not in self._stores:
-            self._stores[place] = _types_of(connection, self.ros_1)
-        return self._stores[place]
+    def _types_of(self, channel: Channel) -> MessageTypes:
+        """Each channel has its own: others may have other definitions of its types."""
+        if channel not in self._types:
+            with _reading(self.path):
+                self._types[channel] = MessageTypes(channel)
+        return self._types[channel]
 
 
 @contextmanager
@@ -195,110 +124,159 @@ def opened_bag(path: Path) -> Iterator[Bag]:
     """A bag, open.
 
     Raises:
-        UsageError: it cannot be read, or rosbags is not installed.
+        UsageError: it cannot be read, or a library for that is not installed.
     """
-    with bag_errors(path):
-        context = bag_reader(path)
-        reader = context.__enter__()
+    with ExitStack() as stack:
+        with _reading(path):
+            recording = _opened(path, stack)
+        yield Bag(path, recording)
+
+
+# --- files ---------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Within it, whatever goes wrong is that the bag cannot be read.
+
+    Raises:
+        UsageError: the bag cannot be read, or a library is not installed.
+    """
     try:
-        yield Bag(path, reader)
-    finally:
-        context.__exit__(None, None, None)
+        yield
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror or error}") from error
+    except ModuleNotFoundError as error:
+        library = str(error.name).partition(".")[0]
+        raise UsageError(
+            f"reading bags needs the Python library {library!r}: ./dev setup fetches it, or"
+            " pip install rosbags"
+        ) from error
+    except sqlite3.Error as error:
+        raise UsageError(
+            f"cannot read {path}: {_first_line(error)}; the command '.recover' of sqlite3 saves"
+            " what can be read of a damaged database"
+        ) from error
+    except (Damaged, struct.error, LookupError, ValueError, OverflowError) as error:
+        raise UsageError(f"cannot read {path}: it is damaged: {_first_line(error)}") from error
 
 
-def _stored(type_: str) -> str:
-    """The name that rosbags gives a type: that of a service's or action's part gets ``msg``."""
-    folder, _, name = type_.rpartition("/")
-    return type_ if folder.endswith("/msg") else f"{folder}/msg/{name}"
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0].rstrip(".:")
 
 
-def _types_of(connection: Any, ros_1: bool) -> Any:
-    """The types as they were recorded; without definitions, those of the latest ROS 2."""
-    from rosbags.interfaces import MessageDefinitionFormat
-    from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
-
-    defined: dict[str, Any] = {}
-    text = connection.msgdef.data
-    latest: Any = get_typestore(Stores.LATEST)
-    if not text.strip() and _stored(connection.msgtype) in latest.fielddefs:
-        pass  # it was recorded without, unless it is one that has no fields there either
-    elif connection.msgdef.format == MessageDefinitionFormat.MSG:
-        defined.update(get_types_from_msg(text, connection.msgtype))
-    elif connection.msgdef.format == MessageDefinitionFormat.IDL:
-        line = "=" * 80 + "\n"
-        for part in text.split(line)[1:] if text.startswith(line) else [f"\n{text}"]:
-            defined.update(get_types_from_idl(part.partition("\n")[2]))
-    store: Any = get_typestore(Stores.EMPTY) if defined else latest
-    store.register(defined)
-    for name, type_ in store.types.items():
-        _as_in_ros(name, type_)
-    time = store.types.get("builtin_interfaces/msg/Time")
-    if ros_1 and time is not None:
-        # ROS 1 has other names for these.
-        time.secs = property(lambda self: self.sec)
-        time.nsecs = property(lambda self: self.nanosec)
-    return store
+def _opened(path: Path, stack: ExitStack) -> BagStorage:
+    if not path.exists():
+        raise UsageError(f"cannot read {path}: there is no such file")
+    if path.is_dir():
+        return _folder(path, stack)
+    return BagStorage([(path.name, _storage(path, stack))], {})
 
 
-_NO_FIELD = "structure_needs_at_least_one_member"
+def _storage(path: Path, stack: ExitStack, *, packed: bool = False) -> Storage:
+    """A file of a recording, open; with ``packed`` messages, each is unpacked."""
+    kind = path
+    if path.suffix == _PACKED:
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        kind = folder / path.stem
+        unpacked_file(path, kind)
+        path = kind
+    elif path.suffix == _ACTIVE:
+        kind = path.with_suffix("")
+    _demand_format(path, kind.suffix)
+    storage = _READERS[kind.suffix](path)
+    stack.callback(storage.close)
+    return _PackedMessages(storage) if packed else storage
 
 
-def _as_in_ros(name: str, type_: Any) -> None:
-    """Give a class the names that those of ROS have, by which the runtime knows headers, too."""
-    type_.__module__ = name.rpartition("/")[0].replace("/", ".")
-    type_.__name__ = name.rpartition("/")[2]
-    type_.__slots__ = tuple(f.name for f in fields(type_) if f.name != _NO_FIELD)
+class _PackedMessages:
+    """A file whose messages are compressed one by one."""
+
+    def __init__(self, storage: Storage) -> None:
+        self._storage = storage
+        self.contents = storage.contents
+        self.load = storage.load
+        self.close = storage.close
+
+    def message(self, chunk: Any, place: int) -> bytes:
+        raw = self._storage.message(chunk, place)
+        return unpack("zstd", raw, len(raw))
 
 
-def default_message(store: Any, type_: str) -> Any:
-    """A message with all fields at their defaults, which are all zeros in the bytes of ROS 1."""
-    definition = store.get_msgdef(type_)
-    message, _ = definition.deserialize_ros1(bytes(_ENOUGH), 0, definition.cls, store)
-    return message
+def _demand_format(path: Path, suffix: str) -> None:
+    """Raises UsageError if a file is no bag, or one of another format than its name says."""
+    if suffix not in SUFFIXES:
+        raise UsageError(f"{path} is no bag: .bag, .mcap, .db3, or the folder of a bag of ROS 2")
+    with path.open("rb") as file:
+        beginning = file.read(max(map(len, (*BEGINNINGS.values(), _POINTER))))
+    if beginning.startswith(BEGINNINGS[suffix]):
+        return
+    found = [s for s, expected in BEGINNINGS.items() if beginning.startswith(expected)]
+    what = f"its name should end in {found[0]}" if found else "it was not recorded by ROS"
+    if not beginning:
+        what = "it is empty"
+    if beginning == _POINTER:
+        what = "it only points to one in Git LFS, which 'git lfs pull' fetches"
+    raise UsageError(f"{path} is no file of the format {suffix}: {what}")
 
 
-def _plain(message: Any) -> Any:
-    """The message with lists, or bytes, in place of arrays: their elements count like those in ROS,
-    where a number is one of 64 bits."""
-    for name in type(message).__slots__:
-        value = getattr(message, name)
-        if hasattr(value, "dtype"):
-            setattr(message, name, bytes(value) if value.dtype == "uint8" else value.tolist())
-        elif hasattr(value, "__msgtype__"):
-            _plain(value)
-        elif isinstance(value, list):
-            for part in value:
-                if hasattr(part, "__msgtype__"):
-                    _plain(part)
-    return message
+def _folder(folder: Path, stack: ExitStack) -> BagStorage:
+    """The recording in the folder of a bag of ROS 2; what its metadata.yaml does not tell, its
+    files do."""
+    notes, missing = [], []
+    description = _description(folder)
+    if description is None:
+        notes.append(f"{_METADATA} is missing or damaged: all files of the folder are read")
+        description = {}
+    names = [Path(str(name)).name for name in description.get("relative_file_paths") or ()]
+    names = names or _files_in(folder)
+    there = [name for name in names if (folder / name).exists()]
+    if not there:
+        raise UsageError(
+            f"cannot read {folder} as a bag of ROS 2: " + (f"{names[0]} is missing" if names else
+            "it has no file .mcap or .db3")
+        )  # fmt: skip
+    absent = [name for name in names if name not in there]
+    if absent:
+        # What follows a gap is judged in a state that nobody knows.
+        begin = names.index(there[0])
+        end = next((n for n in range(begin, len(names)) if names[n] not in there), len(names))
+        there = names[begin:end]
+        missing.append(
+            f"{', '.join(absent)} is not in the folder: only {', '.join(there)} could be read"
+        )
+    packed = str(description.get("compression_mode") or "").lower() == "message"
+    files = [(name, _storage(folder / name, stack, packed=packed)) for name in there]
+    promised = {} if absent else _promised(description)
+    return BagStorage(files, promised, notes=notes, missing=missing)
 
 
-def _with_arrays(store: Any, message: Any) -> Any:
-    """The message with arrays again, as they are packed."""
-    for name, blank in vars(default_message(store, message.__msgtype__)).items():
-        value = getattr(message, name)
-        if hasattr(blank, "dtype"):
-            blank.resize(len(value), refcheck=False)
-            blank[:] = list(value)
-            setattr(message, name, blank)
-        elif hasattr(value, "__msgtype__"):
-            _with_arrays(store, value)
-        elif isinstance(value, list):
-            for part in value:
-                if hasattr(part, "__msgtype__"):
-                    _with_arrays(store, part)
-    return message
+def _promised(description: dict[str, Any]) -> dict[str, int]:
+    """The number of messages of each topic; empty if it is not told, or in another way."""
+    try:
+        topics = description["topics_with_message_count"]
+        return {t["topic_metadata"]["name"]: int(t["message_count"]) for t in topics}
+    except (KeyError, TypeError, ValueError):
+        return {}
 
 
-_ENOUGH = 2**16
-"""Bytes of a message whose arrays of any length are empty."""
+def _description(folder: Path) -> dict[str, Any] | None:
+    """What metadata.yaml says; None if there is none, or none that can be read."""
+    try:
+        text = (folder / _METADATA).read_text(encoding="utf-8", errors="replace")
+        found = yaml.safe_load(text)["rosbag2_bagfile_information"]
+    except (FileNotFoundError, yaml.YAMLError, KeyError, TypeError):
+        return None
+    return found if isinstance(found, dict) else None
 
 
-def fill(message: Any, data: dict[str, Any]) -> None:
-    for name, value in data.items():
-        name = name or only_field(message)
-        name = name if hasattr(message, name) else f"{name}_"
-        if isinstance(value, dict):
-            fill(getattr(message, name), value)
-        else:
-            setattr(message, name, value)
+def _files_in(folder: Path) -> list[str]:
+    """The files of a recording in a folder, in the order of their numbers."""
+    names = [
+        file.name
+        for file in folder.iterdir()
+        if Path(file.name.removesuffix(_PACKED)).suffix in (".mcap", ".db3")
+    ]
+    return sorted(
+        names, key=lambda n: [int(p) if p.isdigit() else p for p in re.split(r"(\d+)", n)]
+    )

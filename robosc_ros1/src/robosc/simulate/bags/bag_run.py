@@ -6,7 +6,8 @@ The monitor judges as a generated supervisor does. Its clock is that of the reco
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -24,6 +25,7 @@ from robosc.runtime.recorder import Entry
 from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
 from robosc.simulate.bags.bag_files import Bag
+from robosc.simulate.bags.lookahead import Lookahead
 from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names
 from robosc.simulate.bags.recorded_types import demand_type, types_of
 from robosc.simulate.faults import InvalidLine
@@ -31,6 +33,9 @@ from robosc.simulate.machines.execute import read_settings
 from robosc.simulate.machines.generated import make_controller
 from robosc.simulate.start import parameters
 from robosc.supervisor import Supervisor
+
+_BEHIND = 0.001
+"""Seconds, far above what is lost by rounding."""
 
 
 @dataclass
@@ -76,8 +81,22 @@ class _BagEngine(MonitorEngine):
     """An engine whose unexpected exceptions end the replay, which would meet them again for
     ever."""
 
+    expected: Callable[[str, float], float | None]
+    """The time until which a message may yet have come before another time; None: it may not."""
+
     def _unexpected(self, error: Exception) -> None:
         raise error
+
+    def _meet_earlier_deadlines(self) -> None:
+        if self._clocks.any_due():
+            now = self._now()
+            for key, left in self._clocks.time_left().items():
+                until = self.expected(key, now) if not left else None
+                if until is not None:
+                    # As if it had come so late that its timeout ends just behind the next one.
+                    arrival = until + _BEHIND - self.settings.timeout_of(key)
+                    self._clocks.heard((key,), min(now, arrival))
+        super()._meet_earlier_deadlines()
 
 
 @dataclass
@@ -123,6 +142,8 @@ class BagRun:
         robot = supervisor.plant.robot
         self.supervisor = supervisor
         self.bag = bag
+        # Who only judges shows no values: short forms of scans would take longer than all else.
+        settings = settings if described else settings._replace(whole_values=True)
         self.settings = settings
         self.tracks: dict[str, Track] = {}
         self._port = _BagPort(bag)
@@ -132,6 +153,11 @@ class BagRun:
         self.engine.recorder.now = self._port.now
         if described:
             self.engine.describe = lambda message: message
+        self.engine.expected = self._expected
+        self._ahead = Lookahead(())
+        self._timed: dict[str, str] = {}
+        self.undecided = Counter[str]()
+        """Silences that may have been none, by the names of their communications."""
         self._heard = _Heard()
         self._matches = {
             match.key: match for found in command_matches(robot, False).values() for match in found
@@ -167,7 +193,8 @@ class BagRun:
         engine.begin()
         handlers = self._heard.handlers
         tracks = {topic: self.tracks.setdefault(topic, Track()) for topic in handlers}
-        for topic, time, message in self.bag.messages(handlers, progress):
+        self._ahead = Lookahead(self.bag.messages(handlers, progress))
+        for topic, time, message in self._ahead:
             self._wait(time)
             tracks[topic].take(time, message)
             for handle in handlers[topic]:
@@ -188,6 +215,14 @@ class BagRun:
             port.time = max(port.time + delay, math.nextafter(port.time, math.inf))
             engine.cycle()
         port.time = max(port.time, time)
+
+    def _expected(self, key: str, time: float) -> float | None:
+        """The time until which the message of a communication may yet have come before a time."""
+        topic = self._timed.get(key)
+        until = None if topic is None else self._ahead.may_have_come(topic, time)
+        if until is not None:
+            self.undecided[self.supervisor.plant.robot.display_names[key]] += 1
+        return until
 
     # --- who listens to what ---------------------------------------------------------------------
 
@@ -212,6 +247,9 @@ class BagRun:
             if topic in self.bag.topics:
                 self._demand_type(topic, robot.communications[keys[0]])
                 self._add(topic, self.engine.poster(keys))
+                # One that is too old when it comes was not in time, however late that was.
+                timed = (k for k in keys if robot.communications[k].max_age is None)
+                self._timed.update(dict.fromkeys(timed, topic))
                 continue
             self._heard.absent.append(topic)
             # Of one that should come all the time it is not known when it did.
@@ -227,7 +265,7 @@ class BagRun:
 
     def _connect_commands(self, topic: str, matches: Sequence[CommandMatch]) -> None:
         rows = [(m.key, m.exact, m.field) for m in sorted(matches, key=lambda m: not m.exact)]
-        patterns = command_patterns(rows, self.bag.make(self.bag.topics[topic]))  # type: ignore[arg-type]
+        patterns = command_patterns(rows, self.bag.make(topic))  # type: ignore[arg-type]
         self._add(topic, lambda message: self.engine.offer(topic, patterns, message, None))
 
     def _connect_action(self, action: Communication) -> None:

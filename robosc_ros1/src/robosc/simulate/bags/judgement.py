@@ -3,18 +3,18 @@ corrected, places where the run leaves the model, and how often everything came.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from robosc.errors import UsageError
+from robosc.errors import UsageError, counted
 from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Robot
 from robosc.progress import Progress
 from robosc.runtime.reasons import reason_text
 from robosc.runtime.recorder import Entry
 from robosc.runtime.verdicts import DEPARTURE, Sort, verdicts
-from robosc.simulate.bags.bag_files import opened_bag
+from robosc.simulate.bags.bag_files import Bag, opened_bag
 from robosc.simulate.bags.bag_run import BagRun, Track, settings_of
 from robosc.simulate.bags.recorded_names import recorded_names
 from robosc.supervisor import Supervisor
@@ -76,14 +76,18 @@ class Judgement:
     silences: dict[str, int] = field(default_factory=dict)
     goals: dict[str, Goals] = field(default_factory=dict)
     tracks: dict[str, Track] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+    """What should be in the recording, and could not be read."""
     absent: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
     unjudged: tuple[tuple[str, str], ...] = ()
 
     @property
     def exit_code(self) -> int:
-        """1: a requirement was violated, or the run leaves the model."""
-        return 1 if self.findings else 0
+        """1: a requirement was violated, or the run leaves the model; 2: not all that the recording
+        should have could be judged."""
+        return 1 if self.findings else 2 if self.missing else 0
 
     def of(self, sort: Sort) -> list[Finding]:
         return [finding for finding in self.findings if finding.sort == sort]
@@ -108,10 +112,7 @@ def judge(
     with opened_bag(path) as bag:
         run = BagRun(supervisor, bag, settings, names=recorded_names(robot, remapped))
         if not run.hears:
-            raise UsageError(
-                f"{path} has no topic of {robot.name}: {_first(bag.topics)}; if names were"
-                f" remapped, give {_likely(run.absent, bag.topics)}"
-            )
+            raise UsageError(_no_topic(path, run, bag))
         judgement = Judgement(
             robot, str(path), 1 if bag.ros_1 else 2, bag.start, bag.end, sum(bag.counts.values())
         )
@@ -121,9 +122,35 @@ def judge(
         judgement.tracks = run.tracks
         judgement.absent, judgement.unseen = tuple(run.absent), tuple(run.unseen)
         judgement.unjudged = tuple(run.unjudged)
+        if run.undecided:
+            bag.storage.notes.append(_late(run.undecided))
+        judgement.notes, judgement.missing = (
+            tuple(bag.storage.notes),
+            tuple(bag.storage.missing),
+        )
+        if not judgement.events:
+            raise UsageError(f"{path}: nothing could be judged: {_no_evidence(judgement)}")
         counters = run.engine.recorder.counters
         judgement.crossed, judgement.reordered = counters["crossed"], counters["reordered"]
     return judgement
+
+
+def _no_evidence(judgement: Judgement) -> str:
+    """Why a recording has no event of the robot."""
+    topics = ", ".join(judgement.tracks)
+    read = sum(track.count for track in judgement.tracks.values())
+    reason = f"there is no message of {topics}"
+    if read:
+        reason = f"the {counted(read, 'message')} of {topics} tell of no event of the model"
+    return "; ".join((reason, *judgement.missing, *judgement.notes))
+
+
+def _late(undecided: Mapping[str, int]) -> str:
+    silences = ", ".join(f"{name} ({counted(n, 'time')})" for name, n in undecided.items())
+    return (
+        f"not counted as silent, since a message that was recorded late may have been in time:"
+        f" {silences}"
+    )
 
 
 def _first(topics: Sequence[str] | dict[str, str]) -> str:
@@ -132,10 +159,18 @@ def _first(topics: Sequence[str] | dict[str, str]) -> str:
     return f"it has {', '.join(names[:5])}{more}" if names else "it is empty"
 
 
-def _likely(absent: Sequence[str], topics: dict[str, str]) -> str:
-    """How topics may have been remapped: into a namespace, for one."""
-    found = {name: t for name in absent for t in sorted(topics, reverse=True) if t.endswith(name)}
-    return " ".join(f"--remap {a}:={b}" for a, b in (found or {"FROM": "TO"}).items())
+def _no_topic(path: Path, run: BagRun, bag: Bag) -> str:
+    """Why nothing can be judged; names that look remapped, into a namespace for one, are told."""
+    robot = run.supervisor.plant.robot.name
+    if not run.absent:
+        return f"{path}: nothing could be judged: {robot} has no topic that a bag could have"
+    said = [f"{path} has no topic of {robot}: {_first(bag.topics)}", *bag.storage.notes]
+    topics = sorted(bag.topics, reverse=True)
+    found = {name: topic for name in run.absent for topic in topics if topic.endswith(name)}
+    if found:
+        rules = " ".join(f"--remap {name}:={topic}" for name, topic in found.items())
+        said.append(f"if names were remapped, give {rules}")
+    return "; ".join(said)
 
 
 class _Collector:

@@ -81,6 +81,8 @@ def _goals(goals: Goals) -> str:
 
 
 def _notes(judgement: Judgement) -> Iterator[str]:
+    yield from judgement.missing
+    yield from judgement.notes
     if judgement.absent:
         yield f"not in the bag: {', '.join(judgement.absent)}"
     if judgement.unseen:
@@ -107,7 +109,10 @@ def _verdict(judgement: Judgement) -> str:
         for sort, noun, what in kinds
         if (number := len(judgement.of(sort)))
     ]
-    return f"{events}: {', '.join(said) if said else 'follows the model'}"
+    follows = "follows the model" + (
+        " as far as the recording could be read" if judgement.missing else ""
+    )
+    return f"{events}: {', '.join(said) if said else follows}"
 
 
 def judgement_document(judgement: Judgement) -> dict[str, Any]:
@@ -156,6 +161,8 @@ def judgement_document(judgement: Judgement) -> dict[str, Any]:
             }
             for name, g in judgement.goals.items()
         ],
+        "notes": list(judgement.notes),
+        "missing": list(judgement.missing),
         "absent": list(judgement.absent),
         "not_followed": list(judgement.unseen),
         "not_judged": [{"kind": kind, "name": name} for name, kind in judgement.unjudged],
@@ -189,6 +196,7 @@ def judgement_junit(judgement: Judgement) -> str:
             "the run follows the model", [_said_at(judgement, f) for f in judgement.of("departure")]
         )
     )
+    outcomes.append(Outcome("the recording could be read as a whole", judgement.missing))
     return suite_text(judgement.bag, robot.name, outcomes)
 
 

@@ -59,7 +59,7 @@ from robosc.simulate.values.event_data import (
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
 from robosc.synthesis.controlled_system import tau_values
-from robosc.synthesis.formatting import step_text
+from robosc.synthesis.formatting import short_step_text, step_text
 
 _Moment = tuple[PlantState, Mapping[str, Value | None]]
 
@@ -164,7 +164,8 @@ class SingleEvents:
             (path,) = tau_values(self.plant, event, self.plant_state, after)
             return Choice(event, {}, f"{label(event)} ({path})")
         if any(p.labels is not None or p.test is not None for p in event.parameters):
-            return Choice(event, given, step_text(Step(event, values)))
+            step = Step(event, values)
+            return Choice(event, given, step_text(step), short=short_step_text(step))
         return Choice(event, given, typed_text(event, given))
 
     def commands(self) -> list[CommandState]:

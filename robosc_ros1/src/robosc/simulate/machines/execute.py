@@ -36,7 +36,7 @@ from robosc.runtime.served import WaitingCall
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.runtime.values import Undefined, in_range
 from robosc.simulate.faults import InvalidLine, Refused
-from robosc.simulate.machines.generated import make_controller, state_of_controller
+from robosc.simulate.machines.generated import make_controller, restore, state_of_controller
 from robosc.simulate.machines.machine import (
     Choice,
     CommandState,
@@ -157,6 +157,14 @@ class Execution:
     def restart(self) -> None:
         self._past.clear()
         self._begin()
+
+    def restore(self, state: Mapping[str, Any]) -> list[str]:
+        """Go on from a state as ``~state`` tells it; what led there cannot be undone.
+
+        Returns the names of variables of which the document has not all.
+        """
+        self._past.clear()
+        return restore(self._controller, self.plant, state)
 
     def undo(self, count: int) -> None:
         """An engine cannot go back; another one does the same again, but for the last steps."""

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from robosc.emit.controller.assembly import controller_context
 from robosc.emit.controller.naming import file_of
 from robosc.emit.package.rendering import render
+from robosc.plant.automaton import Plant, VariableKind
 from robosc.runtime.model import Controller
+from robosc.runtime.places import places, stages
 from robosc.simulate.machines.state import SystemState
 from robosc.supervisor import Supervisor
 
@@ -23,6 +26,54 @@ def make_controller(supervisor: Supervisor) -> Controller:
     exec(compile(text, "controller.py", "exec"), namespace)
     controller: Controller = namespace[context.class_name]()
     return controller
+
+
+def restore(controller: Controller, plant: Plant, state: Mapping[str, Any]) -> list[str]:
+    """Put a controller into a state as a document of ``~state`` has it.
+
+    Returns the variables that remain as they were, because the document has not all of their value.
+    """
+    told = state["variables"]
+    partial = set(state.get("shortened", ()))
+    known = {name: value for name, value in told.items() if name not in partial}
+    for variable in plant.variables:
+        if variable.kind is VariableKind.LOCATION:
+            values = [str(value) for value in variable.values]
+            place = state["components"][variable.name]
+            known[variable.name] = _standing(variable.name, values, place, told, controller.STAGES)
+    for name, attribute in _attributes(controller).items():
+        if name in known:
+            setattr(controller, attribute, known[name])
+    names = plant.robot.display_names
+    for communication in controller.COMMUNICATIONS:
+        phase = state["communications"].get(names[communication.key])
+        for flag, name in zip(communication.flags, communication.phases[1:], strict=True):
+            setattr(controller, flag, name == phase)
+    return sorted(partial)
+
+
+def _standing(
+    component: str, values: list[str], place: str, told: Mapping[str, Any], names: tuple[str, ...]
+) -> str:
+    """The one of a component's states that is told as ``place``, with these stages beside it."""
+    shown = {value: stages({component: value}, names) for value in values}
+    own = [name for name in names if any(found[name] for found in shown.values())]
+    return next(
+        value
+        for value, found in shown.items()
+        if places({component: value})[component] == place
+        and all(found[name] == bool(told.get(name)) for name in own)
+    )
+
+
+def _attributes(controller: Controller) -> dict[str, str]:
+    """The attribute of each component and each variable, by name: what its values come from."""
+    twin = controller.copy()
+    marks = {attribute: object() for attribute in vars(controller)}
+    vars(twin).update(marks)
+    found = {**twin.components(), **twin.variables()}
+    by_mark = {id(mark): attribute for attribute, mark in marks.items()}
+    return {name: by_mark[id(mark)] for name, mark in found.items() if id(mark) in by_mark}
 
 
 def state_of_controller(controller: Controller) -> SystemState:

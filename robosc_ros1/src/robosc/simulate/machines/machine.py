@@ -6,7 +6,7 @@ import math
 import random
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import Any, Protocol
 
@@ -33,12 +33,16 @@ MANY = 12
 
 @dataclass(frozen=True)
 class Choice:
-    """Something that can be fired now. ``given`` None: its value is to be typed (see ``hint``)."""
+    """Something that can be fired now. ``given`` None: its value is to be typed (see ``hint``).
+
+    ``short`` is the text where it need not be typed, with ranges of numbers as people write them.
+    """
 
     event: Event
     given: Given | None
     text: str
     hint: str = ""
+    short: str = ""
 
 
 @dataclass(frozen=True)
@@ -113,7 +117,8 @@ class Happening:
     """One event that took place: as in the event log of a running controller.
 
     ``controllable``: the controller decided on it. ``time`` is that of the virtual clock, in
-    seconds; None where there is none.
+    seconds; None where there is none. ``judged`` is what a supervisor says of it: ``blocked_by``
+    and ``corrected`` as docs/schemas has them.
     """
 
     kind: str
@@ -124,6 +129,7 @@ class Happening:
     detail: str | None = None
     time: float | None = None
     controllable: bool = False
+    judged: Mapping[str, Any] | None = field(default=None, compare=False)
 
     @property
     def is_command(self) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from robosc.expr.traversal import path_text
@@ -134,7 +135,8 @@ class SupervisedExecution(Execution):
     def _happening(self, entry: Entry) -> Happening:
         if entry.correction is None:
             return super()._happening(entry)
-        return super()._happening(entry._replace(detail=_told(entry.correction)))
+        told = super()._happening(entry._replace(detail=_told(entry.correction)))
+        return replace(told, judged={"corrected": entry.correction})
 
     def _blocked(self, document: Mapping[str, Any]) -> Happening:
         event = document["event"]
@@ -143,7 +145,7 @@ class SupervisedExecution(Execution):
             texts.insert(0, _told(document["corrected"]))
         detail = "; ".join(texts)
         told = (event["kind"], event["name"], event["value"], 0, "blocked", detail)
-        return Happening(*told, self._port.time, True)
+        return Happening(*told, self._port.time, True, document)
 
     def draw(self, rng: random.Random) -> tuple[Event, Given] | float | None:
         drawn = super().draw(rng)

@@ -92,7 +92,8 @@ def follow_typing(
     style: Style,
 ) -> int:
     """Do what is typed until the end of input. Faults are reported; the exit code is 0."""
-    text = happenings_text(session.latest, style) + session_text(session, style)
+    text = "an event by its number or name; help lists all that can be typed\n"
+    text += happenings_text(session.latest, style) + session_text(session, style)
     while True:
         _show(out, text)
         line = next_line()

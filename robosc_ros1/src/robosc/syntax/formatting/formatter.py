@@ -138,7 +138,7 @@ _ASSUMPTIONS = {
     "always": ("assume always {condition}",),
 }
 _ELSE = ("on {events} from {communications}", " | else", *_EFFECT)
-_PERFORMS = (" performs {communication}", "? with {data}")
+_PERFORMS = (" performs {communication}", "? {meanwhile}", "? with {data}")
 _THEN = (" | then", "? do {assignments}", "? goto {goto}")
 _DEFAULT_RULE = ("default | -> {value}",)
 _OBJECT_CONSTANT = ("constant {name}: {type} = {value}",)

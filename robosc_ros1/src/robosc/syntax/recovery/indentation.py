@@ -57,7 +57,7 @@ def unclosed(reading: ParseState, header: int, end: int) -> tuple[int, int, int]
 
 
 def _left(reading: ParseState, at: int) -> int:
-    """How far right a token stands that begins its line."""
+    """Return the column of a line's first token."""
     return len(_before(reading, at).expandtabs())
 
 

@@ -3,20 +3,25 @@
 The search is breadth first, one diagram per distance, as long as the diagrams stay small: then a
 path is a shortest one. The states at one distance can take far larger diagrams than all states
 together, so in a large system only some events are looked at (:mod:`robosc.synthesis.bdd.cones`),
-and where that is too much as well, no path is looked for.
+and where that is too much as well, or the time for explanations is over, no path is looked for.
 """
 
 from __future__ import annotations
+
+import math
+from functools import cached_property
 
 from robosc import limits
 from robosc.expr.tree import Expr
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.support import support
 from robosc.synthesis.bdd.cones import Cones
+from robosc.synthesis.bdd.faults import SymbolicFaults
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.run_to_completion import SymbolicController
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.controlled_system import Runs
+from robosc.synthesis.time_limit import ExplanationTime
 
 
 class SymbolicSystem:
@@ -27,9 +32,11 @@ class SymbolicSystem:
         solution: SymbolicSolution,
         most_nodes: int = limits.BREADTH_FIRST_NODES,
         most_work: int = limits.TRACE_NODES,
+        time: ExplanationTime | None = None,
     ) -> None:
         self.solution = solution
         self.engine = solution.engine
+        self.time = time or ExplanationTime(math.inf)
         self.encoding = solution.engine.encoding
         self._false = self.encoding.manager.false
         self._layers: list[Bdd] = [self.encoding.initial]
@@ -40,6 +47,10 @@ class SymbolicSystem:
     @property
     def plant(self) -> Plant:
         return self.engine.plant
+
+    @cached_property
+    def faults(self) -> SymbolicFaults:
+        return SymbolicFaults(self.solution, self.time)
 
     def is_good(self, state: PlantState) -> bool:
         return self.encoding.contains(self.solution.good, state)
@@ -76,7 +87,9 @@ class SymbolicSystem:
             if layer & wanted != self._false:
                 return self._back(number, self.encoding.least(layer & wanted))
             number += 1
-        path = self._cones.path(wanted, frozenset(support(self.plant, condition)))
+        path = None
+        if not self.time.is_over:
+            path = self._cones.path(wanted, frozenset(support(self.plant, condition)))
         return (self.encoding.least(wanted),) if path is None else path
 
     # --- breadth first
@@ -87,7 +100,7 @@ class SymbolicSystem:
         Layers are stored for later queries.
         """
         while len(self._layers) <= number:
-            if self._nodes_left <= 0:
+            if self._nodes_left <= 0 or self.time.is_over:
                 return None
             self.encoding.manager.make_room()
             try:

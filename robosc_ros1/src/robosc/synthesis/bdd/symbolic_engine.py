@@ -47,6 +47,8 @@ class SymbolicSolution:
     states: Bdd
     good: Bdd
     restricted: bool
+    rounds: tuple[tuple[Bdd, Bdd], ...] = ()
+    """Per round of the fixpoint, the states lost in it, and those left after it."""
 
     @property
     def empty(self) -> bool:
@@ -109,6 +111,7 @@ class SymbolicEngine:
         self._permitted: tuple[Sequence[Disjunct], ...] = self._required
         self._progress = progress
         self._plant_reach = self.manager.false
+        self._rounds: list[tuple[Bdd, Bdd]] = []
 
     def place(self, event: EventRelation) -> int:
         """Return the position of an event in the variable order: that of its first variable."""
@@ -120,7 +123,8 @@ class SymbolicEngine:
         good, starts = supremal(self)
         plant_reach = self._plant_reach
         if not starts:
-            return SymbolicSolution(self, plant_reach, self.manager.false, good, True)
+            none, rounds = self.manager.false, tuple(self._rounds)
+            return SymbolicSolution(self, plant_reach, none, good, True, rounds)
         if good == plant_reach:
             reach = plant_reach
             if any(event.required != true for event in self.events):
@@ -131,7 +135,8 @@ class SymbolicEngine:
         restricted = self._leaves(reach)
         if not restricted:
             self._permitted = self._required
-        return SymbolicSolution(self, plant_reach, reach, good, restricted)
+        rounds = tuple(self._rounds)
+        return SymbolicSolution(self, plant_reach, reach, good, restricted, rounds)
 
     def reachable(self) -> Bdd:
         """Return the states that the plant reaches without its requirements.
@@ -150,7 +155,9 @@ class SymbolicEngine:
         bad = before & ~states
         if bad == self.manager.false:
             return states
-        return states & ~self._uncontrollably(bad, states)
+        left = states & ~self._uncontrollably(bad, states)
+        self._rounds.append((bad, left))
+        return left
 
     def nonblocking(self, states: Bdd) -> Bdd:
         return self._coreachable(states)
@@ -180,15 +187,24 @@ class SymbolicEngine:
             if not disjunct.stays
         )
 
+    @property
+    def required_disjuncts(self) -> tuple[Sequence[Disjunct], ...]:
+        """Per event its transitions in the plant under its requirements."""
+        return self._required
+
     def unsafe(self) -> Bdd:
         """Return the states that violate a state requirement or leave a range, reachable or not."""
-        found = [
+        found = [self.leaving_range()]
+        found.extend(~self.encoding.holds(expr) for expr, _ in self.plant.invariants)
+        return self.manager.union(found)
+
+    def leaving_range(self) -> Bdd:
+        """Return the states in which an uncontrollable event would leave a range."""
+        return self.manager.union(
             event.range_violation
             for event in self.events
             if not self.plant.events[event.number].controllable
-        ]
-        found.extend(~self.encoding.holds(expr) for expr, _ in self.plant.invariants)
-        return self.manager.union(found)
+        )
 
     def successors(self, states: Bdd) -> Bdd:
         """Return the image of ``states`` under one step of the plant under its requirements."""

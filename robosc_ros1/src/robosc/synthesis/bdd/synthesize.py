@@ -21,10 +21,14 @@ from robosc.synthesis.formatting import contributors
 from robosc.synthesis.guards.shorten import GuardInputs, make_guard
 from robosc.synthesis.guards.sum_of_products import TooLarge
 from robosc.synthesis.result import Sizes, make_supervisor
+from robosc.synthesis.time_limit import ExplanationTime
 
 
 def synthesize_bdd(
-    plant: Plant, progress: Progress | None = None, memory: int = limits.MEMORY
+    plant: Plant,
+    progress: Progress | None = None,
+    memory: int = limits.MEMORY,
+    explaining: ExplanationTime | None = None,
 ) -> Supervisor:
     """Return the supervisor of a plant; an empty one is a result, not an error.
 
@@ -45,7 +49,7 @@ def synthesize_bdd(
         seconds = time.perf_counter() - start
         states = solution.controlled_states
         sizes = Sizes(solution.plant_states, states, transitions)
-        system = SymbolicSystem(solution)
+        system = SymbolicSystem(solution, time=explaining)
         return make_supervisor(system, "bdd", seconds, sizes, tuple(guards), progress)
     except MemoryError:
         raise _too_large(plant, memory) from None

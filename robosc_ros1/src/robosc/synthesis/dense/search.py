@@ -7,8 +7,10 @@ found backwards, by expanding each layer once more.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,10 +18,13 @@ from numpy.typing import NDArray
 
 from robosc.expr.tree import Expr
 from robosc.plant.automaton import Plant, PlantState
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.dense.bitset import WORD, Bitset, add, members, places
 from robosc.synthesis.dense.dense_engine import DenseSolution, EventOperations
 from robosc.synthesis.dense.layout import Layout
 from robosc.synthesis.dense.merging import Condition, TransitionRule, Writes
+from robosc.synthesis.faults import ExplicitFaults
+from robosc.synthesis.time_limit import ExplanationTime
 from robosc.synthesis.vectorised import Bools, Indexes
 
 _LARGEST_REPEAT = 2**22
@@ -29,8 +34,9 @@ _LARGEST_REPEAT = 2**22
 class DenseSystem:
     """A dense solution as :class:`robosc.synthesis.controlled_system.System`."""
 
-    def __init__(self, solution: DenseSolution) -> None:
+    def __init__(self, solution: DenseSolution, time: ExplanationTime | None = None) -> None:
         self.solution = solution
+        self.time = time or ExplanationTime(math.inf)
         self.layout: Layout = solution.engine.layout
         self._layers: list[NDArray[Any]] = []
         self._seen: Bitset | None = None
@@ -39,6 +45,10 @@ class DenseSystem:
     @property
     def plant(self) -> Plant:
         return self.layout.plant
+
+    @cached_property
+    def faults(self) -> ExplicitFaults:
+        return ExplicitFaults(Stepper(self.plant), self.is_good, self.time)
 
     def is_good(self, state: PlantState) -> bool:
         place = self.layout.index(state)

@@ -6,16 +6,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from robosc import limits
 from robosc.errors import listing
 from robosc.language.events import EventKind
-from robosc.plant.automaton import Edge, Event, Plant, PlantState, VariableKind
+from robosc.plant.automaton import Edge, Event, Plant, VariableKind
 from robosc.remedies import Change, Hint, Remedy
 from robosc.source import Span
 from robosc.supervisor import Step
-from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.controlled_system import location_name
-from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.formatting import quoted
 
 
@@ -29,82 +26,39 @@ class Cause:
 
 
 def why_blocked(
-    stepper: Stepper, state: PlantState, steps: Callable[[], Sequence[Step]]
-) -> Cause | None:
-    """Return why no marked state can be reached from a state; None if one can, or if unknown.
+    plant: Plant, values: Sequence[frozenset[int]], steps: Callable[[], Sequence[Step]]
+) -> Cause:
+    """Return why no marked state can be reached from a state.
 
-    ``steps`` computes the trace to the state: a component may be stuck because it does not react to
-    one of its last events.
+    ``values`` are those that each state variable may still have; ``steps`` computes the trace to
+    the state: a component may be stuck because it does not react to one of its last events.
     """
-    plant = stepper.plant
-    states = _reachable(stepper, state, plant.is_marked)
-    if states is None or any(plant.is_marked(state) for state in states):
-        return None
-    stuck = [
-        number
+    marking = [
+        (number, variable.marked)
         for number, variable in enumerate(plant.variables)
         if variable.marked is not None
-        and not any(state[number] in variable.marked for state in states)
     ]
+    stuck = [number for number, marked in marking if marked.isdisjoint(values[number])]
     if not stuck:
-        names = [
-            plant.variables[n].name
-            for n, variable in enumerate(plant.variables)
-            if variable.marked is not None and any(s[n] not in variable.marked for s in states)
-        ]
-        reason = f"{listing(names)} are never in marked states at the same time again"
-        return Cause(reason)
-    variable = min(stuck, key=lambda n: plant.variables[n].kind is VariableKind.PHASE)
-    return _of_variable(stepper.plant, steps(), states, variable)
+        names = [plant.variables[n].name for n, marked in marking if not marked >= values[n]]
+        return Cause(f"{listing(names)} are never in marked states at the same time again")
+    stuck.sort(key=lambda n: plant.variables[n].kind is VariableKind.PHASE)
+    trace = steps()
+    causes = [_of_variable(plant, trace, values, variable) for variable in stuck]
+    # A component that lacks a transition comes before one that others block.
+    return next((cause for cause in causes if isinstance(cause.remedy, Remedy)), causes[0])
 
 
-def why_impossible(stepper: Stepper, state: PlantState) -> Cause | None:
-    """Return what must remain possible in a state and is not, whatever the controller does; None if
-    all is possible, or if it is unknown."""
-    for goal in stepper.plant.goals:
-        there, along, origin = map(stepper.test, goal.conditions)
-        if not origin(state) or there(state):
-            continue
-        states = _reachable(stepper, state, there, along)
-        if states is None:
-            return None
-        if not any(map(there, states)):
-            written = stepper.plant.robot.goals[goal.index]
-            reason = f"{quoted(written.text)} fails: it is out of reach"
-            return Cause(reason, None, written.span)
-    return None
-
-
-def _reachable(
-    stepper: Stepper,
-    start: PlantState,
-    there: Callable[[PlantState], bool],
-    along: Callable[[PlantState], bool] = lambda state: True,
-) -> list[PlantState] | None:
-    """Return the states that are reached through those ``along``, until one of them is ``there``;
-    None if they are too many."""
-    if any(weight(event) > limits.COMBINATIONS for event in stepper.plant.events):
-        return None
-    events = stepper.required()
-    seen = {start}
-    states = [start]
-    for state in states:  # appended to below
-        if there(state):
-            return states
-        for event in events if along(state) else ():
-            for _, target in event.targets(state):
-                if target not in seen:
-                    seen.add(target)
-                    states.append(target)
-        if len(states) > limits.BLOCKED_STATES:
-            return None
-    return states
+def why_impossible(plant: Plant, goal: int) -> Cause:
+    """Return that what must remain possible is not, whatever the controller does."""
+    written = plant.robot.goals[plant.goals[goal].index]
+    return Cause(f"{quoted(written.text)} fails: it is out of reach", None, written.span)
 
 
 def _of_variable(
-    plant: Plant, steps: Sequence[Step], states: Sequence[PlantState], variable: int
+    plant: Plant, steps: Sequence[Step], values: Sequence[frozenset[int]], variable: int
 ) -> Cause:
-    places = sorted({state[variable] for state in states})
+    places = sorted(values[variable])
     names = list(dict.fromkeys(location_name(plant, variable, place) for place in places))
     name = plant.variables[variable].name
     if plant.variables[variable].kind is VariableKind.PHASE:
@@ -117,7 +71,7 @@ def _of_variable(
     reason = f"{name} is stuck in {name}.{names[0]}, from where no marked state can be reached"
     behaviour = plant.robot.component(name).behaviour
     assert behaviour is not None
-    advice = _remedy(plant, steps, variable, place) or _of_others(plant, states, variable, place)
+    advice = _remedy(plant, steps, variable, place) or _of_others(plant, values, variable, place)
     return Cause(reason, advice, behaviour.states[place].span)
 
 
@@ -168,7 +122,9 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
     return None
 
 
-def _of_others(plant: Plant, states: Sequence[PlantState], variable: int, place: int) -> str | None:
+def _of_others(
+    plant: Plant, values: Sequence[frozenset[int]], variable: int, place: int
+) -> str | None:
     """Return which component blocks, in all states, a command that would lead away from here."""
     for event in plant.events:
         if not event.kind.sent or not any(
@@ -177,7 +133,7 @@ def _of_others(plant: Plant, states: Sequence[PlantState], variable: int, place:
             continue
         for automaton in event.automata:
             sources = {edge.source for edge in automaton.edges}
-            found = sorted({state[automaton.variable] for state in states})
+            found = sorted(values[automaton.variable])
             if automaton.variable == variable or not automaton.blocking or sources & {*found}:
                 continue
             names = {location_name(plant, automaton.variable, there): None for there in found}

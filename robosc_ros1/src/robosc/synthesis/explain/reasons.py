@@ -9,26 +9,24 @@ does not depend on the engine.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from functools import cached_property, partial
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
-from robosc import limits
 from robosc.errors import Diagnostic, Note, Severity, listing
 from robosc.expr.traversal import walk
 from robosc.expr.tree import FALSE, StateRef, VariableRef
 from robosc.language.events import EventKind
+from robosc.model.diagnostics import first_of
 from robosc.model.entities import Requirement
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.logic import conjunction, negation
-from robosc.plant.step import Outcome, Verdict
+from robosc.plant.step import Verdict
 from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Step
-from robosc.synthesis.compiled_steps import CompiledEvent, Stepper, Test
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.controlled_system import System, allowed, make_step, possible, steps_of
 from robosc.synthesis.explain.blocking import Cause, why_blocked, why_impossible
-from robosc.synthesis.explain.near_fault import near_fault
 from robosc.synthesis.explain.range_violation import why_out_of_range
 from robosc.synthesis.explain.starts import (
     UNTRACED,
@@ -37,7 +35,11 @@ from robosc.synthesis.explain.starts import (
     nearest,
     whereabouts,
 )
+from robosc.synthesis.faults import UNSAFE, Faults, way_through_rounds
 from robosc.synthesis.formatting import event_text, quoted, trace_text
+from robosc.synthesis.time_limit import TimeIsUp
+
+_TOO_LATE = "the time for explanations was too short to find out why (--explain-seconds)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,16 +59,35 @@ def explain_guards(
     system: System,
     guards: tuple[Guard, ...],
     progress: Progress | None = None,
-) -> tuple[Explanation, ...]:
-    """Return an explanation per guard that is restricted or never holds."""
+) -> tuple[tuple[Explanation, ...], tuple[Diagnostic, ...]]:
+    """Return an explanation per guard that is restricted or never holds, and what was left out."""
     explainer = _Explainer(system)
     found: list[Explanation] = []
+    left_out: list[Event] = []
     for number, guard in enumerate(guards):
         if progress is not None:
             progress("explanations", number, len(guards))
         if guard.status != "as required" and not _is_refused_by_data(guard, guards):
-            found += explainer.guard(guard)
-    return tuple(found)
+            try:
+                system.time.check()
+                found += explainer.guard(guard)
+            except TimeIsUp:
+                left_out.append(guard.event)
+    return tuple(found), tuple(_left_out(system, left_out))
+
+
+def _left_out(system: System, events: Sequence[Event]) -> Iterator[Diagnostic]:
+    """Yield what tells of commands that are not explained."""
+    if events:
+        yield Diagnostic(
+            Severity.WARNING,
+            "explanations-left-out",
+            f"{first_of([event_text(event) for event in events])}"
+            f" {'is' if len(events) == 1 else 'are'} restricted further, or never allowed, for"
+            f" reasons that were not found within {system.time.seconds:.3g} s",
+            events[0].span,
+            "give the search more time: --explain-seconds 60",
+        )
 
 
 def _is_refused_by_data(guard: Guard, guards: Iterable[Guard]) -> bool:
@@ -88,32 +109,15 @@ class _Explainer:
         self.plant: Plant = system.plant
         self.stepper = Stepper(self.plant)
 
-    @cached_property
-    def uncontrollable(self) -> list[CompiledEvent]:
-        """All uncontrollable events, compiled on demand."""
-        return [
-            self.stepper.compiled(number, None)
-            for number, event in enumerate(self.plant.events)
-            if not event.controllable
-        ]
-
-    @cached_property
-    def leaving(self) -> list[CompiledEvent]:
-        """Uncontrollable events that may take a variable out of its range."""
-        return [e for e in self.uncontrollable if _may_leave(self.plant, e.number)]
-
-    @cached_property
-    def invariants(self) -> list[tuple[Test, Requirement]]:
-        """The state requirements, compiled."""
-        return [
-            (self.stepper.test(condition), self.plant.robot.requirements[index])
-            for condition, index in self.plant.invariants
-        ]
+        self.goals: Faults = tuple(range(len(self.plant.goals)))
 
     def empty(self) -> Explanation:
         robot = self.plant.robot
         first = lost_start(self.system)
-        bad = self._bad_state(first)
+        try:
+            bad = self._bad_state(first)
+        except TimeIsUp:
+            bad = _BadState((first,), None, Cause(_TOO_LATE))
         trace = self._trace(bad.states, bad.last)
         start = assumed(self.plant, first)
         start += f"after {trace_text(trace)}, which no controller can prevent, " if trace else ""
@@ -199,84 +203,93 @@ class _Explainer:
     def _bad_state(self, start: PlantState, before: tuple[Step, ...] = ()) -> _BadState:
         """Return a near bad state to which uncontrollable events lead from ``start``.
 
-        ``before`` is the step that led to ``start``.
+        ``before`` is the step that led to ``start``. Where none is reached by uncontrollable events
+        alone, the cause is what is wrong with the ways back.
         """
-        paths: list[tuple[PlantState, ...]] = []
-        for path in self._unpreventable(start):
-            found = self._plain(path, before)
-            if found is not None:
-                return found
-            paths.append(path)
-        for path in paths:
-            steps = partial(self._steps, before, path)
-            blocked = why_blocked(self.stepper, path[-1], steps)
-            if blocked is not None:
-                return _BadState(path, None, blocked)
-        for path in paths if self.plant.goals else ():
-            impossible = why_impossible(self.stepper, path[-1])
-            if impossible is not None:
-                return _BadState(path, None, impossible)
+        forced = self._forced(start)
+        if forced is not None:
+            last, cause = self._cause(*forced, before)
+            return _BadState(forced[0], last, cause)
         where = "a marked state"
         if self.plant.goals:
             where += ", or to what must remain possible,"
         reason = f"each way back to {where} passes through states that must be avoided"
-        near = near_fault(self.stepper, start, self.leaving)
-        if near is None:
+        path, faults = self._nearest_fault(start)
+        if path is None:
             return _BadState((start,), None, Cause(reason))
-        cause = Cause(f"{reason}: {near.reason}", near.remedy, near.span)
-        return _BadState((start,), None, cause)
+        last, cause = self._cause(path, faults, ())
+        steps = self._trace(path, last)
+        after = f"after {trace_text(steps)}, " if steps else ""
+        reason = f"{reason}: {after}{cause.reason}"
+        return _BadState((start,), None, replace(cause, reason=reason))
+
+    def _forced(self, start: PlantState) -> tuple[tuple[PlantState, ...], Faults] | None:
+        """Return a way by uncontrollable events to a bad state, and what may be wrong with it."""
+        for faults in (UNSAFE, ("blocked",), self.goals):
+            path = self.system.faults.way(start, faults, forced=True)
+            if path is not None:
+                return path, faults
+        return None
+
+    def _nearest_fault(self, start: PlantState) -> tuple[tuple[PlantState, ...] | None, Faults]:
+        """Return a way to what is wrong with the ways back from a state.
+
+        It leads on up to where uncontrollable events may lead to a bad state; if that is nowhere,
+        it is a way to the nearest bad state.
+        """
+        search = self.system.faults
+        passed: list[PlantState] = []
+        for state in way_through_rounds(search, start):
+            forced = self._forced(state)
+            if forced is not None:
+                return (*passed, *forced[0]), forced[1]
+            passed.append(state)
+        ways = [
+            (path, faults)
+            for faults in (("range",), ("blocked",), self.goals)
+            if (path := search.way(start, faults, forced=False)) is not None
+        ]
+        return min(ways, key=lambda way: len(way[0])) if ways else (None, ())
+
+    def _cause(
+        self, path: tuple[PlantState, ...], faults: Faults, before: tuple[Step, ...]
+    ) -> tuple[Step | None, Cause]:
+        """Return what is wrong at the end of a path, and the step out of a range if it is that."""
+        state = path[-1]
+        fault = next(fault for fault in faults if self.system.faults.has(state, fault))
+        steps = partial(self._steps, before, path)
+        match fault:
+            case "requirement":
+                return None, self._failing(state, steps())
+            case "range":
+                last = self._leaving_step(state)
+                return last, why_out_of_range(self.plant, last, state)
+            case "blocked":
+                values = self.system.faults.values_beyond(state)
+                return None, why_blocked(self.plant, values, steps)
+        return None, why_impossible(self.plant, fault)
 
     def _steps(self, before: tuple[Step, ...], path: tuple[PlantState, ...]) -> tuple[Step, ...]:
         return (*before, *steps_of(self.stepper, path))
 
-    def _unpreventable(self, start: PlantState) -> Iterator[tuple[PlantState, ...]]:
-        """Yield paths of uncontrollable events over states that are not good, shortest first.
+    def _failing(self, state: PlantState, steps: tuple[Step, ...]) -> Cause:
+        requirement = next(
+            self.plant.robot.requirements[index]
+            for condition, index in self.plant.invariants
+            if not self.stepper.holds(condition, state)
+        )
+        remedy = _avoiding(requirement, steps[-1].event if steps else None)
+        return Cause(f"{quoted(requirement.text)} fails", remedy, requirement.span)
 
-        Where there are many, it goes on depth first: of twelve parts that fail in any order, the
-        subsets are many, and the first sequence is as good as another.
-        """
-        seen = {start}
-        looked = 0
-        sampled = any(event.is_sampled for event in self.uncontrollable)
-        most = limits.SAMPLED_STEPS if sampled else limits.EXPLAINING_STEPS
-        left = deque[tuple[PlantState, ...]]([(start,)])
-        for number in range(limits.PATHS):
-            if not left:
-                return
-            shortest_first = number < limits.SHORTEST_PATHS or len(left[0]) <= 2
-            path = left.popleft() if shortest_first else left.pop()
-            yield path
-            if looked > most:
-                continue
-            for step, target in self._uncontrollable(path[-1], self.uncontrollable):
-                looked += 1 + len(step.values)  # time grows with the number of parameters
-                if isinstance(target, Verdict) or target in seen:
-                    continue
-                if not self.system.is_good(target):
-                    seen.add(target)
-                    left.append((*path, target))
-
-    def _uncontrollable(
-        self, state: PlantState, events: Iterable[CompiledEvent]
-    ) -> Iterator[tuple[Step, Outcome]]:
-        for event in events:
-            for values in event.some_values:
-                target = event.step(state, values)
-                if target is not Verdict.IMPOSSIBLE:
-                    yield Step(self.plant.events[event.number], values), target
-
-    def _plain(self, path: tuple[PlantState, ...], before: tuple[Step, ...]) -> _BadState | None:
-        state = path[-1]
-        for holds, requirement in self.invariants:
-            if not holds(state):
-                reason = f"{quoted(requirement.text)} fails"
-                steps = (*before, *steps_of(self.stepper, path))
-                remedy = _avoiding(requirement, steps[-1].event if steps else None)
-                return _BadState(path, None, Cause(reason, remedy, requirement.span))
-        for step, target in self._uncontrollable(state, self.leaving):
-            if target is Verdict.OUT_OF_RANGE:
-                return _BadState(path, step, why_out_of_range(self.plant, step, state))
-        return None
+    def _leaving_step(self, state: PlantState) -> Step:
+        """Return a step by which a variable leaves its range."""
+        for number, event in enumerate(self.plant.events):
+            if not event.controllable and _may_leave(self.plant, number):
+                compiled = self.stepper.compiled(number, None)
+                for values in compiled.some_values:
+                    if compiled.step(state, values) is Verdict.OUT_OF_RANGE:
+                        return Step(event, values)
+        raise TimeIsUp  # by values that are not among those that are tried
 
 
 def _may_leave(plant: Plant, number: int) -> bool:

@@ -49,26 +49,31 @@ class Card {
       const kind = make("small", { className: "class" });
       this.values.set(name, { value, kind, variable });
       this.addRow([`${variable.name} `, make("small", {}, variable.type)], [kind, value]);
-      if (isNumeric(variable.type)) this.addPlot(name);
+      if (isNumeric(variable.type)) this.addPlot(name, []);
     }
     this.element.append(make("table", { className: "variables" }, this.rows));
     for (const name of past.dataOf(component.name)) this.addData(name);
   }
 
   addRow(left, right) {
-    this.rows.append(make("tr", {}, make("td", {}, ...left), make("td", {}, ...right)));
+    const row = make("tr", {}, make("td", {}, ...left), make("td", {}, ...right));
+    this.rows.append(row);
+    return row;
   }
 
-  addPlot(name) {
+  /** A plot, which is hidden, and `others` of its rows with it, as long as the number does not change. */
+  addPlot(name, others) {
     const plot = new Plot(name, this.component.name);
-    this.rows.append(make("tr", { className: "plotted" }, make("td", { colSpan: 2 }, plot.element)));
+    const row = make("tr", { className: "plotted" }, make("td", { colSpan: 2 }, plot.element));
+    plot.rows = [...others, row];
+    plot.rows.forEach((hidden) => (hidden.hidden = true));
+    this.rows.append(row);
   }
 
   /** A number that an event of the component carries. */
   addData(name) {
     if (this.data++ >= MOST_DATA) return;
-    this.addRow([make("small", {}, name)], []);
-    this.addPlot(name);
+    this.addPlot(name, [this.addRow([make("small", {}, name)], [])]);
   }
 
   show(state, variables) {

@@ -1,6 +1,8 @@
-// Rows of commands. Each has the same height whatever there is to say, so that nothing below it moves;
-// reasons that do not fit are unfolded by a click on the row's name.
+// Rows of commands, with all reasons of those that are not enabled. Where a command is enabled for a
+// moment only, its row keeps its height, so that the rows below it do not jump.
 "use strict";
+
+const STEADY = 3000; // milliseconds after which a row is as small as what it says
 
 const isWaiting = (reason) => ["phase", "synchronisation", "preference"].includes(reason.kind);
 
@@ -32,7 +34,7 @@ class CommandRow {
     this.sent = make("div", { className: "below sent", hidden: !hasData });
     const { name, kind } = event;
     this.key = eventName(event);
-    this.name = make("button", { className: "command-name", type: "button", title: "Unfold" },
+    this.name = make("button", { className: "command-name", type: "button", title: "Show all data" },
       name, make("small", {}, ` ${kind}`));
     this.name.setAttribute("aria-expanded", "false");
     this.name.addEventListener("click", () => this.unfold(!this.element.classList.contains("open")));
@@ -59,7 +61,10 @@ class CommandRow {
     const told = JSON.stringify(reasons);
     if (told === this.told) return;
     this.told = told;
-    this.below.replaceChildren(...reasons.map(reasonLine));
+    clearTimeout(this.ending);
+    toggle(this.below, "past", !reasons.length);
+    if (reasons.length) this.below.replaceChildren(...reasons.map(reasonLine));
+    else this.ending = setTimeout(() => this.below.replaceChildren(), STEADY);
   }
 
   send(words, time) {

@@ -4,7 +4,6 @@
 
 const KEPT = 400; // events in memory
 const SHOWN = 120; // events in the list
-const MANY = 8; // components that are too many to see all at once
 const PACE = 100; // milliseconds between two changes of what is read, not watched
 const BROKEN = 7000; // milliseconds of silence; the server says something every two seconds
 
@@ -179,7 +178,7 @@ function greet(hello) {
 
 function build(model, text) {
   if (text === page.model) return; // the stream was opened again
-  const drawn = model.components.filter((c) => c.states.length);
+  const drawn = whatMovesFirst(model.components.filter((c) => c.states.length));
   past.owners = new Map(model.communications.map((c) => [c.name, c.component]));
   page.thresholds = model.thresholds ?? {};
   zooms.clear();
@@ -204,10 +203,17 @@ function build(model, text) {
   document.title = `${model.robot} · robosc`;
   write(byId("robot"), model.robot);
   byId("components").replaceChildren(...cards.shown.map((c) => c.element), ...note);
-  byId("overview").hidden = cards.shown.length < MANY;
-  byId("overview").replaceChildren(...cards.shown.map((c) => make("li", {}, c.link)));
+  const moving = cards.shown.filter((c) => c.diagram.states.size > 1);
+  byId("overview").hidden = !moving.length;
+  byId("overview").replaceChildren(...moving.map((c) => make("li", {}, c.link)));
   byId("command-list").replaceChildren(...rows.elements);
   restoreOpen();
+}
+
+/** Missions come first, then what has several states, then what only measures. */
+function whatMovesFirst(components) {
+  const rank = ({ states }) => (states.some((s) => s.performs) ? 0 : states.length > 1 ? 1 : 2);
+  return [0, 1, 2].flatMap((wanted) => components.filter((c) => rank(c) === wanted));
 }
 
 function render() {
@@ -339,6 +345,7 @@ function tell(id, text) {
 function showEvents(fresh) {
   const log = page.hello?.source === "log";
   const wanted = byId("filter").value.trim().toLowerCase();
+  toggle(document.body, "eventless", Boolean(page.hello) && !log && !page.events.length);
   listEvents(fresh, log ? "" : wanted);
   if (log && recording.at) recording.fill(page.times);
   const style = getComputedStyle(document.documentElement);

@@ -7,7 +7,7 @@ const MOST_CHOICES = 40; // rows, beyond which those leave that were not possibl
 class ChoiceRow {
   constructor(choice) {
     this.number = make("kbd");
-    this.button = make("button", { type: "submit" }, choice.text);
+    this.button = make("button", { type: "submit", title: choice.text }, choice.short ?? choice.text);
     this.element = make("form", { className: `choice ${choice.controllable ? "own" : "robot"}` }, this.number, this.button);
     this.input = choice.needs ? make("input", { placeholder: choice.needs }) : null;
     if (this.input) {

@@ -10,9 +10,11 @@ class Series {
   constructor(times = [], values = []) {
     this.times = times;
     this.values = values;
+    this.varies = values.some((value) => value !== values[0]);
   }
 
   add(time, value) {
+    this.varies ||= this.values.length > 0 && value !== this.values.at(-1);
     this.times.push(time);
     this.values.push(value);
     const first = this.times.length > 4000 ? this.before(time - PLOTTED) : 0;
@@ -95,88 +97,110 @@ function numbersIn(value, path = "") {
 /** One number over the last minute, with the states of its component and what it is compared with. */
 class Plot {
   constructor(name, component) {
-    Object.assign(this, { name, component, visible: true });
-    this.thresholds = own(page.thresholds, name) ?? [];
-    this.element = make("canvas", { className: "plot" });
-    this.element.setAttribute("role", "img");
-    this.element.setAttribute("aria-label", `${name} in the last minute`);
-    this.element.dataset.plot = name;
+    Object.assign(this, { name, component, visible: true, chart: null });
+    this.thresholds = [...(own(page.thresholds, name) ?? [])].sort((a, b) => a - b);
+    this.element = make("div", { className: "plot" });
     inSight.observe(this.element);
     plotOf.set(this.element, this);
   }
 
-  draw(now, colours) {
-    const series = past.all.get(this.name);
-    const spans = series?.spans(now - PLOTTED, now).filter(([, , value]) => Number.isFinite(value)) ?? [];
-    const { context, width, height } = blank(this.element);
-    const levels = [...spans.map((span) => span[2]), ...this.thresholds];
-    let [low, high] = [Math.min(...levels), Math.max(...levels)];
-    if (!(low < high)) [low, high] = [low - 1, high + 1];
-    const x = (time) => width * (1 - (now - time) / PLOTTED);
-    const y = (value) => height - 3 - ((value - low) / (high - low)) * (height - 14);
-    context.font = SMALL;
-    this.drawStates(context, now, x, height, colours);
-    context.setLineDash([4, 3]);
-    context.strokeStyle = colours["--wait"];
-    context.lineWidth = 1;
-    for (const threshold of this.thresholds) stroke(context, [[0, y(threshold)], [width, y(threshold)]]);
-    context.setLineDash([]);
-    context.strokeStyle = colours["--accent"];
-    context.lineWidth = 1.5;
-    stroke(context, spans.flatMap(([from, to, value]) => [[x(from), y(value)], [x(to), y(value)]]));
-    context.fillStyle = colours["--wait"];
-    context.textAlign = "right";
-    context.strokeStyle = colours["--card"]; // what is drawn behind a text does not strike it out
-    context.lineWidth = 3;
-    let above = Infinity; // one text does not cover another
-    const lines = [...this.thresholds].sort((a, b) => a - b);
-    for (const [i, threshold] of lines.entries()) {
-      // Near the top are the names of states; and between two near lines there is no room.
-      const isNear = i === 0 && lines.length > 1 && y(threshold) - y(lines[1]) < 11;
-      const base = y(threshold) + (isNear || y(threshold) < 20 ? 10 : -2);
-      if (above - base < 9 || base > height) continue;
-      above = base;
-      outlined(context, valueText(threshold), width - 2, base);
+  draw(now) {
+    const spans = past.all.get(this.name)?.spans(now - PLOTTED, now) ?? [];
+    const times = spans.map(([from]) => from);
+    const values = spans.map(([, , value]) => (Number.isFinite(value) ? value : null));
+    if (spans.length) {
+      times.push(spans.at(-1)[1]);
+      values.push(values.at(-1));
     }
-    context.textAlign = "left";
-    context.fillStyle = colours["--quiet"];
-    const ends = spans.length ? [low, high].filter((level) => !this.thresholds.includes(level)) : [];
-    for (const level of ends) outlined(context, valueText(level), 0, y(level) + (level === high ? 8 : 0));
+    this.now = now;
+    this.chart ??= this.make();
+    const width = this.element.clientWidth;
+    if (width && this.chart.width !== width) this.chart.setSize({ width, height: PLOT_HEIGHT });
+    this.chart.setData([times, values]);
+  }
+
+  make() {
+    const in_ = (name) => () => Plot.colours[name];
+    const chart = new uPlot({
+      width: this.element.clientWidth || 300, height: PLOT_HEIGHT, padding: [6, 0, 4, 0],
+      legend: { show: false }, cursor: { show: false }, select: { show: false },
+      scales: {
+        x: { time: false, range: () => [this.now - PLOTTED, this.now] },
+        y: { range: (_, low, high) => this.range(low, high) },
+      },
+      axes: [
+        { show: false },
+        {
+          stroke: in_("--quiet"), font: SMALL, size: 42, gap: 2, space: 18, ticks: { show: false },
+          grid: { stroke: in_("--rule"), width: 1 }, values: (_, ticks) => ticks.map(valueText),
+        },
+      ],
+      series: [{}, { stroke: in_("--accent"), width: 2, paths: uPlot.paths.stepped({ align: 1 }), points: { show: false } }],
+      hooks: { drawAxes: [(u) => this.drawStates(u)], draw: [(u) => this.drawThresholds(u)] },
+    }, [[], []], this.element);
+    const { canvas } = chart.ctx;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `${this.name} in the last minute`);
+    canvas.dataset.plot = this.name;
+    return chart;
+  }
+
+  range(low, high) {
+    const levels = [low, high, ...this.thresholds].filter(Number.isFinite);
+    const [least, most] = [Math.min(...levels, Infinity), Math.max(...levels, -Infinity)];
+    if (least > most) return [0, 1];
+    const room = (most - least) * 0.08 || 1;
+    return [least - room, most + room];
   }
 
   /** Where the component changed its state, and what that was. */
-  drawStates(context, now, x, height, colours) {
-    for (const [from, to, state] of past.all.get(this.component)?.spans(now - PLOTTED, now) ?? []) {
-      context.fillStyle = colours["--rule"];
-      context.fillRect(x(from), 0, 1, height);
-      context.fillStyle = colours["--quiet"];
-      const room = x(to) - x(from) - 4;
-      if (room > 20) context.fillText(fit(context, String(state), room), x(from) + 3, 9);
+  drawStates({ ctx, bbox, valToPos }) {
+    ctx.font = `${10 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.textAlign = "left";
+    for (const [from, to, state] of past.all.get(this.component)?.spans(this.now - PLOTTED, this.now) ?? []) {
+      const [x, end] = [from, to].map((time) => valToPos(time, "x", true));
+      ctx.fillStyle = Plot.colours["--rule"];
+      ctx.fillRect(x, bbox.top, 1, bbox.height);
+      ctx.fillStyle = Plot.colours["--quiet"];
+      if (end - x > 24) ctx.fillText(fit(ctx, String(state), end - x - 4), x + 3, bbox.top + 9 * devicePixelRatio);
+    }
+  }
+
+  drawThresholds({ ctx, bbox, valToPos }) {
+    ctx.strokeStyle = ctx.fillStyle = Plot.colours["--wait"];
+    ctx.lineWidth = devicePixelRatio;
+    ctx.textAlign = "right";
+    let above = Infinity; // one text does not cover another
+    for (const threshold of this.thresholds) {
+      const y = Math.round(valToPos(threshold, "y", true)) + 0.5;
+      ctx.setLineDash([4, 3]);
+      ctx.beginPath();
+      ctx.moveTo(bbox.left, y);
+      ctx.lineTo(bbox.left + bbox.width, y);
+      ctx.stroke();
+      ctx.setLineDash([]);
+      if (above - y < 11 * devicePixelRatio) continue;
+      above = y;
+      ctx.fillText(valueText(threshold), bbox.left + bbox.width - 2, y - 2);
     }
   }
 }
 
-function outlined(context, text, x, y) {
-  context.strokeText(text, x, y);
-  context.fillText(text, x, y);
-}
-
-function stroke(context, points) {
-  context.beginPath();
-  for (const [x, y] of points) context.lineTo(x, y);
-  context.stroke();
-}
-
+const PLOT_HEIGHT = 64; // pixels
 const plotOf = new WeakMap();
 /** Only plots that can be seen are drawn. */
 const inSight = new IntersectionObserver((entries) => {
   for (const { target, isIntersecting } of entries) plotOf.get(target).visible = isIntersecting;
 });
 
+/** A number has its plot as soon as it has changed: one that never does tells nothing. */
 function drawPlots(now, colours) {
-  for (const canvas of document.querySelectorAll("canvas.plot")) {
-    const plot = plotOf.get(canvas);
-    if (plot.visible) plot.draw(now, colours);
+  Plot.colours = colours;
+  for (const element of document.querySelectorAll(".plot")) {
+    const plot = plotOf.get(element);
+    if (!past.all.get(plot.name)?.varies) continue;
+    plot.rows.forEach((row) => (row.hidden = false));
+    if (plot.visible) plot.draw(now);
   }
 }
 
@@ -185,9 +209,19 @@ const COMPARE = {
   "<=": (a, b) => a <= b, ">": (a, b) => a > b, ">=": (a, b) => a >= b,
 };
 
-/** What the model knows of a number: the class that it is in. */
+/** What the model knows of a number: between which constants it is that it is compared with, else its class. */
 function classOf(variable, value) {
   if (!variable.classes || typeof value !== "number") return "";
-  const outcomes = variable.comparisons.map(([operator, constant]) => Number(COMPARE[operator](value, constant)));
-  return own(variable.classes, outcomes.join("")) ?? "";
+  const outcomes = variable.comparisons.map(([operator, constant]) => COMPARE[operator](value, constant));
+  let [low, high] = [-Infinity, Infinity];
+  variable.comparisons.forEach(([operator, constant], i) => {
+    if (operator.includes("<") === outcomes[i]) high = Math.min(high, constant);
+    else low = Math.max(low, constant);
+  });
+  const isRange = variable.comparisons.every(([operator]) => /[<>]/.test(operator));
+  if (isRange && low > -Infinity && high < Infinity) return `${valueText(low)} … ${valueText(high)}`;
+  const end = Math.abs(high) < Infinity ? high : low;
+  const strict = variable.comparisons.some(([operator, constant]) => constant === end && (end === high ? /^(<|>=)$/ : /^(>|<=)$/).test(operator));
+  if (isRange && Number.isFinite(value) && Number.isFinite(end)) return `${end === high ? "<" : ">"}${strict ? "" : "="} ${valueText(end)}`;
+  return own(variable.classes, outcomes.map(Number).join("")) ?? "";
 }

@@ -1,0 +1,195 @@
+"""What an agent may ask of a robot: a tool for each command, and for each call that is served.
+
+The arguments of a tool are the fields of its message, described as JSON Schema.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from robosc.emit.supervisor.command_recognition import command_matches
+from robosc.expr.types import (
+    ArrayType,
+    BooleanType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+    Type,
+)
+from robosc.language.events import EventKind, Kind
+from robosc.language.tokens import tokenize
+from robosc.model.entities import Communication, Robot
+from robosc.source import Source, Span
+
+Json = Any
+
+OWN = ("state", "why", "what_if", "cancel", "play")
+"""The names of the server's own tools."""
+
+WHOLE = "value"
+"""The argument of a tool whose message has one field, or none that the model names."""
+
+_COMMANDS = (Kind.INCOMING, Kind.SERVICE, Kind.ACTION)
+_SERVED = (Kind.SERVED_SERVICE, Kind.SERVED_ACTION)
+_WORDS = {
+    Kind.INCOMING: "Send the command",
+    Kind.SERVICE: "Call the service",
+    Kind.ACTION: "Start the action",
+    Kind.SERVED_SERVICE: "Ask the controller for",
+    Kind.SERVED_ACTION: "Give the controller the order",
+}
+_DEPTH = 8
+"""Levels of nested fields that a schema describes; deeper ones take any value."""
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A command of the supervised side, or a call that the controller serves.
+
+    ``title`` is the model's name for it. ``data`` are the values of a command that always carries
+    the same ones; it takes no arguments.
+    """
+
+    name: str
+    title: str
+    communication: Communication
+    description: str
+    schema: Json
+    data: Mapping[str, object] | None = None
+
+    @property
+    def key(self) -> str:
+        return self.communication.key
+
+    @property
+    def serves(self) -> bool:
+        """Whether the controller serves it: the agent calls it as the robot's people do."""
+        return self.communication.kind in _SERVED
+
+
+def tools(robot: Robot, guarded: bool) -> tuple[Tool, ...]:
+    """Return the tools of a robot: what a guarded controller may send, or what the controller
+    serves.
+
+    Raises:
+        ModelError: messages of one topic cannot be distinguished by their data.
+    """
+    fixed = _fixed(robot) if guarded else {}
+    taken = set(OWN)
+    found = []
+    for communication in robot.communications.values():
+        if (communication.kind in _COMMANDS) if guarded else (communication.kind in _SERVED):
+            name = _unique(robot.display_names[communication.key], taken)
+            data = fixed.get(communication.key)
+            schema = _arguments(NoneType() if data is not None else communication.request)
+            text = "\n".join(_description(robot, communication, guarded))
+            title = robot.display_names[communication.key]
+            found.append(Tool(name, title, communication, text, schema, data))
+    return tuple(found)
+
+
+def _fixed(robot: Robot) -> dict[str, Mapping[str, object]]:
+    """The data of the commands that always carry the same, by key."""
+    matches = (m for found in command_matches(robot).values() for m in found)
+    return {match.key: match.exact[0] for match in matches if len(match.exact) == 1}
+
+
+def _unique(name: str, taken: set[str]) -> str:
+    """A name as the protocol takes it, not used before."""
+    plain = re.sub(r"[^A-Za-z0-9_-]+", "_", name).strip("_")[:60] or "command"
+    found, number = plain, 1
+    while found in taken:
+        number += 1
+        found = f"{plain}_{number}"
+    taken.add(found)
+    return found
+
+
+# --- descriptions --------------------------------------------------------------------------------
+
+
+def _description(robot: Robot, communication: Communication, guarded: bool) -> Iterator[str]:
+    name = robot.display_names[communication.key]
+    yield f"{_WORDS[communication.kind]} '{name}' of the robot {robot.name}."
+    if comment := comment_of(communication.span):
+        yield comment
+    if guarded:
+        rules = [r for r in robot.requirements if communication.key in r.communications]
+        rules = [r for r in rules if r.concerns(EventKind.REQUEST) and not r.implied]
+        if rules:
+            yield "It is blocked unless these requirements hold:"
+            yield from (f"- {rule.text}" for rule in rules)
+    if communication.kind in (Kind.ACTION, Kind.SERVED_ACTION):
+        yield "It takes a while: progress is reported, and the call ends when the action has ended."
+
+
+def comment_of(span: Span) -> str:
+    """Return the comment beside a declaration, on its line or directly above it; "": none.
+
+    Models note units and meanings there.
+    """
+    source = span.source
+    lines = source.text.splitlines()
+    own = dict(_comments(source))
+    if span.line in own:
+        return own[span.line]
+    above: list[str] = []
+    number = span.line - 1
+    while number in own and lines[number - 1].lstrip().startswith(("//", "/*")):
+        above.insert(0, own[number])
+        number -= 1
+    return " ".join(above)
+
+
+def _comments(source: Source) -> Iterator[tuple[int, str]]:
+    for comment in tokenize(source).comments:
+        text = comment.text.removeprefix("//").removeprefix("/*").removesuffix("*/")
+        yield source.text.count("\n", 0, comment.start) + 1, " ".join(text.split())
+
+
+# --- schemas -------------------------------------------------------------------------------------
+
+
+def _arguments(type_: Type) -> Json:
+    """The arguments of a tool as JSON Schema: an object, as the protocol asks."""
+    match type_:
+        case NoneType():
+            return {"type": "object", "properties": {}, "additionalProperties": False}
+        case ObjectType():
+            return _schema(type_, _DEPTH)
+    return {
+        "type": "object",
+        "properties": {WHOLE: _schema(type_, _DEPTH)},
+        "required": [WHOLE],
+        "additionalProperties": False,
+    }
+
+
+def _schema(type_: Type, depth: int) -> Json:
+    """A type as JSON Schema. Fields that are left out keep their defaults in ROS."""
+    match type_:
+        case BooleanType():
+            return {"type": "boolean"}
+        case IntegerType(bounds=bounds):
+            limits = {} if bounds is None else {"minimum": bounds[0], "maximum": bounds[1]}
+            return {"type": "integer", **limits}
+        case StringType():
+            return {"type": "string"}
+        case EnumType(values=values):
+            return {"enum": list(values)}
+        case ArrayType(element=element) if depth:
+            return {"type": "array", "items": _schema(element, depth - 1)}
+        case ObjectType(properties=properties) if depth:
+            return {
+                "type": "object",
+                "properties": {name: _schema(part, depth - 1) for name, part in properties},
+                "additionalProperties": False,
+            }
+        case ArrayType() | ObjectType():
+            return {}
+    return {"type": "number"}

@@ -1,0 +1,192 @@
+"""A recording, of one file or of several: its channels, and its messages in order."""
+
+from __future__ import annotations
+
+import time as clock
+from array import array
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from datetime import datetime, timezone
+from typing import Any
+
+from robosc.errors import counted
+from robosc.progress import Progress
+from robosc.simulate.bags.storage import Channel, Damaged, Storage
+from robosc.simulate.bags.timeline import Jump, continued
+
+_NANOSECONDS = 1_000_000_000
+_FILE = 32
+"""Bits of a channel's number within its file."""
+_EARLY = 946_684_800
+"""Seconds until the year 2000: what was recorded before had no clock of its own."""
+_SHOWN = 3
+
+
+class BagStorage:
+    """A recording that is open. Channels have numbers; times are in seconds since 1970.
+
+    ``notes`` say what there is to know of the file; ``missing`` what should be in the recording,
+    and is not. ``promised`` are the messages of each topic as the recording's description has
+    them.
+    """
+
+    def __init__(
+        self,
+        files: Sequence[tuple[str, Storage]],
+        promised: Mapping[str, int],
+        *,
+        notes: Sequence[str] = (),
+        missing: Sequence[str] = (),
+    ) -> None:
+        self._files = [storage for _, storage in files]
+        self._names = [name for name, _ in files]
+        self.notes = list(notes)
+        self.missing = list(missing)
+        self.channels: dict[int, Channel] = {}
+        for number, storage in enumerate(self._files):
+            for own, channel in storage.contents.channels.items():
+                self.channels[(number << _FILE) + own] = replace(
+                    channel, topic=f"/{channel.topic.lstrip('/')}"
+                )
+        self._begins: list[int] = []
+        self._channels = array("Q")
+        raw = array("Q")
+        for number, storage in enumerate(self._files):
+            index = storage.contents.index
+            self._begins.append(len(raw))
+            raw.extend(index.times)
+            self._channels.extend(c + (number << _FILE) for c in index.channels)
+        self._times, jumps = continued(raw, self._channels)
+        self.counts = Counter(n for n in self._channels if n in self.channels)
+        self._compare(promised)
+        self._tell(jumps, raw)
+
+    @property
+    def ros_1(self) -> bool:
+        return any(channel.encoding == "ros1" for channel in self.channels.values())
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The first and the last time; zeros if there is no message."""
+        if not self._times:
+            return 0.0, 0.0
+        return min(self._times) / _NANOSECONDS, max(self._times) / _NANOSECONDS
+
+    def close(self) -> None:
+        for storage in self._files:
+            storage.close()
+
+    def times(self, number: int) -> list[float]:
+        """The times of the messages of a channel in order, in seconds since the first of all."""
+        found = zip(self._times, self._channels, strict=True)
+        start = min(self._times, default=0)
+        return sorted((t - start) / _NANOSECONDS for t, channel in found if channel == number)
+
+    def messages(
+        self, wanted: Collection[int], progress: Progress
+    ) -> Iterator[tuple[int, float, bytes]]:
+        """The messages of some channels in the order of their times, those of one time as they were
+        written: channel, time, bytes. It ends where the recording is damaged."""
+        numbers = [n for n, channel in enumerate(self._channels) if channel in wanted]
+        times, channels = self._times, self._channels
+        numbers.sort(key=times.__getitem__)
+        chunks = _Chunks(self._files, self._begins, numbers)
+        for count, number in enumerate(numbers):
+            if not count % 256:
+                progress("reading messages", count, len(numbers))
+            try:
+                raw = chunks.message(number)
+            except Damaged as damage:
+                left = counted(len(numbers) - count, "message")
+                self.missing.append(f"{damage}: {left} from there on cannot be read")
+                return
+            yield channels[number], times[number] / _NANOSECONDS, raw
+
+    # --- what is told ----------------------------------------------------------------------------
+
+    def _compare(self, promised: Mapping[str, int]) -> None:
+        """Tell what the files lack of what they and the description of the recording promise."""
+        read = Counter[str]()
+        for number, count in self.counts.items():
+            read[self.channels[number].topic] += count
+        expected = Counter({f"/{topic.lstrip('/')}": n for topic, n in promised.items()})
+        own = Counter[str]()
+        for number, storage in enumerate(self._files):
+            for channel, count in storage.contents.promised.items():
+                own[self.channels[(number << _FILE) + channel].topic] += count
+        left_out: dict[str, str] = {}
+        for name, storage in zip(self._names, self._files, strict=True):
+            if storage.contents.cut:
+                self.notes.append(f"{name} is read as far as it goes: {storage.contents.cut}")
+            left_out.update(storage.contents.left_out)
+        if left_out:
+            forms = ", ".join(f"{topic} ({form})" for topic, form in sorted(left_out.items()))
+            self.notes.append(f"left out, since it is not in a form of ROS: {forms}")
+        lacking = [
+            f"{topic} ({read[topic]:,} of {count:,})"
+            for topic, count in sorted((expected | own).items())
+            if read[topic] < count and topic not in left_out
+        ]
+        if lacking:
+            self.missing.append(f"fewer messages than the recording states: {', '.join(lacking)}")
+
+    def _tell(self, jumps: Sequence[Jump], raw: Sequence[int]) -> None:
+        if not raw:
+            return
+        start, _ = self.span
+        if jumps:
+            said = [
+                f"by {jump.by / _NANOSECONDS:+,.3f} s at"
+                f" {self._times[jump.at] / _NANOSECONDS - start:.3f} s"
+                for jump in jumps[:_SHOWN]
+            ]
+            more = f" and {len(jumps) - _SHOWN} times more" if len(jumps) > _SHOWN else ""
+            self.notes.append(
+                f"the recorded times jump {', '.join(said)}{more}: time goes on from there"
+            )
+        if start < _EARLY:
+            self.notes.append(
+                f"the recorded times begin at {_date(start)}: simulated time, or a clock that was"
+                " not set"
+            )
+        elif start > clock.time() + 86_400:
+            self.notes.append(f"the recorded times lie in the future: they begin at {_date(start)}")
+
+
+class _Chunks:
+    """The chunks of files, each loaded once, and kept until its last message was read."""
+
+    def __init__(
+        self, files: Sequence[Storage], begins: Sequence[int], numbers: Sequence[int]
+    ) -> None:
+        self._files = files
+        self._begins = begins
+        self._loaded: dict[tuple[int, int], Any] = {}
+        self._left = Counter(self._place(number)[:2] for number in numbers)
+
+    def message(self, number: int) -> bytes:
+        """The bytes of a message. Raises Damaged."""
+        file, chunk, place = self._place(number)
+        key = file, chunk
+        if key not in self._loaded:
+            self._loaded[key] = self._files[file].load(chunk)
+        raw = self._files[file].message(self._loaded[key], place)
+        self._left[key] -= 1
+        if not self._left[key]:
+            del self._loaded[key]
+        return raw
+
+    def _place(self, number: int) -> tuple[int, int, int]:
+        file = len(self._begins) - 1
+        while self._begins[file] > number:
+            file -= 1
+        index = self._files[file].contents.index
+        own = number - self._begins[file]
+        return file, index.chunks[own], index.places[own]
+
+
+def _date(seconds: float) -> str:
+    if seconds > 253_402_300_799:  # the last of the year 9999
+        return f"{seconds:.0f} s after 1970"
+    return datetime.fromtimestamp(seconds, timezone.utc).strftime("%Y-%m-%d")

@@ -1,0 +1,86 @@
+"""What a recording tells of the time at which a message came, beside the time of the recorder.
+
+A recorder, and the machine that it shares with the robot, may be late. A message was made at its
+stamp, so it may have come at any time from then on, with the least age that its topic had before. A
+burst of one topic had waited for the recorder. A silence that such a message ends later than it may
+have come is none that anybody knows of.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from robosc.runtime.ages import seconds_of
+
+Recorded = tuple[str, float, Any]
+"""Topic, time of the recorder, message."""
+
+_LATEST = 2.0
+"""Seconds by which a recorder may be late: so far is looked ahead."""
+_BURST = 0.1
+"""The part of the usual pause of a topic within which messages that had waited follow."""
+_REMEMBERED = 50
+"""Messages of a topic from which its usual pause and its least age are known."""
+_KNOWN = 5
+"""Pauses of a topic after which its usual one is known."""
+
+
+class Lookahead:
+    """The messages of a recording, one after the other, with those that follow."""
+
+    def __init__(self, messages: Iterable[Recorded]) -> None:
+        self._messages = iter(messages)
+        self._ahead: deque[Recorded] = deque()
+        self._ages: dict[str, deque[float]] = {}
+        self._pauses: dict[str, deque[float]] = {}
+        self._last: dict[str, float] = {}
+
+    def __iter__(self) -> Iterator[Recorded]:
+        while self._fill():
+            yield self._ahead[0]
+            self._ahead.popleft()
+
+    def may_have_come(self, topic: str, time: float) -> float | None:
+        """The recorded time of the next message of a topic, if it may have come before a time;
+        None: it cannot have, or there is none."""
+        coming = ((t, message) for name, t, message in self._ahead if name == topic)
+        recorded, message = next(coming, (None, None))
+        if recorded is None:
+            return None
+        stamp = _stamp(message)
+        if stamp is not None:
+            return recorded if stamp + min(self._ages[topic]) <= time else None
+        following, _ = next(coming, (None, None))
+        pauses = self._pauses.get(topic, ())
+        if following is None or len(pauses) < _KNOWN:
+            return None
+        usual = sorted(pauses)[len(pauses) // 2]
+        return recorded if following - recorded < _BURST * usual else None
+
+    def _fill(self) -> bool:
+        """Read ahead; False at the end."""
+        while not self._ahead or self._ahead[-1][1] < self._ahead[0][1] + _LATEST:
+            entry = next(self._messages, None)
+            if entry is None:
+                break
+            self._note(*entry)
+            self._ahead.append(entry)
+        return bool(self._ahead)
+
+    def _note(self, topic: str, time: float, message: Any) -> None:
+        stamp = _stamp(message)
+        if stamp is not None:
+            self._ages.setdefault(topic, deque(maxlen=_REMEMBERED)).append(time - stamp)
+        elif topic in self._last:
+            self._pauses.setdefault(topic, deque(maxlen=_REMEMBERED)).append(
+                time - self._last[topic]
+            )
+        self._last[topic] = time
+
+
+def _stamp(message: Any) -> float | None:
+    """The seconds of a message's stamp; None if it has none."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
+    return None if stamp is None else seconds_of(stamp) or None

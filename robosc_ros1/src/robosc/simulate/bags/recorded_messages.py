@@ -1,0 +1,265 @@
+"""Recorded messages, read with the definitions that were recorded with them.
+
+The project's own readers of definitions take what ROS takes; rosbags gets the types in its own
+form, and unpacks the messages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from copy import deepcopy
+from dataclasses import fields
+from functools import partial
+from typing import Any
+
+from robosc.errors import UsageError
+from robosc.model.ros.interfaces import Definition, FieldType
+from robosc.model.ros.recorded import definitions
+from robosc.runtime.values import only_field
+from robosc.simulate.bags.storage import Channel
+
+_NO_FIELD = "structure_needs_at_least_one_member"
+_IN_ROS_1 = {
+    "byte": "int8", "char": "uint8", "time": "builtin_interfaces/Time",
+    "duration": "builtin_interfaces/Duration",
+}  # fmt: skip
+"""What rosbags calls types of ROS 1."""
+
+
+def stored(type_: str) -> str:
+    """The name that rosbags gives a type: that of a service's or action's part gets ``msg``."""
+    folder, _, name = type_.rpartition("/")
+    return type_ if folder.endswith("/msg") else f"{folder}/msg/{name}"
+
+
+class MessageTypes:
+    """The types of a channel's messages."""
+
+    def __init__(self, channel: Channel) -> None:
+        from rosbags.typesys import Stores, get_typestore
+
+        self.name = stored(channel.type)
+        self.is_ros_1 = channel.encoding == "ros1"
+        latest: Any = get_typestore(Stores.ROS1_NOETIC if self.is_ros_1 else Stores.LATEST)
+        known = latest.fielddefs
+        wanted: dict[str, Any] = {}
+        self._wide: dict[str, list[str]] = {}
+        if channel.definition.strip() or self.name not in known:
+            found = {} if not channel.schema else _definitions(channel)
+            own = f"{channel.type.partition('/')[0]}/{channel.type.rpartition('/')[2]}"
+            if own not in found:
+                raise UsageError(
+                    f"{channel.topic}: its type {channel.type} is recorded without its definition"
+                )
+            for name, definition in found.items():
+                of_rosbags = self.name if name == own else _message(name)
+                wanted[of_rosbags] = ([], [*self._fields(of_rosbags, definition)])
+        else:
+            wanted[self.name] = known[self.name]
+        self.store: Any = get_typestore(Stores.EMPTY)
+        self.store.register(_with_needed(wanted, known, channel))
+        for name, type_ in self.store.types.items():
+            _as_in_ros(name, type_)
+        if self.is_ros_1:
+            self._name_times()
+        self._steps = _PlainTypes(self.store, self._wide).of(self.name)
+        deserialise = self.store.deserialize_ros1 if self.is_ros_1 else self.store.deserialize_cdr
+        self._deserialise: Callable[[bytes, str], Any] = deserialise
+
+    def read(self, raw: bytes) -> Any:
+        """A message, as it would arrive."""
+        return _apply(self._steps, self._deserialise(raw, self.name))
+
+    def default(self) -> Any:
+        return _apply(self._steps, default_message(self.store, self.name))
+
+    def arrived(self, message: Any, data: dict[str, Any]) -> Any:
+        """The message with other fields, as it would arrive."""
+        message = deepcopy(message)
+        fill(message, data)
+        pack = self.store.serialize_ros1 if self.is_ros_1 else self.store.serialize_cdr
+        return self.read(bytes(pack(_with_arrays(self.store, message, self._wide), self.name)))
+
+    def _fields(self, name: str, definition: Definition) -> list[tuple[str, Any]]:
+        if not definition.fields and not self.is_ros_1:
+            return [(_NO_FIELD, _single("uint8"))]
+        wide = [f.name for f in definition.fields if f.type.wide and not f.type.is_array]
+        if wide:
+            self._wide[name] = wide
+        return [(field.name, self._type(field.type)) for field in definition.fields]
+
+    def _type(self, type_: FieldType) -> Any:
+        from rosbags.interfaces import Nodetype
+
+        base = _IN_ROS_1.get(type_.base, type_.base) if self.is_ros_1 else type_.base
+        element = (Nodetype.NAME, _message(base)) if "/" in base else _single(base)
+        if type_.wide:  # a sequence of characters, which rosbags does not know
+            element = (Nodetype.SEQUENCE, (_single("uint32"), 0))
+        if not type_.is_array:
+            return element
+        if type_.length is None:
+            return (Nodetype.SEQUENCE, (element, 0))
+        return (Nodetype.ARRAY, (element, type_.length))
+
+    def _name_times(self) -> None:
+        """ROS 1 has other names for the parts of times."""
+        for name in ("Time", "Duration"):
+            type_ = self.store.types.get(f"builtin_interfaces/msg/{name}")
+            if type_ is not None:
+                type_.secs = property(lambda self: self.sec)
+                type_.nsecs = property(lambda self: self.nanosec)
+
+
+def _definitions(channel: Channel) -> Mapping[str, Definition]:
+    try:
+        return definitions(channel.definition, channel.type, channel.schema)
+    except ValueError as error:
+        raise UsageError(f"{channel.topic}: {error}") from None
+
+
+def _with_needed(
+    wanted: dict[str, Any], known: Mapping[str, Any], channel: Channel
+) -> dict[str, Any]:
+    """The types with those that they need; what the recording lacks is as in the latest ROS."""
+    pending = [*wanted]
+    while pending:
+        for _, type_ in wanted[pending.pop()][1]:
+            name = _named(type_)
+            if name is None or name in wanted:
+                continue
+            if name not in known:
+                raise UsageError(
+                    f"{channel.topic}: the recorded definition of {channel.type} lacks that of"
+                    f" {name.replace('/msg/', '/')}"
+                )
+            wanted[name] = known[name]
+            pending.append(name)
+    return wanted
+
+
+def _named(type_: Any) -> str | None:
+    """The message that a type of rosbags has; None if it has none."""
+    from rosbags.interfaces import Nodetype
+
+    kind, what = type_
+    if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return _named(what[0])
+    return str(what) if kind == Nodetype.NAME else None
+
+
+def _single(base: str) -> Any:
+    from rosbags.interfaces import Nodetype
+
+    return (Nodetype.BASE, (base, 0))
+
+
+def _message(name: str) -> str:
+    package, _, type_ = name.partition("/")
+    return f"{package}/msg/{type_}"
+
+
+def _as_in_ros(name: str, type_: Any) -> None:
+    """Give a class the names that those of ROS have, by which the runtime knows headers, too."""
+    type_.__module__ = name.rpartition("/")[0].replace("/", ".")
+    type_.__name__ = name.rpartition("/")[2]
+    type_.__slots__ = tuple(f.name for f in fields(type_) if f.name != _NO_FIELD)
+
+
+def default_message(store: Any, type_: str) -> Any:
+    """A message with all fields at their defaults, which are all zeros in the bytes of ROS 1."""
+    definition = store.get_msgdef(type_)
+    message, _ = definition.deserialize_ros1(bytes(_ENOUGH), 0, definition.cls, store)
+    return message
+
+
+Plain = Callable[[Any], Any]
+"""Makes the arrays of a value lists, or bytes: their elements count like those in ROS, where a
+number is one of 64 bits. What it returns takes the place of the value."""
+
+
+class _PlainTypes:
+    """How the messages of a store become plain; of each type only the fields that need it."""
+
+    def __init__(self, store: Any, wide: Mapping[str, list[str]]) -> None:
+        self._store = store
+        self._wide = wide
+        self._steps: dict[str, list[tuple[str, Plain]]] = {}
+
+    def of(self, type_: str) -> list[tuple[str, Plain]]:
+        """The fields of a message that are not plain yet, with what makes them so."""
+        if type_ not in self._steps:
+            steps = self._steps[type_] = []
+            names = [f.name for f in fields(self._store.types[type_])]
+            wide = self._wide.get(type_, ())
+            for name, (field, what) in zip(names, self._store.fielddefs[type_][1], strict=False):
+                step = _wide_text if field in wide else self._field(what)
+                if step is not None:
+                    steps.append((name, step))
+        return self._steps[type_]
+
+    def _field(self, what: Any) -> Plain | None:
+        from rosbags.interfaces import Nodetype
+
+        kind, inner = what
+        if kind == Nodetype.BASE:
+            return None
+        if kind == Nodetype.NAME:
+            return self._message(inner)
+        kind, element = inner[0]
+        if kind == Nodetype.NAME:
+            step = self._message(element)
+            return None if step is None else lambda parts: [step(part) for part in parts]
+        if kind != Nodetype.BASE or element[0] == "string":
+            return None
+        return bytes if element[0] == "uint8" else _listed
+
+    def _message(self, type_: str) -> Plain | None:
+        steps = self.of(type_)
+        return partial(_apply, steps) if steps else None
+
+
+def _listed(array: Any) -> Any:
+    return array.tolist()
+
+
+def _wide_text(characters: Any) -> str:
+    return "".join(map(chr, characters))
+
+
+def _apply(steps: list[tuple[str, Plain]], message: Any) -> Any:
+    for name, step in steps:
+        setattr(message, name, step(getattr(message, name)))
+    return message
+
+
+def _with_arrays(store: Any, message: Any, wide: Mapping[str, list[str]]) -> Any:
+    """The message with arrays again, as they are packed."""
+    for name in wide.get(message.__msgtype__, ()):
+        setattr(message, name, [*map(ord, getattr(message, name))])
+    for name, blank in vars(default_message(store, message.__msgtype__)).items():
+        value = getattr(message, name)
+        if hasattr(blank, "dtype"):
+            blank.resize(len(value), refcheck=False)
+            blank[:] = list(value)
+            setattr(message, name, blank)
+        elif hasattr(value, "__msgtype__"):
+            _with_arrays(store, value, wide)
+        elif isinstance(value, list):
+            for part in value:
+                if hasattr(part, "__msgtype__"):
+                    _with_arrays(store, part, wide)
+    return message
+
+
+_ENOUGH = 2**16
+"""Bytes of a message whose arrays of any length are empty."""
+
+
+def fill(message: Any, data: dict[str, Any]) -> None:
+    for name, value in data.items():
+        name = name or only_field(message)
+        name = name if hasattr(message, name) else f"{name}_"
+        if isinstance(value, dict):
+            fill(getattr(message, name), value)
+        else:
+            setattr(message, name, value)

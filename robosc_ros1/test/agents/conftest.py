@@ -1,0 +1,5 @@
+"""Fixtures of the tests of the server for agents."""
+
+from agents.agent_support import sdk, start_agent
+
+__all__ = ["sdk", "start_agent"]

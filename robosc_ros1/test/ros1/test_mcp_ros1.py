@@ -1,0 +1,95 @@
+"""An agent that commands a robot through a generated supervisor, on a real roscore.
+
+The test plays the robot, and listens to what reaches it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from agents.agent_support import Agent, StartAgent
+from ros1.stage import Node, Puppet, Stage
+from ros_support import EXAMPLES, await_condition
+
+MODEL = str(EXAMPLES / "line_follower_first_edition" / "line_follower.rscd")
+NODE = "line_follower_supervisor"
+FLOAT = "std_msgs/Float32"
+
+
+@pytest.fixture
+def robot(guarded: Stage) -> Iterator[Puppet]:
+    with guarded.puppet() as running:
+        running.do("listen", topic="/vel", type="geometry_msgs/Twist")
+        running.do("service", name="/set_light_state", type="robot_common/LightBulbService")
+        running.do("action", name="/grab", type="robot_common/GrabberAction", mode="hold")
+        yield running
+
+
+@contextmanager
+def running(
+    stage: Stage, robot: Puppet, start: StartAgent, *more: str
+) -> Iterator[tuple[Node, Agent]]:
+    environment = stage.workspace.environment(master=stage.master)
+    with (
+        stage.controller(robot, NODE, timeout__distance=600.0) as node,
+        start(MODEL, "--ros", f"/{NODE}", *more, env=environment) as agent,
+    ):
+        await_condition(lambda: agent.call("state").get("components"), "the state")
+        yield node, agent
+
+
+def sense(robot: Puppet, node: Node, distance: float, state: str) -> None:
+    robot.publish("/distance", FLOAT, distance, times=5, rate=20.0)
+    node.shows(lambda s: s["variables"]["DistanceSensor.current"] == state)
+
+
+def test_what_an_agent_commands_reaches_the_robot_only_where_it_is_allowed(
+    guarded: Stage, robot: Puppet, start_agent: StartAgent
+) -> None:
+    with running(guarded, robot, start_agent) as (node, agent):
+        told = agent.call("move", linear={"x": 0.3})
+        assert (told["error"], told["outcome"]) == (True, "blocked"), told
+        assert any("move needs" in reason["text"] for reason in told["blocked_by"])
+        sense(robot, node, 2.0, "free")
+        await_condition(lambda: agent.call("why", command="move")["text"] == "allowed now", "it")
+        told = agent.call("move", linear={"x": 0.3})
+        assert told == {"error": False, "outcome": "sent"}
+        assert robot.hears("/vel")["linear"]["x"] == 0.3
+        found = agent.call("what_if", calls=[{"command": "stop"}, {"command": "grab"}])
+        assert [r["outcome"] for r in found["results"]] == ["blocked", "blocked"]
+        assert len(robot.all_heard("/vel")) == 1
+
+
+def test_a_goal_reports_progress_and_ends_where_its_client_cancels_it(
+    guarded: Stage, robot: Puppet, start_agent: StartAgent
+) -> None:
+    with running(guarded, robot, start_agent) as (node, agent):
+        sense(robot, node, 0.1, "obstructed")
+        assert agent.call("stop")["outcome"] == "sent"
+        agent.begin(call="grab", arguments={}, cancel_after=1)
+        node.shows(lambda s: s["communications"]["grab"] == "busy")
+        robot.do("progress", name="/grab", fields={})
+        told = agent.hear()
+        assert "progress" in told
+        assert agent.hear() == {"gave_up": True}
+        node.shows(lambda s: s["communications"]["grab"] != "busy")
+
+
+def test_nothing_is_sent_while_the_operator_holds(
+    guarded: Stage, robot: Puppet, start_agent: StartAgent
+) -> None:
+    environment = guarded.workspace.environment(master=guarded.master)
+    with (
+        guarded.controller(robot, NODE, timeout__distance=600.0, operate=True) as node,
+        start_agent(MODEL, "--ros", f"/{NODE}", env=environment) as agent,
+    ):
+        sense(robot, node, 2.0, "free")
+        robot.publish(f"/{NODE}/operate", "std_msgs/String", "hold")
+        node.shows(lambda s: s["stopped"])
+        await_condition(lambda: "stopped" in json.dumps(agent.call("state")), "the state")
+        told = agent.call("move", linear={"x": 0.3})
+        assert told["outcome"] in ("refused", "blocked"), told
+        assert all(m["linear"]["x"] == 0.0 for m in robot.all_heard("/vel"))
