@@ -130,7 +130,7 @@ def package_of(
         **runs,
     }
     if mode == "controller":
-        texts["test/robot_under_test.py"] = _robot_module(target, robot, package, source)
+        texts["test/robot_under_test.py"] = _robot_module(target, robot, context)
     else:
         guards = whole_guards(supervisor)
         texts["test/plant_data.py"] = plant_module(configured, source, guards)
@@ -157,23 +157,29 @@ def _model_module(supervisor: Supervisor, source: str) -> str:
     return _data_module(source, sentence, f"\n{model}")
 
 
-def _robot_module(target: Target, robot: Robot, package: str, source: str) -> str:
+def _robot_module(target: Target, robot: Robot, context: PackageContext) -> str:
     """What the package's test knows of the package and of the robot."""
-    required = [p for p in robot.parameters if p.required]
-    parameters = {n: v for p in required for n, v in parts_by_name(p.name, p.default)}
+    parameters = {
+        name: value
+        for p in context.parameters
+        if p.example is not None
+        for name, value in parts_by_name(p.name, p.example)
+    }
     names = robot.display_names
     messages = [names[c.key] for c in robot.communications.values() if c.kind is Kind.OUTGOING]
-    own = f"from {package} import ros_messages, ros_parameters\n" if target.has_qos else ""
+    own = f"from {context.package} import ros_messages, ros_parameters\n" if target.has_qos else ""
     offered = ["COMMANDS", "COMMUNICATIONS", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES"]
     offered += ["ros_messages", "ros_parameters"] if target.has_qos else []
-    body = f"\n{own}from {package}.node import TABLES\n\n"
+    body = f"\n{own}from {context.package}.node import TABLES\n\n"
     body += assignment("__all__", offered)
-    body += f'\nPACKAGE = "{package}"\n'
+    body += f'\nPACKAGE = "{context.package}"\n'
     body += assignment("PARAMETERS", parameters)
     body += assignment("MESSAGES", messages)
     body += assignment("COMMUNICATIONS", communications_under_test(robot))
     body += assignment("COMMANDS", commands_under_test(robot))
-    return _data_module(source, "What the test uses of the package, and knows of the robot.", body)
+    return _data_module(
+        context.source, "What the test uses of the package, and knows of the robot.", body
+    )
 
 
 def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:
