@@ -81,7 +81,9 @@ def own_folder() -> Path:
 def pytest_keyboard_interrupt(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
     """What runs ends now, not when each of its fixtures has done so in turn."""
     reaper.end(os.environ[reaper.MARK])
-    threading.Timer(1.5, os._exit, [pytest.ExitCode.INTERRUPTED]).start()
+    late = threading.Timer(1.5, os._exit, [pytest.ExitCode.INTERRUPTED])
+    late.daemon = True
+    late.start()
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import os
 import resource
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -81,13 +82,16 @@ def read(path: Path) -> dict[str, Cost]:
 
 
 def write(path: Path, costs: dict[str, Cost]) -> None:
+    """Write a table, whole or not at all: another run may read it meanwhile."""
     path.parent.mkdir(exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as file:
+    scratch = path.with_name(f"{path.name}.{os.getpid()}")
+    with scratch.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(COLUMNS)
         for function, cost in sorted(costs.items()):
             row = function, cost.size, cost.cases, f"{cost.processor:.2f}", f"{cost.seconds:.2f}"
             rows.writerow(row)
+    scratch.replace(path)
 
 
 def table(costs: dict[str, Cost]) -> Iterable[str]:
@@ -110,9 +114,17 @@ def main() -> None:
     for line in table(last):
         print(line)
     if parser.parse_args().keep:
-        dear = {f: c for f, c in last.items() if max(c.processor, c.seconds) >= LEAST}
-        others = {f: c for f, c in read(KEPT).items() if f not in last}
-        write(KEPT, {f: c for f, c in (others | dear).items() if is_there(f)})
+        known = read(KEPT)
+        whole = known | {f: of_all_cases(c, known.get(f, c).cases) for f, c in last.items()}
+        dear = {f: c for f, c in whole.items() if max(c.processor, c.seconds) >= LEAST}
+        write(KEPT, {f: c for f, c in dear.items() if is_there(f)})
+
+
+def of_all_cases(cost: Cost, known: int) -> Cost:
+    """A quick run has taken only some of the cases."""
+    cases = max(cost.cases, known)
+    factor = cases / cost.cases
+    return Cost(cost.size, cases, cost.processor * factor, cost.seconds * factor)
 
 
 def is_there(function: str) -> bool:

@@ -157,7 +157,7 @@ class Notes(Port):
             struct.pack(_FORMATS[communication.binding.type], only_value(data))
         self.sent.setdefault(communication.identifier, []).append(data or {})
 
-    def call(self, key: str, data: Any, token: int, timeout: float) -> None:
+    def call(self, key: str, data: Any, token: int) -> None:
         self.send(key, data)
         self.pending[key] = token
         self.cancelling.discard(key)

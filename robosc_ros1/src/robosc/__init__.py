@@ -8,10 +8,32 @@ from __future__ import annotations
 
 TYPE_CHECKING = False  # that of typing takes its time to load
 if TYPE_CHECKING:
-    from robosc.pipeline import check, generate, load, synthesize
+    from robosc.pipeline import (
+        Options,
+        Output,
+        check,
+        explore,
+        export,
+        generate,
+        load,
+        supervise,
+        synthesize,
+        verify,
+    )
 
 __version__ = "0.1.0"
-__all__ = ["check", "generate", "load", "synthesize"]
+__all__ = [
+    "Options",
+    "Output",
+    "check",
+    "explore",
+    "export",
+    "generate",
+    "load",
+    "supervise",
+    "synthesize",
+    "verify",
+]
 
 
 def __getattr__(name: str) -> object:

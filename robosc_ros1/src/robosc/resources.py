@@ -46,6 +46,7 @@ def _plain(markdown: str) -> str:
 
 
 def _filled(prose: str) -> str:
+    prose = re.sub(r"\[([^\]]+)\]\(([^)\s]+)\)", r"\1 (docs/\2)", prose)
     quoted = re.sub(r"`([^`\n]+)`", r"'\1'", re.sub(r"^\*(\w+)\*", r"\1", prose, flags=re.M))
     return "".join(
         part if part.isspace() else textwrap.fill(part, 88, break_on_hyphens=False)

@@ -37,6 +37,7 @@ class MonitorPort(RosPort):
     def _connect_inputs(self, engine):
         if engine.gathering:
             BACKLOG.gathering = engine.tolerance / 10
+        BACKLOG.late = engine.lateness.note
         engine.leave_out(self._tables.unseen, self._tables.by_data)
         engine.order_matters(self._tables.orders)
         super()._connect_inputs(engine)

@@ -56,7 +56,9 @@ class RelayPort(RosPort):
 
     def send(self, key, data):
         if isinstance(data, AnyMsg):
-            self._publishers[key][0].publish(data)
+            publisher = self._publishers[key][0]
+            publisher.publish(data)
+            self._demand_taken(publisher)
         else:
             super().send(key, data)
 
@@ -78,7 +80,7 @@ class RelayPort(RosPort):
                 onward.impl.enable_latch()  # for controllers that connect later
             engine.follow(keys, read(raw, type_), lambda: onward.publish(passed_on(raw)))
 
-        self._listen(robot, type_, heard)
+        self._hear(keys, raw_subscriber(robot, type_, heard))
 
     def _relay_command(self, engine, controller, type_, patterns):
         def heard(raw):

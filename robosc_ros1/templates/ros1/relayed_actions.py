@@ -12,13 +12,14 @@ from collections import deque
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-from .ros import QUEUE
 from .ros_actions import Ends, GoalCaller, new_goal_id
 from .ros_goal_tracker import RESULT_TIMEOUT, WAITING, end_of
 from .ros_raw import passed_on, raw_subscriber, read
 
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
+NOT_SENT = "cancelled before it was sent"
 UNENDED = (*WORKING, *WAITING)
+QUEUE = 10
 EARLY = 100
 """The number of cancels that are remembered in case their goals come later."""
 
@@ -32,6 +33,7 @@ class RelayedGoal:
         # A server stamps a goal without stamp on arrival.
         self.stamp = goal_id.stamp if goal_id.stamp else rospy.Time.now()
         self.token = None  # that of the engine, while that awaits its end
+        self.sent = False
         self.accepted = False
         self.cancelled = False  # its server is asked to end it
         self.told = False  # the controller gets, or has got, its end
@@ -101,8 +103,13 @@ class ActionRelay(GoalCaller):
                 if kind == "blocked":
                     text = "blocked: " + "; ".join(reason["text"] for reason in payload)
                     self._end_for_controller(relayed, GoalStatus.REJECTED, text)
+                elif kind == "passed":
+                    with self._lock:
+                        self._latest = relayed  # which no server may have taken yet
                 elif kind == "error":
                     self._end_for_controller(relayed, GoalStatus.ABORTED, str(payload))
+                elif kind == "cancelled" and not relayed.sent:
+                    self._end_for_controller(relayed, GoalStatus.RECALLED, NOT_SENT)
 
             def repacked(made):
                 message.goal = made
@@ -115,7 +122,8 @@ class ActionRelay(GoalCaller):
             is_meant = self._is_meant(message)
             with self._lock:
                 is_known = message.id in self._goals
-                waits = message.id == self._latest.id and not is_known and self._token is not None
+                latest = self._latest
+                waits = message.id == latest.id and not (latest.sent or latest.told)
                 if is_meant and self._is_sent() and not self._cancelled:
                     self._cancelled = True
                     self.drop()
@@ -144,19 +152,19 @@ class ActionRelay(GoalCaller):
 
     # The engine's side
 
-    def start(self, data, token, timeout):
-        self.begin(data, token, timeout)
-
-    def identify(self, goal):
-        self._latest, _ = goal
-        # Its cancel may have overtaken it on the way. The server may forget that before the goal is
-        # sent.
-        self._cancelled = self._latest.id in self._early
+    def start(self, data, token):
+        goal, _ = data
+        if goal.id in self._early:  # its cancel has overtaken it on the way
+            self._end_for_controller(goal, GoalStatus.RECALLED, NOT_SENT)
+            self.report(token, "cancelled", NOT_SENT)
+        else:
+            self.begin(data, token)
 
     def transmit(self, goal, token):
-        _, message = goal
-        self._latest.token = token
+        self._latest, message = goal
+        self._latest.token, self._latest.sent = token, True
         self._goals[self._latest.id] = self._latest
+        self._own.append(self._latest.id)
         self._sent.add(self._latest.id)
         self._send_goal.publish(message)
 
@@ -169,11 +177,14 @@ class ActionRelay(GoalCaller):
         with self._lock:
             return [(g.id, not g.is_recalled()) for g in self._goals.values() if g.cancelled]
 
+    def running(self):
+        return [] if self.is_gone() else sorted(self._goals)
+
     def keep(self):
         self._latest.cancelled = True
 
     def retire(self, token):
-        return self._is_sent()
+        """Do nothing: all goals that go on are kept."""
 
     def cancel_replaced(self, token):
         for goal in self._goals.values():
@@ -181,10 +192,6 @@ class ActionRelay(GoalCaller):
                 goal.cancelled = True
                 self._dropped = self._asked = time.monotonic()
                 self._send_cancel.publish(GoalID(id=goal.id))
-
-    def recall(self, token, reason):
-        self._end_for_controller(self._latest, GoalStatus.RECALLED, reason)
-        super().recall(token, reason)
 
     def abandon(self, token):
         super().abandon(token)
@@ -202,7 +209,8 @@ class ActionRelay(GoalCaller):
     def _on_status(self, array):
         statuses = {status.goal_id.id: status for status in array.status_list}
         now = time.monotonic()
-        self._sent.look({known: status.status for known, status in statuses.items()})
+        words = {known: status.status for known, status in statuses.items()}
+        self._sent.look(words)
         with self._lock:
             for goal in list(self._goals.values()):
                 over = goal.follow(statuses.get(goal.id), now, goal.id in self._sent)
@@ -211,7 +219,7 @@ class ActionRelay(GoalCaller):
                     self._report(goal, "accepted")
                 if over is not None:
                     self._end(goal, over)
-        self.on_status()
+        self.on_status(words)
 
     def _on_feedback(self, message):
         with self._lock:

@@ -5,6 +5,7 @@ Subscribers pass messages to the engine, which may handle them in the subscriber
 Publishers send at once if that does not block, and otherwise use queues with threads of their own.
 """
 
+import io
 import threading
 import time
 from queue import SimpleQueue
@@ -14,16 +15,16 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-from ._runtime.port import BEFORE_TIME, steady_time
+from ._runtime.port import BEFORE_TIME, NotTaken, steady_time
 from .ros_actions import Action
 from .ros_backlog import BACKLOG
 from .ros_calls import Service
+from .ros_connections import AT_ONCE
 from .ros_messages import clean, compose
 from .ros_port import CallingPort, TopicOutlet
 from .ros_served import ServedService
 from .ros_served_actions import ServedAction
-
-QUEUE = 10
+from .ros_subscriber import subscriber
 
 _LOGGERS = {
     "debug": rospy.logdebug,
@@ -44,10 +45,11 @@ class RosPort(CallingPort):
         self._subscriptions = tables.subscriptions
         self._publishers = {}
         for topic, message_type, keys in tables.publications:
-            publisher = rospy.Publisher(topic, message_type, queue_size=QUEUE, tcp_nodelay=True)
+            publisher = rospy.Publisher(topic, message_type, queue_size=AT_ONCE, tcp_nodelay=True)
             for key in keys:
                 self._publishers[key] = (publisher, message_type)
         self._subscribers = []
+        self._heard = {}  # the subscribers of messages, by key
         self._lifecycle = lifecycle
         self._logged = SimpleQueue()
         threading.Thread(target=self._write_log, name="log", daemon=True).start()
@@ -69,8 +71,14 @@ class RosPort(CallingPort):
 
     def _connect_inputs(self, engine):
         for topic, message_type, keys in self._subscriptions:
-            post = engine.poster(keys)
-            self._subscribers.append(rospy.Subscriber(topic, message_type, post, tcp_nodelay=True))
+            self._hear(keys, subscriber(topic, message_type, keys, engine))
+
+    def _hear(self, keys, subscriber):
+        self._subscribers.append(subscriber)
+        self._heard.update(dict.fromkeys(keys, subscriber))
+
+    def unheard(self):
+        return {k: s.resolved_name for k, s in self._heard.items() if not s.get_num_connections()}
 
     def await_subscribers(self, timeout=1.0):
         """Wait until existing subscribers are connected, so that the first commands are not lost.
@@ -101,17 +109,40 @@ class RosPort(CallingPort):
         BACKLOG.await_taken(done)
         return True
 
+    def check(self, key, data):
+        if key in self._publishers:
+            compose(self._publishers[key][1](), data).serialize(io.BytesIO())
+        else:
+            super().check(key, data)
+
     def send(self, key, data):
         publisher, message_type = self._publishers[key]
         with clean(publisher):
             publisher.publish(compose(message_type(), data))
+        self._demand_taken(publisher)
+
+    @staticmethod
+    def _demand_taken(publisher):
+        """Raise an error if no subscriber has taken the latest message, though there are some.
+
+        Raises:
+            NotTaken: none has.
+        """
+        links = publisher.impl.connections
+        if links and not any(link.took for link in links):
+            raise NotTaken("no subscriber of %s takes messages now" % publisher.resolved_name)
 
     def finish(self, key, timeout):
-        """Wait, at the end, until the calls of a service have returned, for a limited time."""
+        """Wait, at the end, until the calls of a service have returned, and all goals have ended,
+        for a limited time; then tell of those that may go on."""
         service = self._services.get(key)
         end = time.monotonic() + timeout
-        while service is not None and service.is_busy() and time.monotonic() < end:
+        while time.monotonic() < end and (
+            self.running() or (service is not None and service.is_busy())
+        ):
             time.sleep(0.01)
+        for text in self.running():
+            rospy.logwarn("%s", text)
 
     def log(self, level, text):
         self._logged.put((level, text))

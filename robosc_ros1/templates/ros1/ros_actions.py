@@ -5,18 +5,22 @@ They use actionlib's ActionClient, whose callbacks only enqueue; the loss of a s
 from the age of its last status (wall time). A cancelled goal goes on until its server has ended it.
 """
 
+import io
 import threading
 import time
 import uuid
+from collections import deque
 
 import actionlib
 import rospy
-from actionlib_msgs.msg import GoalID, GoalStatusArray
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
+from ._runtime.port import NotTaken
 from .ros_backlog import BACKLOG
+from .ros_calls import Seeker
 from .ros_goal_tracker import GoalTracker, Sent
 from .ros_messages import clean, compose
-from .ros_port import Caller
+from .ros_port import FOREIGN, Caller
 from .ros_watch import ask
 
 SETTLED = 2.0
@@ -27,6 +31,9 @@ FOLLOWING = 0.2
 """Seconds for which a result waits at most for the feedback that came before it to be taken."""
 GONE = 5.0
 """Seconds without a server after which a cancelled goal counts as ended."""
+GOING_ON = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
+OWN_IDS = 1000
+"""The most ids of own goals that are known."""
 UNENDED = (
     actionlib.CommState.WAITING_FOR_GOAL_ACK,
     actionlib.CommState.PENDING,
@@ -103,14 +110,14 @@ def _forget_goals(manager):
 
 
 class GoalCaller(Caller):
-    """Goals of one action, at most one of them current, which wait until the server is connected. A
-    goal may replace one that goes on, whose end is still reported.
+    """Goals of one action, at most one of them current. A goal may replace one that goes on, whose
+    end is still reported.
 
     ``canceller`` is the publisher of cancels; ``ends`` are the publishers and subscribers that must
     be connected. Subclasses define ``transmit`` and ``transmit_cancel``, which are called with
     ``_lock``, and what is asked of replaced goals. A cancelled goal moves the robot until its
     server has ended it: it is cancelled again, its end is reported, and no other goal is sent until
-    then.
+    then. Nor is one sent while the server carries out the goal of somebody else.
     """
 
     def __init__(self, name, canceller, ends):
@@ -125,6 +132,9 @@ class GoalCaller(Caller):
         self._dropped = 0.0  # when a goal was cancelled
         self._asked = 0.0  # when unended goals were cancelled last
         self._heard = self._there = time.monotonic()
+        self._own = deque(maxlen=OWN_IDS)  # ids of the goals that were sent
+        self._foreign = []  # ids of others' goals that go on
+        self._seeker = Seeker(self._seek, 0.01)
 
     def transmit(self, goal, token):
         raise NotImplementedError
@@ -132,13 +142,6 @@ class GoalCaller(Caller):
     def transmit_cancel(self):
         """Cancel the current goal, if it was sent."""
         raise NotImplementedError
-
-    def identify(self, goal):
-        """Take notice of the goal that is current now, and is to be sent. With ``_lock``."""
-
-    def recall(self, token, reason):
-        """Report that the current goal has ended before it was sent. With ``_lock``."""
-        self.report(token, "cancelled", reason)
 
     def forget(self):
         """Forget the previous goal."""
@@ -154,7 +157,7 @@ class GoalCaller(Caller):
 
     def retire(self, token):
         """Keep the current goal, which another one follows, among the replaced ones, also where it
-        was cancelled. Return whether it was sent. With ``_lock``."""
+        was cancelled. With ``_lock``."""
         raise NotImplementedError
 
     def cancel_replaced(self, token):
@@ -165,16 +168,31 @@ class GoalCaller(Caller):
         return self._ends.are_connected()
 
     def fault(self):
+        foreign = self.foreign()
+        if foreign:
+            return FOREIGN % (self.label, ", ".join(foreign))
         since = time.monotonic() - self._dropped
         if since < REPEAT or not self.goes_on():
             return super().fault()
         text = "%s: a goal goes on that was cancelled %.0f s ago; the server has not ended it"
         return text % (self.label, since)
 
-    def may_begin(self):
-        """Return whether a goal can be sent: the server has ended those that were cancelled."""
-        going_on = any(action.goes_on() for action in (self, *self.siblings))
-        return self._ends.are_connected() and not going_on
+    def ready(self):
+        """Return whether a goal can be sent: the server is connected, and has ended those that were
+        cancelled and those of others."""
+        if not self._ends.are_connected():
+            self._seeker.found = self.look
+            self._seeker.ask()
+            return False
+        return not (self.foreign() or any(a.goes_on() for a in (self, *self.siblings)))
+
+    def _seek(self):
+        self._ends.look()
+        return self._ends.are_connected()
+
+    def foreign(self):
+        """Return the ids of the goals that others sent and that their server has not ended."""
+        return [] if self._ends.is_deserted() else self._foreign
 
     def goes_on(self):
         """Return whether a cancelled goal has not ended. It has if its server is gone."""
@@ -194,24 +212,16 @@ class GoalCaller(Caller):
         self._dropped = self._asked = time.monotonic()
         self.keep()
 
-    def begin(self, goal, token, timeout):
-        """Send a goal now, or when the server is connected."""
+    def begin(self, goal, token):
+        """Send a goal."""
+        if not self.ready():
+            raise NotTaken
         with self._lock:
-            if self._token is not None and not self.retire(self._token):
-                self.recall(self._token, "replaced before it was sent")
+            if self._token is not None:
+                self.retire(self._token)
             self._token, self._cancelled = token, False
             self.forget()
-            self.identify(goal)
-        if self.may_begin():
-            self._send(goal, token)
-        else:
-            deadline = time.monotonic() + timeout
-            work = threading.Thread(target=self._wait, args=(goal, token, deadline), daemon=True)
-            try:
-                work.start()
-            except RuntimeError:  # the system has no more threads, now
-                self._release(token)
-                raise
+            self.transmit(goal, token)
 
     def cancel(self, token):
         with self._lock:
@@ -224,9 +234,6 @@ class GoalCaller(Caller):
 
     def abandon(self, token):
         self.cancel(token)  # abandoned goals must not continue
-        self._release(token)
-
-    def _release(self, token):
         with self._lock:
             if self._token == token:
                 self._token = None
@@ -235,37 +242,17 @@ class GoalCaller(Caller):
     def silence(self):
         return time.monotonic() - self._heard
 
-    def on_status(self):
-        """Handle the arrival of the server's status."""
+    def on_status(self, statuses):
+        """Handle the arrival of the server's status: by id, that of each goal."""
         self._heard = now = time.monotonic()
+        own = {known for action in (self, *self.siblings) for known in list(action._own)}
+        self._foreign = [k for k, s in statuses.items() if s in GOING_ON and k not in own]
         self._ends.look()  # so that later goals need not wait
         if now - self._asked >= REPEAT:
             self._asked = now
             for known, again in self.unended():
                 if again:
                     self._canceller.publish(GoalID(id=known))
-
-    def _wait(self, goal, token, deadline):
-        # After the deadline, too: a goal that is cancelled then must end.
-        while self._token == token and not rospy.is_shutdown():
-            self._ends.look()
-            if self._cancelled or (time.monotonic() < deadline and self.may_begin()):
-                try:
-                    self._send(goal, token)
-                except Exception as error:
-                    self.report(token, "error", "%s: %s" % (type(error).__name__, error))
-                return
-            time.sleep(0.01)
-
-    def _send(self, goal, token):
-        with self._lock:
-            if self._token != token:
-                return
-            if self._cancelled:
-                self.recall(token, "cancelled before it was sent")
-                self._token = None
-            else:
-                self.transmit(goal, token)
 
 
 class Action(GoalCaller):
@@ -276,7 +263,7 @@ class Action(GoalCaller):
         # actionlib itself follows only rules that spell the name as the model does.
         self._client = actionlib.ActionClient(rospy.resolve_name(name), type_)
         client = self._client
-        client.manager._generate_id = new_goal_id
+        client.manager._generate_id = self._new_goal_id
         client.manager.update_results = self._take_result
         client.manager.update_statuses = self._take_status
         super().__init__(
@@ -289,6 +276,11 @@ class Action(GoalCaller):
         self._unended = []  # cancelled goals
         self._replaced = {}  # by token: goals that were replaced, with their trackers
         self._watch = rospy.Subscriber(self.label + "/status", GoalStatusArray, self._on_status)
+
+    def _new_goal_id(self):
+        known = new_goal_id()
+        self._own.append(known.id)
+        return known
 
     def _take_result(self, result):
         # Feedback has a connection of its own, and actionlib ignores it once it has the result.
@@ -312,11 +304,17 @@ class Action(GoalCaller):
         manager = self._client.manager
         type(manager).update_statuses(manager, array)
 
-    def start(self, data, token, timeout):
-        self.begin(compose(type(self._type().action_goal.goal)(), data), token, timeout)
+    def _goal(self, data):
+        return compose(type(self._type().action_goal.goal)(), data)
 
-    def may_begin(self):
-        return super().may_begin() and self._client.last_status_msg is not None
+    def check(self, data):
+        self._goal(data).serialize(io.BytesIO())
+
+    def start(self, data, token):
+        self.begin(self._goal(data), token)
+
+    def ready(self):
+        return super().ready() and self._client.last_status_msg is not None
 
     def transmit(self, goal, token):
         tracker = self._tracker = GoalTracker(token, self.report)
@@ -331,7 +329,7 @@ class Action(GoalCaller):
         for handle, tracker in [(self._handle, self._tracker), *self._replaced.values()]:
             if tracker is not None:
                 tracker.look(handle, None if handle is None else statuses.get(_id_of(handle)))
-        self.on_status()
+        self.on_status(statuses)
 
     def transmit_cancel(self):
         # Not by the handle, whose state would never be that of an ended goal again if the goal
@@ -340,6 +338,12 @@ class Action(GoalCaller):
             self._tracker.cancelled = True
         if self._handle is not None and self._handle.get_comm_state() in UNENDED:
             self._canceller.publish(GoalID(id=_id_of(self._handle)))
+
+    def running(self):
+        handles = [self._handle, *(handle for handle, _ in self._replaced.values())]
+        known = (h for h in [*handles, *self._unended] if h is not None)
+        ids = {_id_of(h) for h in known if h.get_comm_state() in UNENDED}
+        return [] if self.is_gone() else sorted(ids)
 
     def unended(self):
         # A cancel that arrived before its goal is kept by the server for as long as it is repeated.
@@ -356,7 +360,6 @@ class Action(GoalCaller):
         self._replaced = dict(kept)
         if self._handle is not None:
             self._replaced[token] = (self._handle, self._tracker)
-        return self._handle is not None
 
     def cancel_replaced(self, token):
         handle, tracker = self._replaced.get(token, (None, None))

@@ -19,6 +19,8 @@ import rospy.impl.tcpros_base
 
 _RECEIVED = 128
 """The offset of ``tcpi_bytes_received`` in Linux's ``struct tcp_info``."""
+_LAST_RECEIVED = 52
+"""The offset of ``tcpi_last_data_recv``, in ms."""
 _LITTLE = 4096
 """Bytes that are received at a time. What is more comes of large messages, and is not held up."""
 
@@ -41,10 +43,13 @@ class Backlog:
 
     Where a connection has received little less than ``gathering`` seconds ago, it waits for so
     long, to take more at a time: waking up for each small message costs more than reading it.
+    ``late`` gets how many seconds after the machine received them bytes were taken, but for that
+    wait (None: that is not needed).
     """
 
     def __init__(self):
         self.gathering = 0.0
+        self.late = None
         self._lock = threading.Lock()
         self._open = {}  # connections by socket
         self._left = {}  # the bytes to be taken, by socket
@@ -102,6 +107,8 @@ class Backlog:
         connection.is_busy = True
         if self.gathering:
             connection.latest = time.monotonic() if count < _LITTLE else 0.0
+        if self.late is not None:
+            self.late(seconds_since_received(sock) - self.gathering)
         connection.taken += count
         # Only if this call began after it was counted what waits. What one that began before took
         # after that is counted too often, which ends when the socket is empty.
@@ -141,6 +148,15 @@ def taken_bytes(sock, waiting):
         return struct.unpack_from("=Q", info, _RECEIVED)[0] - waiting
     except (OSError, struct.error):
         return 0
+
+
+def seconds_since_received(sock):
+    """Return for how many seconds nothing has come on a socket; 0.0 where that is not known."""
+    try:
+        info = sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _LAST_RECEIVED + 4)
+        return struct.unpack_from("=I", info, _LAST_RECEIVED)[0] * 1e-3
+    except (OSError, struct.error):
+        return 0.0
 
 
 _receive = rospy.impl.tcpros_base.recv_buff

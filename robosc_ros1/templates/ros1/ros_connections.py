@@ -3,7 +3,8 @@
 
 rospy passes each message to a thread of the connection, which takes longer than the work of the
 engine. Here the publishing thread sends as much as possible without blocking; the connection's
-thread sends the rest if the subscriber is slow.
+thread sends the rest if the subscriber is slow. A command is sent at once or not at all: it must
+not come after it has been forbidden.
 """
 
 import socket
@@ -11,9 +12,14 @@ import socket
 import rospy.topics
 from rospy.impl.tcpros_pubsub import QueuedConnection
 
+AT_ONCE = 1
+"""The length of the queue of a publisher that has none: what a subscriber does not take at once is
+not sent to it."""
+
 
 class PromptConnection(QueuedConnection):
     """A queued connection like rospy's, which drops the oldest message if the queue is full.
+    ``took``: the latest message was sent at once, or at least its beginning.
 
     Only one thread at a time sends: the publishing one while the queue is empty, else the
     connection's.
@@ -22,18 +28,24 @@ class PromptConnection(QueuedConnection):
     def __init__(self, connection, queue_size):
         self._rest = b""  # the unsent rest of a message
         self._is_sending = False
+        self._has_queue = queue_size > AT_ONCE
+        self.took = True
         QueuedConnection.__init__(self, connection, queue_size)
 
     def write_data(self, data):
         with self._lock:
+            self.took = False
             if not (self._error or self._queue or self._rest or self._is_sending):
                 sent = self._send(data)
+                self.took = sent > 0
                 if sent == len(data):
                     return True
                 if sent:
                     self._rest = data[sent:]
                     self._cond_data_available.notify()
                     return True
+            if not (self._has_queue or self._error or self._connection.done):
+                return True
         return QueuedConnection.write_data(self, data)
 
     def _send(self, data):

@@ -23,7 +23,9 @@ from .start import Ending, on_signals
 
 PERIOD = 0.1
 """Seconds between two looks whether the node shuts down."""
-LAST_RESORT = 1.7
+ENDING = 1.7
+"""Seconds for which a shutdown waits for the ends of goals that were cancelled."""
+LAST_RESORT = 2.2
 """Seconds after the start of a shutdown at which the process is ended."""
 
 
@@ -45,6 +47,7 @@ def run(name, controller_type, model, defaults, own, shadow=None):
         settings = configured(controller, defaults)
         if settings.shadow and shadow is not None:
             tables, port_type = of_shadow(*shadow)
+        tables.demand_apart(rospy.resolve_name)
     except ParameterError as error:
         rospy.logfatal("%s", error)
         lifecycle.end(2)
@@ -59,11 +62,12 @@ def run(name, controller_type, model, defaults, own, shadow=None):
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
 
     def shut_down():
+        end = time.monotonic() + ENDING
         engine.close()
         if thread.is_alive():
             thread.join(0.4)
-        port.finish(settings.stop_command, 0.5)
-        reporter.close(0.3)
+        port.finish(settings.stop_command, end - time.monotonic())
+        reporter.close(0.2)
         rospy.rostime.wallsleep(0.1)  # for the queues of the publishers
 
     rospy.on_shutdown(shut_down)

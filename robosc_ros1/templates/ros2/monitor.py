@@ -43,6 +43,8 @@ class MonitorPort(RosPort):
             self._hear_commands(engine, topic, type_, rows)
         for name, type_, key in self._tables.actions:
             self._hear_action(engine, self._node.resolve_service_name(name), type_, key)
+        for entry in self._inputs:
+            entry.late = engine.lateness.note
 
     def _hear_commands(self, engine, topic, type_, rows):
         patterns = command_patterns(rows, maker(type_))

@@ -20,9 +20,10 @@ from rclpy.task import Future
 from std_msgs.msg import String
 
 from ._runtime.matching import command_patterns
+from ._runtime.port import NotTaken
 from ._runtime.supervisor_engine import SupervisorEngine
 from .ros import RosPort
-from .ros_actions import Action
+from .ros_actions import Action, Goal
 from .ros_arriving import corrected, maker, read
 from .ros_calls import Service
 from .ros_messages import has_oddities, plain, sendable
@@ -113,7 +114,8 @@ class RelayPort(RosPort):
         follows = profile.durability == DurabilityPolicy.UNKNOWN
         publish_with(DurabilityPolicy.VOLATILE if follows else profile.durability)
         latches = partial(publish_with, DurabilityPolicy.TRANSIENT_LOCAL)
-        self.listen(type_, robot, heard, profile, engine.lose, raw=True, latches=latches)
+        entry = self.listen(type_, robot, heard, profile, engine.lose, raw=True, latches=latches)
+        self._heard.update(dict.fromkeys(keys, entry))
 
     def _relay_command(self, engine, controller, type_, rows):
         patterns = command_patterns(rows, maker(type_))
@@ -146,8 +148,8 @@ def _serving(engine, executor_thread, key):
 class ActionRelay(Action):
     """One action: represents the robot's server to the controller; the engine checks the goals.
 
-    A goal is accepted if the engine passes it, and sent to the robot with the same id when it is
-    executed; it ends as it ends at the robot.
+    A goal is accepted if the engine passes it. Its request is open until rclpy has begun it, and it
+    is sent to the robot with the same id if it is allowed then; it ends as it ends at the robot.
     """
 
     def __init__(self, node, executor_thread, controller, robot, type_, key):
@@ -155,7 +157,7 @@ class ActionRelay(Action):
         self._key = key
         self._name = node.resolve_service_name(controller)
         self._engine = None
-        self._passed = {}  # goals to be executed, by their request
+        self._passed = {}  # the controller's goals that were passed on, until they end, by request
 
     def connect(self, engine):
         self._engine = engine
@@ -174,12 +176,15 @@ class ActionRelay(Action):
 
     async def _asked(self, request):
         decided = Future()
+        asked = self._passed[id(request)] = _Asked(request)
 
         def answer(kind, _):
             if kind in ("passed", "blocked"):
                 self._executor_thread.do(lambda: decided.set_result(kind == "passed"))
-            elif kind == "error":
-                self._executor_thread.do(lambda: self._give_up(request))
+            elif kind != "response":
+                cancelled = kind == "cancelled"
+                status = GoalStatus.STATUS_CANCELED if cancelled else GoalStatus.STATUS_ABORTED
+                self._executor_thread.do(lambda: asked.end(status))
 
         def repacked(made):
             whole = unread(made)
@@ -187,23 +192,24 @@ class ActionRelay(Action):
                 setattr(request, name, getattr(whole, name))
             return request  # which is known by its identity
 
-        asked = copy.copy(plain(request))  # which stays as it is when the request is corrected
-        self._engine.request(self._key, asked, request, answer, repacked)
-        return GoalResponse.ACCEPT if await decided else GoalResponse.REJECT
+        sent = copy.copy(plain(request))  # which stays as it is when the request is corrected
+        self._engine.request(self._key, sent, request, answer, repacked)
+        if await decided:
+            return GoalResponse.ACCEPT
+        del self._passed[id(request)]
+        return GoalResponse.REJECT
 
     def _cancel_asked(self, onward):
         asked = self._passed.get(id(onward.request))
-        latest = max((goal.token for goal in self._passed.values()), default=0)
-        if asked is None or asked.token == latest:  # one that was replaced is cancelled anyway
-            self._engine.withdraw(self._key)
+        if asked is None or asked is list(self._passed.values())[-1]:
+            self._engine.withdraw(self._key)  # one that was replaced is cancelled anyway
         return CancelResponse.ACCEPT
 
     async def _execute(self, onward):
-        goal = self._passed.get(id(onward.request))
-        goal.uuid = onward.goal_id
-        goal.feedback = onward.publish_feedback
-        self._send(goal)
-        status, result = await goal.ended
+        asked = self._passed[id(onward.request)]
+        asked.onward = onward
+        self.look()
+        status, result = await asked.ended
         del self._passed[id(onward.request)]
         if status == GoalStatus.STATUS_SUCCEEDED:
             onward.succeed()
@@ -213,38 +219,48 @@ class ActionRelay(Action):
             onward.abort()
         return self._type.Result() if result is None else result
 
-    def _give_up(self, request):
-        """Handle the end of a request whose server is lost or too slow."""
-        self._end(self._passed.get(id(request)), GoalStatus.STATUS_ABORTED)
+    # The engine's side
 
-    @staticmethod
-    def _end(goal, status, result=None):
-        if goal is not None and not goal.ended.done():
-            goal.ended.set_result((status, result))
+    def start(self, request, token):
+        asked = self._passed[id(request)]
+        if asked.onward is None:
+            raise NotTaken  # its id is not known yet
+        goal = Goal(token, request)
+        goal.uuid, goal.asked_by = asked.onward.goal_id, asked
+        self._begin(goal)
 
     # Progress of a goal at the robot
 
-    def _begin(self, goal):
-        goal.ended = Future()
-        self._goals[goal.token] = goal
-        self._passed[id(goal.message)] = goal
-
     def _feedback(self, goal, message):
-        goal.feedback(message.feedback)
+        goal.asked_by.onward.publish_feedback(message.feedback)
         Action._feedback(self, goal, message)
 
     def _ended(self, goal, answer):
-        self._end(goal, answer.status, answer.result)
+        goal.asked_by.end(answer.status, answer.result)
         Action._ended(self, goal, answer)
 
     def _finish(self, goal, kind, payload):
         Action._finish(self, goal, kind, payload)
         cancelled = kind == "cancelled"
-        self._end(goal, GoalStatus.STATUS_CANCELED if cancelled else GoalStatus.STATUS_ABORTED)
+        goal.asked_by.end(GoalStatus.STATUS_CANCELED if cancelled else GoalStatus.STATUS_ABORTED)
 
     def _watch(self, goal):
         over = Action._watch(self, goal)
         if over:  # its result will not arrive any more
-            self._end(goal, GoalStatus.STATUS_ABORTED)
+            goal.asked_by.end(GoalStatus.STATUS_ABORTED)
             self._goals.pop(goal.token, None)
         return over
+
+
+class _Asked:
+    """A goal of the controller that was passed on, until it is over: ``onward`` is rclpy's handle,
+    as soon as that has begun it."""
+
+    def __init__(self, request):
+        self.request = request  # its identity must not be that of another one
+        self.onward = None
+        self.ended = Future()
+
+    def end(self, status, result=None):
+        if not self.ended.done():
+            self.ended.set_result((status, result))

@@ -2,12 +2,11 @@
 """The ROS 2 port of the engine: topics, services and actions, none of which blocks it.
 
 One thread, the executor's, receives messages and passes them to the engine, which may handle them
-in that thread. Messages are published at once. Requests and goals are passed to the executor's
-thread, the only one that uses service and action clients: so no locks are needed, and no answer is
-received before its request is recorded.
+in that thread. Messages, requests and goals are sent at once, in the thread that has the turn.
 """
 
 import time
+from functools import partial
 
 from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
 from rclpy.duration import Duration
@@ -16,9 +15,10 @@ from std_msgs.msg import String
 from ._runtime.pauses import others_rest
 from ._runtime.port import BEFORE_TIME, steady_time
 from .ros_actions import Action
+from .ros_arriving import read
 from .ros_calls import Service
 from .ros_inputs import Input
-from .ros_messages import compose, has_oddities, plain
+from .ros_messages import compose, has_oddities, may_be_heavy, plain
 from .ros_parameters import advertise, is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
 from .ros_served import ServedService
@@ -34,7 +34,7 @@ CLOCK_REPLACED = (
     " back, or restart the node with it"
 )
 FOLLOWED = 0.5
-"""Seconds between two looks whether publishers of inputs latch."""
+"""Seconds between two looks who publishes inputs, and whether it latches."""
 
 
 class RosPort(CallingPort):
@@ -54,7 +54,8 @@ class RosPort(CallingPort):
             (key, ServedAction(node, executor_thread, name, type_))
             for name, type_, key in tables.served_actions
         ]
-        super().__init__(self._services_of(tables), self._actions_of(tables), served)
+        former = getattr(node, "former_actions", ())
+        super().__init__(self._services_of(tables), self._actions_of(tables), served, former)
         self._subscriptions = tables.subscriptions
         self._simulated = self._started_simulated = is_simulated(node)
         self._logger = node.get_logger()
@@ -64,6 +65,9 @@ class RosPort(CallingPort):
             publisher = advertise(node, message_type, topic, profiles[keys[0]])
             self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
         self._inputs = []
+        self._heard = {}  # the inputs of messages, by key
+        self._unheard = {}
+        self._looked = float("-inf")  # when it was looked last who publishes them
         self._jumps = None
         self.exit_code = 0
         self.on_exit = None
@@ -97,15 +101,28 @@ class RosPort(CallingPort):
 
     def _connect_inputs(self, engine):
         for topic, message_type, keys in self._subscriptions:
-            post = engine.poster(keys)
-            if has_oddities(message_type):
-                post = _plainly(post)
-            self.listen(message_type, topic, post, self._profiles[keys[0]], engine.lose)
+            profile, raw = self._profiles[keys[0]], may_be_heavy(message_type)
+            if raw:
+                post = _by_weight(engine.heavy(keys, partial(read, message_type=message_type)))
+            elif has_oddities(message_type):
+                post = _plainly(engine.poster(keys))
+            else:
+                post = engine.poster(keys)
+            entry = self.listen(message_type, topic, post, profile, engine.lose, raw=raw)
+            self._heard.update(dict.fromkeys(keys, entry))
 
     def listen(self, message_type, topic, post, profile, lost, raw=False, latches=lambda: None):
-        """Subscribe to a topic; see :class:`Input`."""
+        """Subscribe to a topic; see :class:`Input`, which is returned."""
         entry = Input(self._node, message_type, topic, post, profile, lost, raw, latches)
         self._inputs.append(entry)
+        return entry
+
+    def unheard(self):
+        if steady_time() >= self._looked + FOLLOWED:
+            self._looked = steady_time()
+            unheard = (item for item in self._heard.items() if not item[1].is_connected())
+            self._unheard = {key: entry.topic for key, entry in unheard}
+        return self._unheard
 
     def _follow(self):
         for entry in self._inputs:
@@ -134,21 +151,27 @@ class RosPort(CallingPort):
             while not publisher.get_subscription_count() and time.monotonic() < end:
                 time.sleep(0.005)
 
+    def unended_actions(self):
+        """Return the actions with goals that may go on."""
+        return [action for action in (*self._actions.values(), *self._former) if action.running()]
+
     def release(self):
         """Remove the engine's callback from the clock."""
         if self._jumps is not None:
             self._jumps.unregister()
 
     def close(self, timeout):
-        """Wait until pending messages are sent and goals are cancelled, for at most ``timeout``
-        seconds."""
+        """Wait until pending messages are sent and goals have ended, for at most ``timeout``
+        seconds; then tell of the goals that may go on."""
         end = time.monotonic() + timeout
-        callers = [*self.callers(), *(server for _, server in self._served)]
-        self.executor_thread.flush(lambda: not any(c.is_busy() for c in callers), timeout / 2)
+        callers = [*self.callers(), *self._former, *(server for _, server in self._served)]
+        self.executor_thread.flush(lambda: not any(c.is_busy() for c in callers), timeout)
+        for text in self.running():
+            self._logger.warning(text)
         for publisher in {id(p): p for p, _ in self._publishers.values()}.values():
             left = end - time.monotonic()
-            if left > 0 and publisher.get_subscription_count():
-                publisher.wait_for_all_acked(Duration(seconds=min(left, timeout / 4)))
+            if publisher.get_subscription_count():
+                publisher.wait_for_all_acked(Duration(seconds=max(left / 2, 0.1)))
 
     def now(self):
         if self._simulated:
@@ -170,6 +193,12 @@ class RosPort(CallingPort):
         self.executor_thread.do(lambda: look() or self.executor_thread.poll(look, look))
         return True
 
+    def check(self, key, data):
+        if key in self._publishers:
+            compose(self._publishers[key][1](), data, self._node.get_clock())
+        else:
+            super().check(key, data)
+
     def send(self, key, data):
         publisher, message_type = self._publishers[key]
         publisher.publish(compose(message_type(), data, self._node.get_clock()))
@@ -189,6 +218,14 @@ class RosPort(CallingPort):
         self.exit_code = code
         if self.on_exit is not None:
             self.on_exit()
+
+
+def _by_weight(heavy):
+    def take(data):
+        is_light = heavy.is_light(len(data))
+        heavy.take(heavy.convert(data) if is_light else data, len(data), not is_light)
+
+    return take
 
 
 def _plainly(post):

@@ -2,10 +2,11 @@
 """Goals of actions, which never block the engine. A cancelled goal goes on until its server has
 ended it.
 
-Goals are passed to the executor's thread, the only one that uses the clients: so no locks are
-needed, and no answer is received before its request is recorded.
+Goals and cancels are sent in the thread that has the engine's turn; the executor's thread takes
+the answers, and watches the servers.
 """
 
+import threading
 import time
 import uuid
 from collections import deque
@@ -17,9 +18,10 @@ from rclpy.action.client import ClientGoalHandle
 from unique_identifier_msgs.msg import UUID
 
 from ._runtime.calls import FAILED, LOST, REJECTED, Failure
+from ._runtime.port import NotTaken
 from .ros_messages import compose, plain
 from .ros_parameters import qos_profile
-from .ros_port import Caller
+from .ros_port import FOREIGN, Caller
 
 FAILURES = {
     GoalStatus.STATUS_ABORTED: "aborted",
@@ -48,11 +50,33 @@ GONE = 5.0
 GONE_SERVER = Failure("server lost: it is not there any more", None, LOST)
 
 
+GOING_ON = (
+    GoalStatus.STATUS_ACCEPTED,
+    GoalStatus.STATUS_EXECUTING,
+    GoalStatus.STATUS_CANCELING,
+)
+OWN_IDS = 1000
+"""The most ids of own goals that are known."""
+
+
 class _Client(ActionClient):
     """A client that gives feedback before the result that came after it: rclpy's own does it the
-    other way round, and takes one of each at a time."""
+    other way round, and takes one of each at a time. Nor does it take an answer that came before
+    its request is recorded.
+
+    Requests are sent with ``sending``; ``heard`` gets the server's status.
+    """
+
+    def __init__(self, *arguments, heard, **options):
+        self.sending = threading.Lock()
+        self._heard = heard
+        super().__init__(*arguments, **options)
 
     async def execute(self, taken_data):
+        with self.sending:
+            pass  # now every request that was answered is recorded
+        if "status" in taken_data:
+            self._heard(taken_data["status"].status_list)
         while "result" in taken_data:
             feedback = taken_data.pop("feedback", None) or self._client_handle.take_feedback(
                 self._action_type.Impl.FeedbackMessage
@@ -73,35 +97,48 @@ class Action(Caller):
         self._type = type_
         # rcl remaps only the names of an action's topics and services.
         name = self.label = node.resolve_service_name(name)
-        self._client = _Client(
-            node, type_, name, feedback_sub_qos_profile=qos_profile("reliable", FEEDBACK)
+        self.client = _Client(
+            node,
+            type_,
+            name,
+            feedback_sub_qos_profile=qos_profile("reliable", FEEDBACK),
+            heard=self._on_status,
         )
         self._status = name + "/_action/status"
-        self._goals = {}  # by token; used by the executor's thread only
+        self._goals = {}  # by token
+        self._own = deque(maxlen=OWN_IDS)  # ids of the goals that were sent
+        self._foreign = (frozenset(), frozenset())  # ids of others' goals, and of their servers
         self._heard = time.monotonic()
 
-    def start(self, data, token, _timeout):
-        goal = Goal(token, compose(self._type.Goal(), data, self._node.get_clock()))
-        self._heard = time.monotonic()
-        self._executor_thread.do(lambda: self._begin(goal))
+    def ready(self):
+        """Return whether the server takes a goal, and has ended those that were cancelled and those
+        of others. One that was not cancelled is replaced."""
+        unended = any(action.has_unended() for action in (self, *self.siblings))
+        return not unended and self.is_served() and not self.foreign()
 
-    def cancel(self, token):
-        self._executor_thread.do(lambda: self._cancel(token))
+    def check(self, data):
+        compose(self._type.Goal(), data, self._node.get_clock())
 
-    def abandon(self, token):
-        self._executor_thread.do(lambda: self._abandon(token))
+    def start(self, data, token):
+        self._begin(Goal(token, compose(self._type.Goal(), data, self._node.get_clock())))
 
     def silence(self):
         return time.monotonic() - self._heard
 
+    def running(self):
+        return sorted(bytes(goal.uuid.uuid).hex() for goal in list(self._goals.values()))
+
     def is_busy(self):
-        """Whether the cancelling of a goal is awaited."""
-        return any(goal.cancelled for goal in list(self._goals.values()))
+        """Whether the end of a goal is awaited."""
+        return bool(self._goals)
 
     def is_served(self):
-        return self._client.server_is_ready()
+        return self.client.server_is_ready()
 
     def fault(self):
+        foreign = self.foreign()
+        if foreign:
+            return FOREIGN % (self.label, ", ".join(sorted(foreign)))
         for goal in list(self._goals.values()):
             if goal.dropped is not None:
                 since = time.monotonic() - goal.dropped
@@ -112,34 +149,42 @@ class Action(Caller):
         return super().fault()
 
     def _begin(self, goal):
-        self._goals[goal.token] = goal
-        self._send(goal)
-
-    def _send(self, goal):
-        if not self._try(goal):
-            self._executor_thread.poll((self, goal.token), lambda: self._try(goal))
-
-    def _try(self, goal):
-        """Send the goal if the server is available and has ended those that were cancelled; False:
-        try again. One that was not cancelled is replaced."""
-        if goal.token not in self._goals:
-            return True
-        unended = any(action.has_unended() for action in (self, *self.siblings))
-        if unended or not self._client.server_is_ready():
-            return False
-        goal.sent, goal.servers = True, self._servers()
+        if not self.ready():
+            raise NotTaken
+        self._heard = time.monotonic()
+        goal.servers = self._servers()
         goal.uuid = goal.uuid or UUID(uuid=list(uuid.uuid4().bytes))
-        goal.handle = ClientGoalHandle(self._client, goal.uuid, None)
-        future = self._client.send_goal_async(
-            goal.message, lambda message: self._feedback(goal, message), goal.uuid
-        )
+        goal.handle = ClientGoalHandle(self.client, goal.uuid, None)
+        self._own.append(bytes(goal.uuid.uuid))
+        self._goals[goal.token] = goal
+        try:
+            with self.client.sending:
+                future = self.client.send_goal_async(
+                    goal.message, lambda message: self._feedback(goal, message), goal.uuid
+                )
+        except Exception:
+            del self._goals[goal.token]
+            raise
         future.add_done_callback(lambda future: self._answered(goal, future))
-        return True
+
+    def _on_status(self, statuses):
+        going_on = {bytes(s.goal_info.goal_id.uuid) for s in statuses if s.status in GOING_ON}
+        own = {known for action in (self, *self.siblings) for known in list(action._own)}
+        foreign = frozenset(going_on - own)
+        self._foreign = (foreign, frozenset(self._servers()) if foreign else frozenset())
+
+    def foreign(self):
+        """Return the ids of the goals that others sent and that their server has not ended, as
+        texts."""
+        ids, servers = self._foreign
+        if not ids or not servers & self._servers():
+            return []
+        return [known.hex() for known in ids]
 
     def has_unended(self):
         """Whether the server may be carrying out a goal that was cancelled: also one that it has
         not answered, and may accept yet."""
-        return any(goal.dropped is not None for goal in self._goals.values())
+        return any(goal.dropped is not None for goal in list(self._goals.values()))
 
     def _feedback(self, goal, message):
         if not goal.abandoned:
@@ -168,7 +213,8 @@ class Action(Caller):
 
     def _ask(self, goal):
         known = goal.answered
-        future = goal.handle.get_result_async()
+        with self.client.sending:
+            future = goal.handle.get_result_async()
         future.add_done_callback(lambda future: self._finished(goal, future, known))
 
     def _finished(self, goal, future, known):
@@ -201,7 +247,7 @@ class Action(Caller):
         if goal.token not in self._goals:
             return True
         now = time.monotonic()
-        if not self._client.server_is_ready():
+        if not self.client.server_is_ready():
             if goal.dropped is None or now - goal.seen < GONE:
                 return False
             self._finish(goal, "error", GONE_SERVER)
@@ -229,7 +275,7 @@ class Action(Caller):
         """Check the server of a goal that was cancelled before it was answered; True: enough."""
         if goal.token not in self._goals or goal.answered:
             return True
-        now, ready = time.monotonic(), self._client.server_is_ready()
+        now, ready = time.monotonic(), self.client.server_is_ready()
         servers = self._servers()
         # One that was killed is in the graph until its lease ends, beside the one started anew.
         is_there = servers and servers <= goal.servers if goal.servers else ready
@@ -251,12 +297,9 @@ class Action(Caller):
         ends = self._node.get_publishers_info_by_topic(self._status)
         return {bytes(end.endpoint_gid) for end in ends}
 
-    def _cancel(self, token):
+    def cancel(self, token):
         goal = self._goals.get(token)
         if goal is None or goal.dropped is not None:
-            return
-        if not goal.sent:
-            self._finish(goal, "cancelled", "cancelled before it was sent")
             return
         goal.dropped = goal.seen = goal.asked = time.monotonic()
         goal.cancelled = True
@@ -264,11 +307,16 @@ class Action(Caller):
             self._send_cancel(goal)
         else:
             goal.inquiries = INQUIRIES
-            self._executor_thread.poll((self, goal.token), lambda: self._await(goal), WATCH)
+            self._executor_thread.do(
+                lambda: self._executor_thread.poll(
+                    (self, goal.token), lambda: self._await(goal), WATCH
+                )
+            )
 
     def _send_cancel(self, goal):
         goal.cancelled, goal.asked = True, time.monotonic()
-        future = goal.handle.cancel_goal_async()
+        with self.client.sending:
+            future = goal.handle.cancel_goal_async()
         goal.cancels.append(future)
         if len(goal.cancels) > KEPT_CANCELS:
             goal.cancels.popleft().cancel()
@@ -291,26 +339,22 @@ class Action(Caller):
             self._node.get_logger().warning(text)
         goal.refused = refused
 
-    def _abandon(self, token):
+    def abandon(self, token):
         goal = self._goals.get(token)
-        if goal is None:
-            return
-        goal.abandoned = True
-        if not goal.sent:
-            del self._goals[token]
-        else:
-            self._cancel(token)  # abandoned goals must not continue
+        if goal is not None:
+            goal.abandoned = True
+            self.cancel(token)  # abandoned goals must not continue
 
 
 class Goal:
-    """A goal: not sent, sent (then it has a ``handle``), or accepted."""
+    """A goal that was sent: from then until its server has ended it."""
 
     def __init__(self, token, message):
         self.token = token
         self.message = message
         self.uuid = None  # None: a new id when it is sent
         self.handle = None
-        self.sent = self.answered = False
+        self.answered = False
         self.cancelled = False
         """A cancel was requested, and the server has not answered it yet."""
         self.cancels = deque()  # those that are not answered

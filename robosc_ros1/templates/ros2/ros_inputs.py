@@ -7,11 +7,13 @@ the input leaves the durability open, the topic has one of each, and a message t
 bring is one.
 """
 
+import time
 from collections import deque
 
 from rclpy.qos import DurabilityPolicy
 
 from .ros_parameters import durable
+from .ros_watch import fits
 
 try:
     from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
@@ -27,9 +29,10 @@ _REMEMBERED = 1000
 class Input:
     """A topic that the node hears; ``post`` gets each message, or its bytes if ``raw``.
 
-    ``lost`` gets the number of messages that the middleware lost; ``latches`` is called when the
-    topic has a latching publisher for the first time, before its messages are heard, if the profile
-    leaves the durability open.
+    ``lost`` gets the number of messages that the middleware lost, ``late`` (None: not needed) how
+    many seconds after the middleware received it each message was taken; ``latches`` is called when
+    the topic has a latching publisher for the first time, before its messages are heard, if the
+    profile leaves the durability open.
     """
 
     def __init__(self, node, message_type, topic, post, profile, lost, raw, latches):
@@ -42,6 +45,7 @@ class Input:
         self._raw = raw
         self._latches = latches
         self._subscriptions = []
+        self.late = None
         self.follows = profile.durability == DurabilityPolicy.UNKNOWN
         self._known = _Known() if self.follows else None
         self._subscribe(DurabilityPolicy.VOLATILE if self.follows else profile.durability)
@@ -53,6 +57,16 @@ class Input:
             self.follows = False
             self._latches()
             self._subscribe(DurabilityPolicy.TRANSIENT_LOCAL)
+
+    @property
+    def topic(self):
+        """The full name of the topic."""
+        return self._topic
+
+    def is_connected(self):
+        """Return whether a node publishes the topic, in a way that fits."""
+        publishers = self._node.get_publishers_info_by_topic(self._topic)
+        return any(fits(one, own) for one in publishers for own in self._subscriptions)
 
     def take_all(self):
         """Take the messages that wait."""
@@ -91,6 +105,8 @@ class Input:
             self._pass_on(number, *found)
 
     def _pass_on(self, number, message, info):
+        if self.late is not None and info["received_timestamp"]:
+            self.late(time.time() - info["received_timestamp"] * 1e-9)
         if self._known is None or self._known.is_news(info, latched=number == 1):
             self._post(message)
 

@@ -15,6 +15,7 @@ from ._runtime.settings import ParameterError
 from .ros_executor import ExecutorThread
 from .ros_node import Work, begin, end
 from .ros_parameters import GivenParameters
+from .ros_port import GOES_ON
 
 _ENTITIES = ("publishers", "subscriptions", "clients", "services", "timers", "guards", "waitables")
 
@@ -30,7 +31,7 @@ def run(name, *parts):
     executor_thread.start()
     try:
         ending.wait()
-        return 0 if node.work is None else node.work.close()
+        return node.tell_what_goes_on() if node.work is None else node.work.close()
     finally:
         end(node, executor_thread, node.work)
 
@@ -42,6 +43,8 @@ class ManagedNode(GivenParameters, LifecycleNode):
     def __init__(self, name, make_work, ending):
         super().__init__(name, automatically_declare_parameters_from_overrides=True)
         self.work = None
+        self.former_actions = []
+        """The actions with goals of former configurations, which no new goal may join."""
         self._make_work = make_work
         self._ending = ending
         self._own = set()
@@ -64,7 +67,7 @@ class ManagedNode(GivenParameters, LifecycleNode):
         return answer
 
     def on_configure(self, state):
-        self._own = set(self._entities())
+        self._own = set(self._entities()) - {action.client for action in self.former_actions}
         try:
             self.work = self._make_work()
             self.work.engine.stopped = INACTIVE
@@ -87,22 +90,32 @@ class ManagedNode(GivenParameters, LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def on_cleanup(self, state):
-        self.work.halt()
+        self.former_actions = self.work.halt()
         self.work = None
         self._destroy_others()
+        self.tell_what_goes_on()
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state):
         self._ending.ask()
         return TransitionCallbackReturn.SUCCESS
 
+    def tell_what_goes_on(self):
+        """Tell of the goals that may go on, though the node is not configured; return the exit code
+        of a node that ends then."""
+        for action in self.former_actions:
+            for known in action.running():
+                self.get_logger().warning(GOES_ON % (known, action.label))
+        return 0
+
     def _entities(self):
         return [entity for kind in _ENTITIES for entity in getattr(self, kind)]
 
     def _destroy_others(self):
         """Destroy the entities that were created when the node was configured."""
+        kept = {action.client for action in self.former_actions}
         for kind in _ENTITIES:
-            for entity in [e for e in getattr(self, kind) if e not in self._own]:
+            for entity in [e for e in getattr(self, kind) if e not in self._own | kept]:
                 self._destroy(kind, entity)
 
     def _destroy(self, kind, entity):

@@ -170,6 +170,18 @@ def _oddities(message_type):
     return tuple(found)
 
 
+@functools.lru_cache(maxsize=None)
+def may_be_heavy(message_type):
+    """Whether messages of a type may have any size, but for the name of a frame."""
+    for kind in message_type.get_fields_and_field_types().values():
+        if kind == "string" or re.fullmatch(r"sequence<[^,]+>", kind):
+            return True
+        base = kind.partition("[")[0]
+        if "/" in base and base != "std_msgs/Header" and may_be_heavy(message_class(base)):
+            return True
+    return False
+
+
 def has_oddities(message_type):
     """Whether :func:`plain` changes messages of a type."""
     return bool(_oddities(message_type))

@@ -16,6 +16,9 @@ from .ros_tables import of_shadow
 from .ros_watch import Watch
 from .start import Ending, on_signals
 
+ENDING = 1.6
+"""Seconds for which the end of the node waits for the ends of goals that were cancelled."""
+
 
 def run(name, *parts):
     """Run the node until it is stopped; return the exit code. ``parts`` are those of
@@ -90,6 +93,7 @@ class Work:
         settings, profiles, warnings = configured(node, controller, tables.topics(), defaults)
         if settings.shadow and shadow is not None:
             tables, port_type = of_shadow(*shadow)
+        tables.demand_apart(node.resolve_topic_name)
         controller.configure(settings.more)
         for warning in warnings:
             node.get_logger().warning(warning)
@@ -110,11 +114,12 @@ class Work:
         self._reporter.start()
 
     def halt(self):
-        """Stop all parts."""
+        """Stop all parts; return the actions with goals that may go on."""
         self.engine.close()
         self._thread.join(0.6)
         self._reporter.close(0.4)
         self._port.release()
+        return self._port.unended_actions()
 
     def goes_on(self):
         """Return whether a part that was to stop still works."""
@@ -123,7 +128,7 @@ class Work:
     def close(self):
         """Stop all parts after pending messages were sent; return the exit code."""
         self.engine.close()
-        self._thread.join(0.6)
-        self._port.close(0.6)
-        self._reporter.close(0.4)
+        self._thread.join(0.4)
+        self._port.close(ENDING)
+        self._reporter.close(0.2)
         return self._port.exit_code

@@ -34,6 +34,7 @@ class Watch(ConnectionWatch):
         """Check the graph if that is due."""
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + PERIOD
+            self.connections = self.connections._replace(simulated=is_simulated(self._node))
             faults = (*self._namesakes(), *self._topics(), *self._services())
             self.update(faults, *self._nodes())
 
@@ -102,6 +103,14 @@ def _faults(own, other, verb, qualities):
         end = "with another quality of service, so nothing gets through: %s" % lack
     node = other.node_namespace.rstrip("/") + "/" + other.node_name
     yield "%s %s %s %s" % (node, verb, own.topic_name, end)
+
+
+def fits(publisher, subscription):
+    """Return whether a publisher, as the graph has it, and a subscription of this process are
+    connected."""
+    if publisher.topic_type != _spelled(subscription.msg_type):
+        return False
+    return _lack(publisher.qos_profile, subscription.qos_profile) is None
 
 
 def _lack(publisher, subscription):

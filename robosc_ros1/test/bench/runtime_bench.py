@@ -55,7 +55,7 @@ class NullPort(Port):
     def send(self, key: str, data: Any) -> None:
         self.sent += 1
 
-    def call(self, key: str, data: Any, token: int, timeout: float) -> None:
+    def call(self, key: str, data: Any, token: int) -> None:
         self.running.append((key, token))
 
     start = call

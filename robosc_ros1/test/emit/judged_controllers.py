@@ -28,7 +28,7 @@ from robosc.emit.package.target import plant_module
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
-from robosc.runtime.served import WaitingCall
+from robosc.runtime.port import WaitingCall
 from robosc.runtime.settings import read
 from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.supervisor import Supervisor
@@ -171,12 +171,12 @@ class Robot(PlayedPort):
     def send(self, key: str, data: Any) -> None:
         self.received[self.plant[key]["identifier"]].append(message_of(self.spoilt(data or {})))
 
-    def call(self, key: str, data: Any, token: int, timeout: float) -> None:
+    def call(self, key: str, data: Any, token: int) -> None:
         self.requests[key].append(message_of(self.spoilt(data or {})))
         self.running[key] = token
 
-    def start(self, key: str, data: Any, token: int, timeout: float) -> None:
-        self.call(key, data, token, timeout)
+    def start(self, key: str, data: Any, token: int) -> None:
+        self.call(key, data, token)
         name = self.plant[key]["identifier"]
         others = [k for k, c in self.plant.items() if c["identifier"] == name]
         self.runs.begin(key, token, others)

@@ -9,7 +9,7 @@ from emit.generated_code import controller_class, supervisor_of
 from runtime.lamp_robot import PlayedPort
 
 from robosc.runtime.engine import Engine
-from robosc.runtime.served import WaitingCall
+from robosc.runtime.port import WaitingCall
 from robosc.runtime.settings import Settings
 
 MODEL = """

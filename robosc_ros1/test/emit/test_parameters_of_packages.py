@@ -23,7 +23,7 @@ from robosc.supervisor import Supervisor
 EMITTERS = {"ros1": ros1_target.emit, "ros2": ros2_target.emit}
 PACKAGE = "some_controller"
 CHANGED = {
-    "rate": 1e22, "stop_command": "shout", "event_log": 'C:\\logs\n"new" | ~/ä.log', "seed": -3,
+    "state_rate": 1e22, "stop_command": "shout", "event_log": 'C:\\logs\n"new" | ~/ä.log', "seed": -3,
     "goal_timeout/reach": 12.5, "exit_on_stop": True,
 }  # fmt: skip
 
@@ -88,7 +88,9 @@ def test_the_readme_documents_every_parameter(gauntlet: Supervisor, target: str)
         assert default.strip("`") in (repr(parameter.default).lower(), f'"{parameter.default}"')
         assert meaning.startswith(parameter.meaning)
         assert all(choice in meaning for choice in parameter.choices)
-        if parameter.minimum is not None:
+        if parameter.maximum is not None:
+            assert f"({parameter.minimum} to {parameter.maximum})" in meaning
+        elif parameter.minimum is not None:
             assert f"at least {parameter.minimum:g}" in meaning
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from emit.golden_packages import PACKAGES, package_of
 
-ALL = {"__init__", "ages", "calls", "clocks", "run_to_completion", "deadlines", "effects", "engine", "engine_parts", "eventlog", "inbox", "input_events", "intake", "internal_transitions", "model", "original_state", "pauses", "places", "port", "reasons", "recorder", "requests", "served",
+ALL = {"__init__", "ages", "calls", "clocks", "run_to_completion", "deadlines", "effects", "engine", "engine_parts", "eventlog", "gate", "inbox", "input_events", "intake", "internal_transitions", "model", "open_requests", "original_state", "pauses", "places", "port", "reasons", "recorder", "requests", "served",
        "operating", "parameter_values", "scheduler", "sending", "settings", "shapes", "shortening", "snapshots", "telemetry", "time_monitor", "connections", "engine_queue", "value_topics", "values"}  # fmt: skip
 MONITOR = {
     "allowances",

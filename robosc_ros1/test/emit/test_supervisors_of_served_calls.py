@@ -12,7 +12,7 @@ from runtime.lamp_robot import PlayedPort
 
 from robosc import pipeline
 from robosc.runtime.calls import Failure
-from robosc.runtime.served import WaitingCall
+from robosc.runtime.port import WaitingCall
 from robosc.runtime.settings import Settings
 from robosc.runtime.supervisor_engine import SupervisorEngine
 
@@ -30,6 +30,9 @@ class GuardedPort(PlayedPort):
         document = json.loads(text)
         reasons = [reason["text"] for reason in document["blocked_by"]]
         self.blocks.append((document["event"]["kind"], reasons))
+
+    def ready(self, key: str) -> bool:
+        return self.there
 
     def absent(self, key: str) -> str | None:
         return None if self.there else "nobody serves it"

@@ -111,6 +111,8 @@ def _section(array: Sequence[Any], first: int, last: int) -> list[Any]:
 def _sector(ranges: Sequence[Any], start: Any, step: Any, first: Any, last: Any) -> list[Any]:
     """The rays whose angle is in the sector after some whole turns, asked one by one."""
     start, step, first, last = map(_double, (start, step, first, last))
+    if len(ranges) == 1 and step == 0:
+        step = 0.001
     turn = 2 * math.pi
     width = min(last - first if last >= first else (last - first) % turn, turn)
     if not 0 < abs(step) <= turn or not math.isfinite(start + first + last):

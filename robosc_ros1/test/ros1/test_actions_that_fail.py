@@ -244,7 +244,7 @@ def test_goals_of_a_controller_that_came_again_while_the_clock_stands(
 ) -> None:
     """They are others than those of its former lifecycle, which the server still knows."""
     asked = []
-    puppet.do("action", **RUN, mode="hold")
+    puppet.do("action", **RUN, mode="succeed")
     with stage.simulated_time():
         for _ in range(2):
             mark = puppet.mark
@@ -270,8 +270,11 @@ rospy.init_node("many_goals")
 action, told = Action("/run", ReachAction), queue.Queue()
 statuses = lambda: action._client.manager.statuses
 action.report = lambda token, kind, payload=None: told.put((token, kind))
+action.look = lambda: None
 for token in range(1, 21):
-    action.start({}, token, 60.0)
+    while not action.ready():
+        time.sleep(0.01)
+    action.start({}, token)
     while told.get(timeout=60) != (token, "response"):
         pass
     action.abandon(token)
@@ -301,18 +304,22 @@ ros_actions.ask = lambda *question: [link for link in ask(*question) if link[4] 
 action = ros_actions.Action("/run", ReachAction)
 told = []
 action.report = lambda token, kind, payload=None: told.append(kind)
+action.look = lambda: None
 action._client.wait_for_server()
-action.start({}, 1, 60.0)
+early = [action.ready()]
 for _ in range(2):  # the action hears them, too, and looks again
     rospy.wait_for_message("/run/status", type(action._client.last_status_msg))
-early = list(told)
+early.append(action.ready())
 hidden.clear()
+while not action.ready():
+    time.sleep(0.01)
+action.start({}, 1)
 while "response" not in told:
     time.sleep(0.01)
 print("early:", early)
 """
     done = stage.workspace.run("python3", "-c", script, master=stage.master)
-    assert done.stdout.endswith("early: []\n")
+    assert done.stdout.endswith("early: [False, False]\n")
 
 
 def test_somebody_else_cancels_all(stage: Stage, puppet: Puppet, ear: Puppet) -> None:

@@ -14,6 +14,7 @@ from ros_support import Master, Workspace
 from runtime.schemas import validate
 
 from robosc.emit.write.writer import write
+from robosc.runtime.monitor_engine import NOTHING_TO_OPERATE
 
 NODE = "/lantern_monitor"
 FINDINGS = f"{NODE}/findings"
@@ -62,6 +63,16 @@ def findings(listener: Puppet) -> list[Any]:
     return documents
 
 
+def span(listener: Puppet, ended: bool) -> Any:
+    """The time in which nothing could be judged, as it was told when it began or ended."""
+
+    def is_meant(message: Any) -> bool:
+        event = json.loads(message["data"])["event"]
+        return event["kind"] == "span" and (event["value"]["end"] is not None) is ended
+
+    return json.loads(listener.hears(FINDINGS, is_meant)["data"])["event"]["value"]
+
+
 # Where the monitor hears what the controller calls its own.
 OWN = ("~snuff:=/lantern_controller/snuff",)
 
@@ -97,6 +108,26 @@ def test_a_right_controller_is_not(watched: Stage, sky: Puppet, listener: Puppet
         state = monitor.shows(lambda s: s["counters"]["commands"] >= 6)
         assert state["counters"]["forbidden"] == state["counters"]["mismatches"] == 0
     assert findings(listener) == []
+
+
+def test_who_sees_nothing_says_nothing(watched: Stage, sky: Puppet, listener: Puppet) -> None:
+    """Nobody publishes the brightness, which decides; then somebody does."""
+    with watched.controller(listener, "lantern_monitor", operate=True) as monitor:
+        sky.do("steadily", topic="/kindle", type="std_msgs/Empty", fields={})
+        monitor.tells(event("request", "kindle", outcome="undecided"))
+        state = monitor.shows(lambda s: s["counters"]["undecided"] > 1)
+        assert "/brightness" in state["not_judging"]
+        assert state["counters"]["commands"] == state["counters"]["forbidden"] == 0
+        assert span(listener, ended=False)["commands"] == 1
+        sky.steadily("/brightness", LIGHT, 50)
+        assert span(listener, ended=True)["commands"] > 1
+        monitor.shows(lambda s: s["not_judging"] is None)
+        monitor.tells(event("request", "kindle", outcome="forbidden"))
+        listener.hears(FINDINGS, lambda f: json.loads(f["data"])["sort"] == "violation")
+        for order in ("hold", "step", "release"):
+            sky.publish(f"{NODE}/operate", "std_msgs/String", order)
+            monitor.tells(event("operator", "", outcome="refused", detail=NOTHING_TO_OPERATE))
+    findings(listener)  # all are as the schema says
 
 
 def test_its_own_test_passes(generated_workspace: Workspace) -> None:

@@ -32,13 +32,13 @@ def transport_to(ours: socket.socket) -> Any:
 class Link:
     """A connection of rospy's under a prompt one, and the socket of its subscriber."""
 
-    def __init__(self) -> None:
+    def __init__(self, queue: int = QUEUE) -> None:
         module: Any = import_module("ros_connections")
         ours, self.subscriber = socket.socketpair()
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
         self.subscriber.settimeout(60)
         self.transport = transport_to(ours)
-        self.connection = module.PromptConnection(self.transport, QUEUE)
+        self.connection = module.PromptConnection(self.transport, queue)
 
     def publish(self, number: int, size: int = 0) -> None:
         self.connection.write_data(HEAD.pack(size, number) + bytes([number % 256]) * size)
@@ -135,3 +135,26 @@ def test_a_subscriber_that_has_gone_ends_the_connection(link: Link) -> None:
     link.publish(2)
     assert closed.wait(60)
     assert link.transport.done
+
+
+def test_a_command_that_is_not_taken_at_once_is_not_sent(
+    ros: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A subscriber that takes its time must not get a movement that has been forbidden since."""
+    monkeypatch.setattr(sys, "path", [str(TEMPLATES), *sys.path])
+    link = Link(queue=import_module("ros_connections").AT_ONCE)
+    try:
+        sent, number = [], 0
+        while link.connection.took:
+            link.publish(number, size=1000)
+            sent.append(number)
+            number += 1
+        assert len(sent) > 2
+        link.publish(number, size=1000)  # nor is this one
+        taken = [link.take() for _ in sent[:-1]]
+        assert taken == sent[:-1]
+        while not link.connection.took:
+            link.publish(1000, size=10)
+        assert link.take() == 1000
+    finally:
+        link.close()

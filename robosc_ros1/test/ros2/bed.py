@@ -68,7 +68,7 @@ class Bed:
 
     @cached_property
     def environment(self) -> dict[str, str]:
-        """What every process of the bed needs, inherited from nothing but the mark of a run.
+        """What every process of the bed needs, inherited from nothing but what belongs to a run.
 
         The wheels' start-up hook would restart each Python to set LD_LIBRARY_PATH; it is set here.
         """
@@ -87,7 +87,7 @@ class Bed:
             "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "PYTHONDONTWRITEBYTECODE": "1",
-            **{name: value for name, value in os.environ.items() if name == reaper.MARK},
+            **{n: value for n, value in os.environ.items() if n in (reaper.MARK, "TMPDIR")},
         }
 
     def run(self, *command: str | Path, folder: Path, timeout: float = 120.0) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import time
 from collections.abc import Callable
@@ -37,6 +38,20 @@ def test_shutdown_cancels_goals_and_sends_the_stop_command(
     robot.expect("message", name="beacon")
     assert node.wait() == 0
     assert "Traceback" not in node.output
+
+
+def test_a_goal_that_its_server_has_not_accepted_is_named_at_the_end(
+    graph: Graph, controller: Start
+) -> None:
+    node = controller()
+    robot = graph.peer()
+    robot.serve("door/lock", "std_srvs/srv/SetBool", {"success": True})
+    robot.act("reach", ACTION, accept=None)
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    robot.expect("asked", name="reach")
+    node.signal(signal.SIGQUIT)
+    assert node.wait() == 0
+    assert re.search(r"the goal \w{32} of /reach may go on", node.output)
 
 
 SIGNALLED = """

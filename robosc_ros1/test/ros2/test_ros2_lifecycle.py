@@ -92,6 +92,26 @@ def test_it_begins_anew_after_a_cleanup(robot: Peer, controller: Start) -> None:
     robot.expect("message", name="beacon")
 
 
+def test_no_second_goal_joins_one_that_outlives_a_cleanup(robot: Peer, controller: Start) -> None:
+    robot.serve("door/lock", "std_srvs/srv/SetBool", {"success": True})
+    robot.act("reach", "robosc_testing/action/Move", cancel=False)
+    controller(NODE)
+    assert change(robot, NODE, CONFIGURE)
+    robot.watch(NODE)
+    assert change(robot, NODE, ACTIVATE)
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    goal = robot.expect("goal", name="reach")
+    for transition in (DEACTIVATE, CLEANUP, CONFIGURE, ACTIVATE):
+        assert change(robot, NODE, transition)
+    robot.expect("cancel", name="reach")
+    robot.expect_state(NODE, lambda s: any("that was cancelled" in f for f in s["faults"]))
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    robot.expect_state(NODE, lambda s: s["communications"]["reach"] == "busy")
+    assert robot.events("goal", name="reach") == []
+    robot.order("tell_server", id=goal["id"], end="succeed", result={"code": 0})
+    robot.expect("goal", name="reach")
+
+
 @pytest.mark.parametrize("package", [NODE, GUARD])
 def test_a_change_that_is_not_possible_now_is_refused(
     robot: Peer, controller: Start, package: str

@@ -153,9 +153,10 @@ def test_a_supervisor_that_is_started_again_guards_the_same_controller(
     first = controller(NODE)
     allow_reaching(robot, other)
     send(other)
-    robot.expect("goal", name="reach")
+    goal = robot.expect("goal", name="reach")
     first.end()  # which cancels what it let pass
     robot.expect("cancel", name="reach")
+    robot.order("tell_server", id=goal["id"], end="canceled")
     for peer in (robot, other):
         peer.order("see_end", node=NODE)
     controller(NODE)

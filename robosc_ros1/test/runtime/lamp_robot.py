@@ -156,7 +156,7 @@ class PlayedPort(Port):
             raise ValueError("broken")
         self.sent.append((key, data))
 
-    def call(self, key: str, data: Any, token: int, timeout: float) -> None:
+    def call(self, key: str, data: Any, token: int) -> None:
         self.send(key, data)
         self.tokens[key] = token
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from robosc.runtime.connections import Connections, ConnectionWatch
 
 CONTROLLER = Connections("/c", heard=("/scan",), commanded=("/vel", "/horn"))
@@ -59,3 +61,20 @@ def test_servers_that_are_missing_are_told_once_and_when_they_are_back() -> None
     assert look() == []
     missing.add("/go")
     assert [look(), look()] == [[], ["no server of /go is connected"]]
+
+
+@pytest.mark.parametrize("simulated", [False, True])
+@pytest.mark.parametrize("clocks", [[], ["/gazebo"]])
+def test_two_clocks_are_a_fault(simulated: bool, clocks: list[str]) -> None:
+    said: list[str] = []
+    node = CONTROLLER._replace(simulated=simulated)
+    watch = ConnectionWatch(node, said.append)
+    publishers = {"/scan": ["/laser"], "/clock": clocks}
+    nodes = {"/vel": ["/robot"], "/horn": ["/robot"]}
+    watch.update((), publishers, nodes)
+    assert watch.faults == said == []  # whoever publishes it may still be starting
+    watch.update((), publishers, nodes)
+    assert len(watch.faults) == (simulated != bool(clocks))
+    assert said == watch.faults
+    if clocks and not simulated:
+        assert watch.faults[0].startswith("/gazebo publishes /clock, but this node follows the")

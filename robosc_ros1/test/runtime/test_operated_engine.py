@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP
 from runtime.played_engine import Played
+from runtime.test_shadow_engine import Shadowed
 from runtime.test_supervisor_engine import Bench
 
 from robosc.runtime.operating import HELD
@@ -109,3 +110,39 @@ def test_nothing_gets_past_the_supervisor_by_a_step() -> None:
     bench.sense(CLEAR)
     assert bench.guard.stopped == HELD
     assert bench.offer("fast") == [(GO, "fast")]
+
+
+def test_who_holds_a_robot_that_is_held_is_told_and_one_release_does_not_free_it() -> None:
+    played = Played()
+    played.controller.lamp_allowed = False
+    played.begin()
+    played.see(CLEAR)
+    order(played, "hold")
+    order(played, "hold")
+    assert any("held 2 times" in text for _, text in played.port.logs)
+    assert order(played, "release") == []
+    assert played.engine.stopped == HELD
+    assert order(played, "release") == [GO]
+
+
+def test_what_an_operator_holds_a_manager_does_not_free() -> None:
+    played = Played()
+    played.begin()
+    played.see(CLEAR)
+    order(played, "hold")
+    played.engine.suspend()
+    played.engine.cycle()
+    assert played.engine.resume()
+    played.engine.cycle()
+    assert (played.engine.stopped, played.wait(1.0)) == (HELD, [])
+
+
+def test_nodes_that_send_nothing_refuse_orders() -> None:
+    bench = Shadowed()
+    bench.begin()
+    for word in ("hold", "step", "release"):
+        bench.shadow.operate(word)
+        bench.shadow.cycle()
+    entries = [e for e in bench.shadow.recorder.take() if e.kind == "operator"]
+    assert [(e.outcome, e.detail) for e in entries] == [("refused", "this node sends nothing")] * 3
+    assert bench.shadow.stopped is None

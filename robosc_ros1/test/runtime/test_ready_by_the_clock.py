@@ -63,12 +63,12 @@ class WitnessedPort(PlayedPort):
         self.witness.commands(key)
         super().send(key, data)
 
-    def call(self, key: str, data: Any, token: int, timeout: float) -> None:
+    def call(self, key: str, data: Any, token: int) -> None:
         self.witness.commands(key)
         self.witness.start(key)
 
-    def start(self, key: str, data: Any, token: int, timeout: float) -> None:
-        self.call(key, data, token, timeout)
+    def start(self, key: str, data: Any, token: int) -> None:
+        self.call(key, data, token)
 
 
 class RandomController(Controller):

@@ -23,7 +23,7 @@ DEFAULTS = {
 }  # fmt: skip
 
 RIGHT: dict[str, list[Any]] = {
-    "number": [1, 2.5, 1e9],
+    "number": [1, 2.5, 1000.0],
     "integer": [1, 3],
     "boolean": [True, False],
     "string": [""],
@@ -78,7 +78,8 @@ def test_an_integer_has_at_most_64_bits() -> None:
 
 
 def test_a_wide_integer_that_came_as_text_is_a_number() -> None:
-    assert read(COMMUNICATIONS, {"rate": "5000000000"})[0].rate == 5e9
+    given = {"server_lost_after": "5000000000"}
+    assert read(COMMUNICATIONS, given)[0].server_lost_after == 5e9
 
 
 @pytest.mark.parametrize("digits", [400, 401, 5000])
@@ -104,6 +105,8 @@ def test_each_is_checked(parameter: Any) -> None:
     if parameter.minimum is not None:
         read(COMMUNICATIONS, {parameter.name: type(parameter.default)(parameter.minimum)})
         wrong = [*wrong, parameter.minimum - 1]
+    if parameter.maximum is not None:
+        wrong = [*wrong, parameter.maximum * 1e6]
     for value in wrong:
         with pytest.raises(ParameterError) as refused:
             read(COMMUNICATIONS, {parameter.name: value})

@@ -103,7 +103,9 @@ def test_a_state_that_the_controller_avoids_decides_nothing(bench: Shadowed) -> 
     bench.begin()
     bench.hear(BLOCKED)
     bench.controller.can_go = lambda: True  # type: ignore[method-assign]
-    bench.shadow._decisions = type(bench.shadow._decisions)(bench.controller, Settings())
+    bench.shadow._decisions = type(bench.shadow._decisions)(
+        bench.controller, Settings(), bench.shadow._parts.gate.lack
+    )
     bench.shadow._decisions.begin(0.0)
     assert "go" not in [name for name, _, _ in bench.wait(0.5)]
 

@@ -139,7 +139,7 @@ class _RecordingPort(Port):
         self._run.note_fault(key)
         self._run.record_message(key, data or {})
 
-    def call(self, key: str, data: Data, token: int, timeout: float) -> None:
+    def call(self, key: str, data: Data, token: int) -> None:
         self._run.note_fault(key)
         self._run.begin_call(key, data or {}, token)
 

@@ -263,3 +263,32 @@ def test_wrong_lines(player: Session, line: str, message: str) -> None:
         player.do(line)
     assert message in str(told.value)
     assert player.history == history
+
+
+REFUSED = """
+robot Refused {
+    component B {
+        service q with expect: value.success, identifier: "/q", request: none, response: Answer
+            links answers
+        incoming message lamp with rate: once, type: none
+        behaviour {
+            initial marked state asking {
+                on error from q if reason = refused and value.message = "hot" goto hot
+                on error from q else goto other
+            }
+            marked state hot {}
+            marked state other {}
+        }
+    }
+    datatype object Answer { success: boolean message: string }
+    interface answers use Ask from some_msgs
+    requirement lamp needs B.hot
+}
+"""
+
+
+@pytest.mark.parametrize(("message", "place"), [("hot", "hot"), ("cold", "other")])
+def test_what_is_read_of_a_refused_answer_only(message: str, place: str) -> None:
+    """The transition of the error reads a field that no transition of the response does."""
+    player = session(supervisor_of(REFUSED), execute=True)
+    play(player, f'q.response success: false, message: "{message}"', f"expect B.{place}")

@@ -247,12 +247,20 @@ class Oracle(OraclePlant):
         """Whether the controller can come to a goal, from each state at rest that asks for it."""
         found = {rest for rest in edges if self.holds(goal.condition, rest)}
         ways = {rest for rest in edges if goal.along is None or self.holds(goal.along, rest)}
+        steps: dict[OracleState, set[OracleState]] = {rest: set() for rest in ways}
         for rest in ways:
             for start in self.after(rest, self.sent(rest, events)):
-                if any(self.holds(goal.condition, state) for state in self.settle(start) or ()):
-                    found.add(rest)
-        while any(rest not in found and edges[rest] & found for rest in ways):
-            found |= {rest for rest in ways if edges[rest] & found}
+                path = self.settle(start) or []
+                for state in path:
+                    if self.holds(goal.condition, state):
+                        found.add(rest)
+                        break
+                    if goal.along is not None and not self.holds(goal.along, state):
+                        break
+                else:
+                    steps[rest] |= set(path[-1:])
+        while any(rest not in found and steps[rest] & found for rest in ways):
+            found |= {rest for rest in ways if steps[rest] & found}
         asked = {rest for rest in edges if goal.origin is None or self.holds(goal.origin, rest)}
         return asked <= found
 

@@ -109,6 +109,15 @@ def test_a_number_stands_with_its_class_its_past_and_its_thresholds(
         for plot in ("Gauge.near", "distance.response"):
             browser.sees(drawn(plot, "--accent"))
         browser.sees(drawn("Gauge.near", "--wait"))
+        for width in (1280, 360, 1920, 700):
+            browser.look(width, 900)
+            browser.sees(
+                "[...document.querySelectorAll('.plot')].every((plot) => !plotOf.get(plot).visible"
+                " || Math.abs(plot.firstElementChild.offsetWidth - plot.clientWidth) < 2)"
+            )
+            cards = "[...document.querySelectorAll('.card')]"
+            assert browser.run(f"return {cards}.every((c) => c.scrollWidth <= c.clientWidth)")
+            assert browser.run("return document.documentElement.scrollWidth <= innerWidth")
         assert not browser.run(f"return {drawn('distance.response', '--wait')}")
 
 

@@ -307,6 +307,11 @@ class Provide:
         condition = () if self.condition is None else (self.condition,)
         return any(map(reads_value, (*data_expressions(self.data), *condition)))
 
+    @property
+    def deciding(self) -> Expr | None:
+        """Its condition where that decides about the state: one of a correction does not."""
+        return None if self.corrects else self.condition
+
 
 @dataclass(frozen=True, slots=True)
 class Preference:

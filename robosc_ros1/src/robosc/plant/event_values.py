@@ -33,7 +33,8 @@ def value_type(robot: Robot, event: Event) -> Type:
 
 def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], Type]:
     """Return the parts of an event's value, with their types, that transitions read for any
-    variable, and requirements on what another controller sends."""
+    variable, and requirements on what another controller sends; of an answer also those that are
+    read where it is refused, which makes it an error."""
     readers: list[Expr] = []
     if robot.supervises and event.kind is EventKind.REQUEST:
         readers += (robot.requirements[number].condition for number in event.requirements)
@@ -46,6 +47,11 @@ def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], Type]
     for edge in (edge for automaton in automata for edge in automaton.edges):
         readers += (assignment.value for assignment in edge.assignments)
         readers += [exact(edge.guard)] if edge.guard is not None else []
+    if event.kind is EventKind.RESPONSE:
+        for transition in (t for component in robot.components for t in component.transitions):
+            if (transition.event, transition.communication) == (EventKind.ERROR, event.key):
+                readers += (assignment.value for assignment in transition.assignments)
+                readers += [] if transition.guard is None else [transition.guard]
     parts = values_read(readers)
     return {path: p.type for path, p in parts.items() if not isinstance(p, ReasonRef)}
 

@@ -6,14 +6,21 @@ token is current, so that an answer after the deadline is dropped and no request
 that is cancelled, by a command or because it missed a deadline, is in progress until its server has
 ended it. A goal may replace another one: then the request ends when both have ended. Deadlines are
 seconds on the steady clock of the machine, not ROS time.
+
+A request that no server has taken yet is *open*: see :mod:`.open_requests`.
 """
 
 from __future__ import annotations
 
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
+from .open_requests import OpenRequest
+
 _LOOK = 0.25
 """Seconds between two looks whether the server of a cancelled goal is still there."""
+RETRY = 0.02
+"""Seconds between two looks whether a server can take an open request."""
+NOT_TAKEN = "no server has taken it"
 
 
 FAILED, ABSENT, REJECTED, REFUSED, TIMEOUT, LOST = (
@@ -60,7 +67,7 @@ class Missed(NamedTuple):
 
 class _Call:
     __slots__ = (
-        "accepted", "deadline", "end", "is_goal", "missed", "replaced", "token", "watch",
+        "accepted", "deadline", "end", "is_goal", "missed", "open", "replaced", "token", "watch",
         "withdrawn",
     )  # fmt: skip
 
@@ -74,6 +81,7 @@ class _Call:
         self.watch: Optional[float] = None  # when to look next whether the server is there
         self.replaced = replaced  # the goals before it that have not ended
         self.end: Any = None  # how it ended, while these have not
+        self.open: Optional[OpenRequest] = None  # no server has taken it
 
 
 class Calls:
@@ -96,19 +104,36 @@ class Calls:
         self._lost = lost
         self._calls: Dict[str, _Call] = {}
         self._last_token = 0
+        self.open: Dict[str, OpenRequest] = {}
+        """The requests that no server has taken, by key."""
         self.earliest: Optional[float] = None
         """When to call :meth:`expired` next; None while nothing can expire."""
 
     def begin(self, key: str, now: float, is_goal: bool = False) -> int:
         self._last_token += 1
         old = self._calls.get(key)
+        self.open.pop(key, None)
         replaced = set() if old is None else old.replaced
-        if old is not None and old.end is None:
+        if old is not None and old.end is None and old.open is None:
             replaced = {*replaced, old.token}
         deadline = now + self._timeout(key)
         self._calls[key] = _Call(self._last_token, deadline, is_goal, replaced)
         self._plan()
         return self._last_token
+
+    def leave_open(self, key: str, request: OpenRequest) -> None:
+        """Record that no server takes the request that has just begun."""
+        self.open[key] = self._calls[key].open = request
+
+    def close(self, key: str) -> Optional[int]:
+        """Take an open request to be sent, or to be ended; return its token, None without one."""
+        if self.open.pop(key, None) is None:
+            return None
+        return self._calls[key].token
+
+    def taken(self, key: str) -> None:
+        """Record that a server has taken the request that was open."""
+        self._calls[key].open = None
 
     def prolong(self, key: str, now: float) -> None:
         """Grant the request its timeout once more."""
@@ -116,9 +141,10 @@ class Calls:
         self._plan()
 
     def end(self, key: str) -> List[int]:
-        """Remove the request and return the tokens of its goals; none if there was none."""
+        """Remove the request and return the tokens of its goals; none if there were none."""
         found = self.tokens(key)
         self._calls.pop(key, None)
+        self.open.pop(key, None)
         self._plan()
         return found
 
@@ -145,7 +171,15 @@ class Calls:
         call = self._calls.get(key)
         if call is None:
             return []
-        return [*([call.token] if call.end is None else []), *sorted(call.replaced)]
+        is_sent = call.end is None and call.open is None
+        return [*([call.token] if is_sent else []), *sorted(call.replaced)]
+
+    def is_goal(self, key: str) -> bool:
+        return self._calls[key].is_goal
+
+    def is_busy(self, key: str) -> bool:
+        """Whether a request is in progress."""
+        return key in self._calls
 
     def accept(self, key: str, token: int, now: float) -> None:
         """Record that the server accepted the goal; other deadlines apply from now on."""
@@ -209,11 +243,11 @@ class Calls:
         if call.deadline is not None and call.deadline <= now:
             if call.missed:
                 return call.missed._replace(since=call.deadline, awaited=False)
+            if call.open is not None:
+                absent = self._absent(key) or NOT_TAKEN
+                return Missed(call.deadline, key, absent, word=ABSENT)
             if call.accepted:
                 return Missed(call.deadline, key, "deadline exceeded", awaited=True)
-            absent = self._absent(key)
-            if absent is not None:
-                return Missed(call.deadline, key, absent, word=ABSENT)
             return Missed(call.deadline, key, "no answer in time", awaited=call.is_goal)
         if call.watch is None or call.watch > now:
             return None

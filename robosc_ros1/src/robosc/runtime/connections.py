@@ -4,11 +4,31 @@
 from __future__ import annotations
 
 import time
-from typing import Callable, Iterable, Iterator, List, Mapping, NamedTuple, Sequence, Set, Tuple
+from typing import (
+    Callable,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Set,
+    Tuple,
+)
 
 from .recorder import Throttle
 
 UNSERVED = "no server of %s is connected"
+CLOCK = "/clock"
+UNUSED_CLOCK = (
+    "%s publishes /clock, but this node follows the clock of the machine: set use_sim_time to true"
+    " and start this node again, or stop who publishes /clock"
+)
+NO_CLOCK = (
+    "this node follows /clock, which nobody publishes: start the simulation, or set use_sim_time to"
+    " false and start this node again"
+)
 
 _Nodes = Mapping[str, Sequence[str]]
 """The full names of the nodes on each topic."""
@@ -19,8 +39,8 @@ class Connections(NamedTuple):
 
     ``heard`` are the topics of inputs, ``commanded`` those on which this node commands the robot,
     ``guarded`` those on which a supervisor receives the commands of one controller. ``allowed`` are
-    other nodes that may publish on the latter two. ``clocks`` are the topics of simulated time,
-    ``statuses`` those of the servers to which this node sends goals.
+    other nodes that may publish on the latter two. ``statuses`` are the topics of the servers to
+    which this node sends goals. ``simulated``: it follows ``/clock``.
     """
 
     node: str
@@ -28,13 +48,13 @@ class Connections(NamedTuple):
     commanded: Tuple[str, ...]
     guarded: Tuple[str, ...] = ()
     allowed: Tuple[str, ...] = ()
-    clocks: Tuple[str, ...] = ()
     statuses: Tuple[str, ...] = ()
+    simulated: bool = False
 
     @property
     def topics(self) -> Tuple[str, ...]:
         """All topics whose other nodes are watched."""
-        return self.heard + self.commanded + self.guarded + self.clocks + self.statuses
+        return (*self.heard, *self.commanded, *self.guarded, *self.statuses, CLOCK)
 
     def second_publishers(self, publishers: _Nodes) -> Iterator[str]:
         """Yield faults: other nodes that also command the robot, several clocks, or servers."""
@@ -53,10 +73,9 @@ class Connections(NamedTuple):
                     % (" and ".join(others), topic)
                 )
 
-        for topic in self.clocks:
-            names = _several(publishers, topic)
-            if names:
-                yield "%s all publish %s, so ROS time is not one: stop all but one" % (names, topic)
+        names = _several(publishers, CLOCK) if self.simulated else ""
+        if names:
+            yield "%s all publish %s, so ROS time is not one: stop all but one" % (names, CLOCK)
         for topic in self.statuses:
             names = _several(publishers, topic)
             if names:
@@ -73,6 +92,14 @@ class Connections(NamedTuple):
         for topic in self.commanded:
             if not self._but_this(subscribers.get(topic, ())):
                 yield "nobody subscribes to %s" % topic
+
+    def second_clock(self, publishers: _Nodes) -> Optional[str]:
+        """Return the fault that this node follows another clock than those who publish or await
+        simulated time; None: it does not."""
+        clocks = " and ".join(sorted(set(publishers.get(CLOCK, ()))))
+        if clocks and not self.simulated:
+            return UNUSED_CLOCK % clocks
+        return None if clocks or not self.simulated else NO_CLOCK
 
     def _others(self, topic: str, nodes: _Nodes) -> List[str]:
         names = set(self._but_this(nodes.get(topic, ())))
@@ -99,6 +126,7 @@ class ConnectionWatch:
         """The topics, services and actions without a node at the other end, as texts."""
         self.unserved: Callable[[], Sequence[str]] = tuple
         """Returns the full names of the services and actions without a server."""
+        self._clock: Optional[str] = None  # the fault of the last check
         self._told: Set[str] = set()  # those of which the log says that they have none
         self._warn = warn
         self._throttle = Throttle(60.0)
@@ -106,6 +134,11 @@ class ConnectionWatch:
     def update(self, faults: Iterable[str], publishers: _Nodes, subscribers: _Nodes) -> None:
         """Replace the results by those of another check, which found these faults of nodes."""
         self.faults = sorted({*faults, *self.connections.second_publishers(publishers)})
+        # Who publishes the clock may still be starting, too.
+        clock, known = self.connections.second_clock(publishers), self._clock
+        self._clock = clock
+        if clock is not None and clock == known:
+            self.faults.append(clock)
         before = self.unconnected
         missing = list(self.connections.unconnected(publishers, subscribers))
         unserved = [UNSERVED % name for name in self.unserved()]

@@ -18,13 +18,19 @@ from .values import UNREADABLE, Mismatch
 
 
 class Crossings:
-    """The orders of a monitor's events. ``span`` returns by how many seconds messages may cross,
-    ``oldest`` the time of the first command that is still to be judged (None: there is none)."""
+    """The orders of a monitor's events. ``now`` returns the time of the machine when what is
+    handled came, ``span`` by how many seconds messages may cross, ``oldest`` the time of the first
+    command that is still to be judged (None: there is none)."""
 
     def __init__(
-        self, parts: EngineParts, span: Callable[[], float], oldest: Callable[[], Optional[float]]
+        self,
+        parts: EngineParts,
+        now: Callable[[], float],
+        span: Callable[[], float],
+        oldest: Callable[[], Optional[float]],
     ) -> None:
         self._parts = parts
+        self._now = now
         self._span = span
         self._oldest = oldest
         self._orders: Dict[str, Orderings] = {}  # by the key of a communication, or by component
@@ -68,7 +74,7 @@ class Crossings:
             return all(self._is_applied(entry, message) for entry in entries)
 
         keys, group, _, _, writes, timer, silences = sort
-        return SeenEvent(keys, group, self._parts.now(), do, writes, timer, silences)
+        return SeenEvent(keys, group, self._now(), do, writes, timer, silences)
 
     def sending(
         self,

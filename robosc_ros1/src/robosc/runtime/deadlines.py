@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Callable, Iterator, List, Optional, Union
 
-from .calls import Calls, Missed
+from .calls import RETRY, Calls, Missed
 from .clocks import Clocks, Timer, Watch
 
 _LONGEST_WAIT = 3600.0
@@ -42,7 +42,7 @@ class Deadlines:
         """Return the seconds until something is ready, or None."""
         earliest = self._calls.earliest
         call = None if earliest is None else earliest - self._steady()
-        return shortest(self._clocks.time_to_next(), call)
+        return shortest(self._clocks.time_to_next(), call, RETRY if self._calls.open else None)
 
     def ready(self) -> Iterator[Union[Timer, Watch, Missed]]:
         """Yield what is ready, to be applied before the next; that may make more ready.

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any, FrozenSet, NamedTuple, Optional, Set
 
 from .model import Controller
-from .scheduler import CommandScheduler, ScheduledCommand
+from .scheduler import CommandScheduler, Lack, ScheduledCommand
 from .settings import Settings
 from .values import Undefined, demand_finite
 
@@ -27,9 +27,9 @@ class Decision(NamedTuple):
 class Decisions:
     """Decides on the state of a controller, which others change. Times are those of the port."""
 
-    def __init__(self, controller: Controller, settings: Settings) -> None:
+    def __init__(self, controller: Controller, settings: Settings, lack: Lack) -> None:
         self._scheduler = CommandScheduler(
-            controller, settings.rate_of, settings.order, settings.seed
+            controller, settings.rate_of, settings.order, settings.seed, lack
         )
         self._refuse_not_finite = settings.refuse_not_finite
         self._told: Set[int] = set()

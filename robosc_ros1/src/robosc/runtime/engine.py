@@ -29,18 +29,20 @@ from .model import Controller
 from .operating import HELD, EngineOperator
 from .pauses import Pauses
 from .places import path_of
-from .port import Port, steady_time
+from .port import Port, WaitingCall, steady_time
 from .requests import Requests
 from .run_to_completion import RunToCompletion
 from .scheduler import ScheduledCommand
 from .sending import Sending
-from .served import ServedCalls, WaitingCall
+from .served import ServedCalls
 from .settings import Settings
 from .snapshots import snapshot_of
 from .time_monitor import TimeMonitor
 
 _BATCH = 100
 """The most items that are handled before commands and deadlines."""
+_CLOSING = 0.3
+"""Seconds for which an engine that ends waits for the server of the stop command."""
 
 
 class Engine:
@@ -50,6 +52,9 @@ class Engine:
     ``steady`` is the clock of the machine; ``now`` the clock by which everything is handled, by
     default that of the port.
     """
+
+    sends = True
+    """Whether it sends commands, or passes some on."""
 
     def __init__(
         self,
@@ -67,6 +72,7 @@ class Engine:
         """Whether it is to end."""
         self.changed = threading.Event()
         """Set for the reporter after events."""
+        self._end = 0.0  # when, at the latest, if it is closing
         parts = EngineParts(controller, port, self.settings, steady, now or port.now)
         self.recorder = parts.recorder
         self._parts = parts
@@ -92,10 +98,12 @@ class Engine:
         self._deadlines = Deadlines(self._clocks, self._calls, steady, intake.awaits)
         self._time_monitor = TimeMonitor(self._clocks, steady)
         self._pauses = Pauses(parts)
+        self._pauses.settle = intake.when_heavy_are_handled
         # From any thread
         self.suspend, self.resume = operator.suspend, operator.resume
         self.operate = operator.operate
         self.post, self.poster, self.lose = intake.post, intake.poster, intake.lose
+        self.heavy = intake.heavy
         self.invoke: Callable[[Callable[[], None]], None] = self._turns.put
         """Calls a function in the engine's thread between two events."""
         self.wake = self._turns.wake
@@ -119,6 +127,10 @@ class Engine:
     def recall(self, key: str, call: WaitingCall) -> None:
         """Pass on that the robot cancels a goal."""
         self._turns.put(lambda: self._recall(key, call))
+
+    def look(self) -> None:
+        """Ask the port again whether it is ready for open requests, since one may be taken now."""
+        self._turns.wake()
 
     def tell(self, level: str, text: str) -> None:
         """Write to the log."""
@@ -151,9 +163,14 @@ class Engine:
     def run(self) -> None:
         """Execute the controller until :meth:`close`."""
         self.begin()
-        while not self.closing:
+        while not self._is_over():
             self._turns.wait(shortest(self.time_to_deadline(), self._pauses.beat))
             self.cycle()
+
+    def _is_over(self) -> bool:
+        """Whether it has ended, and the stop command was sent if a server has come in time."""
+        waits = any(request.stops for request in self._calls.open.values())
+        return self.closing and not (waits and self._parts.steady() < self._end)
 
     def begin(self) -> None:
         """Start, before any input: run to completion; what is allowed then is due at once."""
@@ -196,9 +213,12 @@ class Engine:
             self.changed.set()
 
     def _unexpected(self, error: Exception) -> None:
-        self._log("error", "internal", "unexpected error:\n" + traceback.format_exc())
+        cause = "internal error: "
+        if isinstance(error, MemoryError):
+            cause = "no memory is left, or a limit of it is reached (ulimit -v): "
+        self._log("error", "internal", cause + "\n" + traceback.format_exc())
         try:
-            self._safe_stop("internal error: " + traceback.format_exc(limit=0).strip())
+            self._safe_stop(cause + traceback.format_exc(limit=0).strip())
             self.recorder.settle()
         except Exception:
             self._log("error", "internal", traceback.format_exc())
@@ -224,8 +244,12 @@ class Engine:
     def _perform_next(self) -> bool:
         """Perform the next command that is due; False if there is none."""
         self._pauses.look()  # the process may have been stopped since the cycle began
-        if self.stopped is not None or self.closing or self._pauses.holds:
+        if self.closing or self._pauses.holds:
             return False
+        if self.stopped is not None:
+            # What an operator has let through ends where the model says so.
+            cancel = self._scheduler.next_cancel()
+            return cancel is not None and self._sending.perform(cancel)
         command = self._scheduler.next(self._now())
         if command is None:
             return False
@@ -233,7 +257,8 @@ class Engine:
         return True
 
     def _meet_deadlines(self) -> None:
-        """Apply what is ready by the clock, beginning with what was due first, until nothing is."""
+        """Apply what is ready by the clock, beginning with what was due first, until nothing is;
+        then send the open requests that a server can take."""
         for ready in self._deadlines.ready():
             if isinstance(ready, Timer):
                 self._take_delayed(ready)
@@ -242,6 +267,8 @@ class Engine:
                 self._input((self._inputs[ready.key, "timeout"],), None)
             else:
                 self._miss(ready)
+        if self._calls.open and not self._pauses.holds:
+            self._requests.send_open()
 
     # Inputs
 
@@ -361,8 +388,16 @@ class Engine:
     def stand_still(self) -> None:
         """Cancel running goals, whose end is still reported, refuse calls, and send the stop
         command."""
-        why = self.stopped or "the node ends"
-        self._schedule(self._sending.withdraw(why, self._read_of_stop), None)
+        self._sending.withdraw(self.stopped or "the node ends")
+        self._stop_robot()
+
+    def _stop_robot(self) -> None:
+        """Send the stop command."""
+        writes = self._sending.stop(self._read_of_stop, self._stands_still)
+        self._schedule(writes, None)
+
+    def _stands_still(self) -> bool:
+        return self.stopped is not None or self.closing
 
     def _read_of_stop(self, command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
         return ()  # a supervisor's model may read the data
@@ -370,7 +405,8 @@ class Engine:
     def _close(self) -> None:
         if not self.closing:
             self.closing = True
-            if self.stopped is None:
+            self._end = self._parts.steady() + _CLOSING
+            if self.stopped in (None, HELD):  # what was let through one by one goes on
                 self.stand_still()
 
     def begin_again(self) -> None:

@@ -10,6 +10,7 @@ from typing import Any, Callable, Optional, Tuple, Union
 from .calls import Calls
 from .clocks import Clocks
 from .engine_queue import EngineQueue
+from .gate import Gate
 from .inbox import Inbox
 from .internal_transitions import InternalTransitions
 from .model import SERVED, Controller, Input
@@ -77,6 +78,7 @@ class EngineParts:
     ) -> None:
         self.controller = controller
         self.port = port
+        self.gate = Gate(port, settings.refuse_not_finite)
         self.settings = settings
         self.steady = steady
         self.now = now
@@ -92,7 +94,7 @@ class EngineParts:
         }
         self.transitions = InternalTransitions(controller)
         self.scheduler = CommandScheduler(
-            controller, settings.rate_of, settings.order, settings.seed
+            controller, settings.rate_of, settings.order, settings.seed, self.gate.lack
         )
         self.commands = {(c.key, c.kind): c for c in self.scheduler.commands}
         self.calls = Calls(

@@ -11,8 +11,9 @@ from .offers import Reasons
 from .reasons import reason_text
 from .seen import Seen
 from .shortening import Shortener
+from .sight import BlindSpan
 from .telemetry import dump
-from .verdicts import verdicts
+from .verdicts import UNDECIDED, Judged, verdicts
 
 
 class FindingReports:
@@ -21,7 +22,7 @@ class FindingReports:
     def __init__(self, parts: EngineParts, found: Callable[[str], None]) -> None:
         self._parts = parts
         self._found = found
-        parts.recorder.counters.update(forbidden=0, violations=0)
+        parts.recorder.counters.update(forbidden=0, violations=0, undecided=0)
 
     def forbidden(
         self,
@@ -55,6 +56,22 @@ class FindingReports:
             self.tell("violated", "state", "", None, text, [reason], stamp)
             self._parts.log("warning", row.place, "violated: " + text)
 
+    def undecided(
+        self, name: str, seen: Seen, value: Any, why: str, writes: FrozenSet[str]
+    ) -> None:
+        """Record a command of which it is not known whether it was allowed."""
+        recorder = self._parts.recorder
+        recorder.counters["undecided"] += 1
+        recorder.record(
+            seen.kind, name, value, "undecided", why, writes=writes, time=seen.stamp, seen=True
+        )
+
+    def unjudged(self, span: BlindSpan) -> None:
+        """Tell of a time in which nothing could be judged."""
+        value = {"begin": round(span.begin, 6), "end": span.end, "commands": span.commands}
+        reasons = [{"kind": "sight", "text": span.reason}]
+        self._publish(Judged(UNDECIDED, reasons), "span", "", value, span.begin)
+
     def stopped(self, reason: str) -> None:
         """Tell that the model cannot be followed."""
         self._parts.recorder.record("stop", "", None, "stopped", reason)
@@ -73,13 +90,24 @@ class FindingReports:
         number: Optional[int] = None,
     ) -> None:
         """Publish the findings of an event that was recorded, by default the last one."""
-        for sort, because in verdicts(outcome, detail, reasons):
-            document = {
-                "version": 1,
-                "time": round(self._parts.recorder.now() if stamp is None else stamp, 6),
-                "number": self._parts.recorder.number if number is None else number,
-                "sort": sort,
-                "event": {"kind": kind, "name": name, "value": Shortener()(value)},
-                "reasons": because,
-            }
-            self._found(dump(document))
+        for judged in verdicts(outcome, detail, reasons):
+            self._publish(judged, kind, name, Shortener()(value), stamp, number)
+
+    def _publish(
+        self,
+        judged: Judged,
+        kind: str,
+        name: str,
+        value: Any,
+        stamp: Optional[float] = None,
+        number: Optional[int] = None,
+    ) -> None:
+        document = {
+            "version": 1,
+            "time": round(self._parts.recorder.now() if stamp is None else stamp, 6),
+            "number": self._parts.recorder.number if number is None else number,
+            "sort": judged.sort,
+            "event": {"kind": kind, "name": name, "value": value},
+            "reasons": judged.reasons,
+        }
+        self._found(dump(document))

@@ -16,15 +16,17 @@ GATHERING = 0.05
 
 
 class _Arrived(NamedTuple):
-    """What arrived at a time of the port; ``stamp`` is that of the recorder."""
+    """What arrived at a ``time`` of the port, ``machine`` is that of the machine, ``stamp`` that of
+    the recorder."""
 
     item: Item
     time: float
+    machine: float
     stamp: float
 
 
 class ArrivalTime:
-    """The port's clock, which is that of an arrival while something is handled that waited."""
+    """A clock, whose time is that of an arrival while something is handled that waited."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
@@ -46,12 +48,13 @@ class ArrivalTime:
 
 
 class Gathering:
-    """Puts off what arrives, for the engine's thread; ``clock`` is its own. Only ``put`` may be
-    called from any thread."""
+    """Puts off what arrives, for the engine's thread; ``clock`` is its own, ``machine`` that of
+    the machine. Only ``put`` may be called from any thread."""
 
-    def __init__(self, parts: EngineParts, clock: ArrivalTime) -> None:
+    def __init__(self, parts: EngineParts, clock: ArrivalTime, machine: ArrivalTime) -> None:
         self._parts = parts
         self._clock = clock
+        self._machine = machine
         self._queue: Deque[Any] = parts.turns.queue
         self._stamp: Optional[Callable[[], float]] = None
 
@@ -60,7 +63,7 @@ class Gathering:
         parts = self._parts
         # The recorder's clock is another one while something is handled that waited: later on.
         stamp = self._stamp = self._stamp or parts.recorder.now
-        self._queue.append(_Arrived(item, parts.port.now(), stamp()))
+        self._queue.append(_Arrived(item, parts.port.now(), parts.steady(), stamp()))
         if len(self._queue) == 1:
             parts.turns.wake()
 
@@ -72,9 +75,11 @@ class Gathering:
         recorder, stamp = self._parts.recorder, self._stamp
         assert stamp is not None
         self._clock.go_back(item.time)
+        self._machine.go_back(item.machine)
         recorder.now = lambda: item.stamp
         try:
             handle(item.item, True)
         finally:
             self._clock.go_on()
+            self._machine.go_on()
             recorder.now = stamp

@@ -51,9 +51,10 @@ class Inbox:
         self._arrivals: Union[Deque[float], List[float]] = [] if now is None else deque()
         self._latest: Optional[Tuple[Any, float]] = None
 
-    def post(self, message: Any) -> None:
-        """Pass on a message that arrived; may be called from any thread."""
-        arrival = 0.0 if self._now is None else self._now()
+    def post(self, message: Any, arrival: Optional[float] = None) -> None:
+        """Pass on a message that arrived then (None: now); may be called from any thread."""
+        if arrival is None:
+            arrival = 0.0 if self._now is None else self._now()
         # The common case, without the lock: each thread may exceed the limit by one.
         if self._latest is None and len(self._arrivals) < LIMIT:
             self._arrivals.append(arrival)

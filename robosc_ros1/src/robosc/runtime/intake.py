@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+import threading
+from functools import partial
 from typing import Any, Callable, Dict, Optional, Sequence, Tuple
 
 from .ages import Ages
 from .engine_parts import EngineParts, Item
+from .heavy import HeavyTopic
 from .inbox import Inbox
 
 
@@ -18,7 +21,9 @@ class Intake:
         self._ages = ages
         self._submit = submit
         self._inboxes: Dict[Tuple[str, ...], Inbox] = {}
+        self._heavy: Dict[str, HeavyTopic] = {}
         self._lost = 0
+        self._lock = threading.Lock()
 
     def post(self, key: str, kind: str, message: Any = None) -> None:
         """Pass on a message from the robot."""
@@ -28,7 +33,7 @@ class Intake:
         else:
             self._parts.turns.put(((entry,), message, 0))
 
-    def poster(self, keys: Sequence[str]) -> Callable[[Any], None]:
+    def poster(self, keys: Sequence[str]) -> Callable[..., None]:
         """Return a function that posts the messages of a topic.
 
         A message is one input, even if several communications share the topic: the events of all of
@@ -38,6 +43,21 @@ class Intake:
         watched = any(clocks.is_watched(k) or self._ages.concern(k) for k in keys)
         entries = tuple(self._parts.inputs[key, "response"] for key in keys)
         return self.inbox(tuple(keys), entries, clocks.moment if watched else None).post
+
+    def heavy(self, keys: Sequence[str], convert: Callable[[Any], Any]) -> HeavyTopic:
+        """Return what takes the messages of a topic that may be heavy; ``convert`` makes one of
+        bytes."""
+        post = self.poster(keys)
+        clocks = self._parts.clocks
+        topic = HeavyTopic(convert, post, self._parts.turns.put, self.lose, clocks.moment)
+        self._heavy.update(dict.fromkeys(keys, topic))
+        return topic
+
+    def when_heavy_are_handled(self, then: Callable[[], None]) -> None:
+        """Have a function called when all heavy messages that wait now were handled."""
+        for topic in {id(topic): topic for topic in self._heavy.values()}.values():
+            then = partial(topic.when_handled, then)
+        then()
 
     def inbox(
         self, place: Tuple[str, ...], entries: Any, now: Optional[Callable[[], float]] = None
@@ -51,8 +71,9 @@ class Intake:
         return found
 
     def lose(self, count: int) -> None:
-        """Count messages that the middleware lost. Called from one thread only."""
-        self._lost += count
+        """Count messages that the middleware lost, or that were dropped since they are heavy."""
+        with self._lock:
+            self._lost += count
 
     @property
     def dropped(self) -> int:
@@ -61,4 +82,7 @@ class Intake:
 
     def awaits(self, key: str) -> bool:
         """Whether messages of a communication wait to be handled."""
+        heavy = self._heavy.get(key)
+        if heavy is not None and heavy.is_busy:
+            return True
         return any(inbox and key in keys for keys, inbox in self._inboxes.items())

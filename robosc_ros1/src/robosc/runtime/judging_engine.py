@@ -19,6 +19,7 @@ from .port import Port, steady_time
 from .reasons import CORRECTION, blocked_by, violated
 from .scheduler import ScheduledCommand
 from .settings import Settings
+from .sight import Sight
 from .values import Mismatch, Undefined, not_finite
 
 UNFIT = (Mismatch, TypeError, ValueError, OverflowError, struct.error)
@@ -48,6 +49,11 @@ class JudgingEngine(Engine):
         super().__init__(controller, port, settings, steady, now)
         self._port_that_corrects = port
         self._scheduled = self._parts.commands
+        self._sight = Sight(self._parts, self._time_monitor, lambda span: None)
+
+    def snapshot(self) -> Dict[str, Any]:
+        self._sight.look()
+        return {**super().snapshot(), "not_judging": self._sight.reason}
 
     # From any thread
 

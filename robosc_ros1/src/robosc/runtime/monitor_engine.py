@@ -8,14 +8,29 @@ a monitor package listens to a running robot; robosc itself judges recordings.
 
 Messages of different topics cross on their way: whoever listens may see a command before the
 message that allowed it, or after the one that forbade it. So a command counts as allowed if it is
-so at any time in ``tolerance`` seconds before or after it was seen, as far as other topics
-decide: until then a forbidden one waits, and those behind it on its topic with it.
+so at any time in ``tolerance`` seconds of the machine before or after it was seen, as far as other
+topics decide: until then a forbidden one waits, and those behind it on its topic with it.
+
+Where the machine has more to do than it can, messages cross by more (see :mod:`.lateness`): what
+was forbidden for the tolerance, but may have been allowed, is undecided. So is all that comes while
+the monitor does not see what it must (see :mod:`.sight`).
 """
 
 from __future__ import annotations
 
 import time
-from typing import Any, Callable, Container, FrozenSet, Iterable, List, Optional, Tuple
+from functools import partial
+from typing import (
+    Any,
+    Callable,
+    Container,
+    Dict,
+    FrozenSet,
+    Iterable,
+    List,
+    Optional,
+    Tuple,
+)
 
 from .allowances import Allowances
 from .calls import Failure
@@ -27,6 +42,7 @@ from .findings import FindingReports
 from .gathering import GATHERING, ArrivalTime, Gathering
 from .invariants import Invariants
 from .judging_engine import UNFIT, JudgingEngine
+from .lateness import Lateness
 from .matching import matching_command
 from .model import Controller
 from .offers import Reasons, Repack, told
@@ -38,7 +54,10 @@ from .scheduler import ScheduledCommand
 from .seen import MonitorPort, Seen
 from .seen_goals import SeenGoals
 from .settings import Settings
+from .sight import Sight
 from .unseen import Visibility
+
+NOTHING_TO_OPERATE = "this node sends nothing, so there is nothing to hold, release or step"
 
 
 class MonitorEngine(JudgingEngine):
@@ -47,6 +66,7 @@ class MonitorEngine(JudgingEngine):
     ``gathering`` is for how many seconds what arrives is put off (0: it is handled at once).
     """
 
+    sends = False
     gathering = GATHERING
 
     def __init__(
@@ -56,22 +76,26 @@ class MonitorEngine(JudgingEngine):
         settings: Optional[Settings] = None,
         steady: Callable[[], float] = steady_time,
     ) -> None:
-        clock = ArrivalTime(port.now)
+        clock, self._moment = ArrivalTime(port.now), ArrivalTime(steady)
         super().__init__(controller, port, settings, steady, clock)
-        self._gathering = Gathering(self._parts, clock)
+        self._gathering = Gathering(self._parts, clock, self._moment)
         self._pending = Pending(self._is_decided)
         self._visibility = Visibility(controller)
         self.tolerance = self.settings.tolerance
-        """By how many seconds messages may cross."""
+        """By how many seconds of the machine messages may cross, where nothing is late."""
+        self.lateness = Lateness(steady)
+        self._pauses.noticed = self.lateness.note
         self.describe: Callable[[Any], Any] = lambda message: None
         """Returns what is recorded of the message of a command."""
         self.recorder.counters.update(crossed=0)
         self._findings = FindingReports(self._parts, port.found)
-        tolerance, oldest = (lambda: self.tolerance), (lambda: self._pending.oldest)
-        self._crossings = Crossings(self._parts, tolerance, oldest)
+        self._sight = Sight(self._parts, self._time_monitor, self._findings.unjudged)
+        oldest = lambda: self._pending.oldest  # noqa: E731
+        self._crossings = Crossings(self._parts, self._moment, self._span, oldest)
         self._allowances = Allowances(self._parts, self._objections)
         self._invariants = Invariants(controller)
-        self._goals = SeenGoals(self._parts, tolerance)
+        self._goals = SeenGoals(self._parts, self._span)
+        self.operate = self._refuse
         self._own = ""  # the topic of the command that is being applied
         self._is_explained = False  # the last input is one that came in another order
 
@@ -114,7 +138,20 @@ class MonitorEngine(JudgingEngine):
         """Take notice that the server of an action has told its status."""
         self._goals.heard(key)
 
+    def _refuse(self, order: str) -> None:
+        self._turns.put(
+            lambda: self.recorder.record("operator", "", order[:40], "refused", NOTHING_TO_OPERATE)
+        )
+
     # The thread that has the turn
+
+    def _span(self) -> float:
+        """Return by how many seconds of the machine messages may cross now: as much more as two
+        threads on their way, of who sent them and of this node, are late."""
+        return self.tolerance + 2 * self.lateness.worst
+
+    def snapshot(self) -> Dict[str, Any]:
+        return {**super().snapshot(), "late": round(self.lateness.worst, 3)}
 
     def _begin(self) -> None:
         super()._begin()
@@ -129,7 +166,7 @@ class MonitorEngine(JudgingEngine):
             times.append(self._invariants.earliest)
         if not times:
             return found
-        left = max(0.0, min(times) + self.tolerance - self._now())
+        left = max(0.0, min(times) + self._span() - self._moment())
         return left if found is None else min(left, found)
 
     def _meet_deadlines(self) -> None:
@@ -143,8 +180,20 @@ class MonitorEngine(JudgingEngine):
             super()._meet_deadlines()
         if self._pending.oldest is not None:
             self._pending.judge(self._answer)
-        if self._invariants.rows:
-            self._findings.violated(self._invariants.lasting(self._now(), self.tolerance))
+        self._tell_violated()
+
+    def _tell_violated(self) -> None:
+        if not self._invariants.rows:
+            return
+        found = list(self._invariants.lasting(self._moment(), self._span()))
+        if not (found and self._is_blind(found[0].since)):
+            self._findings.violated(found)
+
+    def _is_blind(self, time: float, attributes: Optional[Iterable[str]] = None) -> bool:
+        """Whether it did not see what decides on attributes (None: on any) at a time of the
+        machine, or a moment before."""
+        self._sight.look()
+        return self._sight.was_lost(time - self._span(), attributes)
 
     # What is seen
 
@@ -154,12 +203,19 @@ class MonitorEngine(JudgingEngine):
     def run(self) -> None:
         self.begin()
         while not self.closing:
-            self._turns.wait(shortest(self.time_to_deadline(), self._pauses.beat))
-            if self._queue:
-                time.sleep(self.gathering)
+            self._wait(self._turns.wait, shortest(self.time_to_deadline(), self._pauses.beat))
+            if self._queue and self.gathering:
+                self._wait(time.sleep, self.gathering)
             self.cycle()
             while self._queue and not self.closing:
                 self.cycle()
+
+    def _wait(self, wait: Callable[[Any], None], seconds: Optional[float]) -> None:
+        """Wait, and notice by how much longer that took."""
+        begin = self._parts.steady()
+        wait(seconds)
+        if seconds is not None:
+            self.lateness.note(self._parts.steady() - begin - seconds)
 
     def _take(self, item: Any) -> None:
         self._gathering.take(item, self._handle)
@@ -168,6 +224,8 @@ class MonitorEngine(JudgingEngine):
         if was_put_off:
             self._meet_earlier_deadlines()
         super()._take(item)
+        if was_put_off and self._pending.oldest is not None:
+            self._pending.judge(self._answer)
 
     def _count(self, seen: Seen, command: ScheduledCommand) -> None:
         command.count += 1
@@ -180,12 +238,12 @@ class MonitorEngine(JudgingEngine):
             self._pending.name_topic(key, topic)
             self._take_command(key, "request", message)
             return
-        seen = Seen("", "request", message, self._now(), self.recorder.now())
+        seen = Seen("", "request", message, self._moment(), self.recorder.now())
         self._forbid("", seen, self._unmatched(patterns))
 
     def _take_command(self, key: str, kind: str, message: Any) -> None:
         command = self._scheduled[key, kind]
-        seen = Seen(key, kind, message, self._now(), self.recorder.now())
+        seen = Seen(key, kind, message, self._moment(), self.recorder.now())
         if command.row.read is not None:
             if message is None:
                 return  # what it would have done is not known
@@ -194,15 +252,27 @@ class MonitorEngine(JudgingEngine):
             except UNFIT as error:
                 self._forbid(self._names[key], seen, [{"kind": "data", "text": str(error)}])
                 return
-        since, place = seen.time - self.tolerance, self._pending.place(seen)
-        excused = (
-            not self._visibility.decides(command)
-            or self._allowances.is_allowed(command, seen)
-            or self._allowances.was_allowed(command, seen, since, place)
-            or self._pauses.holds  # the order of what waited is not known
-        )
-        self._pending.add(seen._replace(excused=excused))
+        self._pending.add(self._excused(seen, command))
         self._pending.judge(self._answer)
+
+    def _excused(self, seen: Seen, command: ScheduledCommand) -> Seen:
+        """Return a command with what is known of the moments before it."""
+        allowances, place = self._allowances, self._pending.place(seen)
+        was_allowed = partial(allowances.was_allowed, command, seen, topic=place)
+        if (
+            not self._visibility.decides(command)
+            or allowances.is_allowed(command, seen)
+            or was_allowed(seen.time - self.tolerance)
+        ):
+            return seen
+        if self._pauses.holds:
+            return seen._replace(doubt="the order of what waited is not known")
+        if self._span() > self.tolerance and was_allowed(seen.time - self._span()):
+            return seen._replace(doubt=self._late())
+        return seen._replace(excused=False)
+
+    def _late(self) -> str:
+        return "this node is up to %.2f s late, so messages cross" % self.lateness.worst
 
     def _take_answer(self, entry: BoundInput, message: Any, former: bool) -> None:
         waits = self._pending.holds(entry.key)
@@ -211,7 +281,7 @@ class MonitorEngine(JudgingEngine):
             if waits and not self._scheduled[entry.key, "request"].possible:
                 self._answer(entry, message)
         elif waits or self._goals.may_cross(entry):
-            now, stamp = self._now(), self.recorder.now()
+            now, stamp = self._moment(), self.recorder.now()
             self._pending.add(Seen(entry.key, entry.kind, message, now, stamp, entry=entry))
         else:
             self._answer(entry, message)
@@ -226,7 +296,8 @@ class MonitorEngine(JudgingEngine):
 
     def _is_decided(self, seen: Seen) -> bool:
         """Apply a command, unless it has to wait for what may come; an answer is not applied."""
-        over = self._now() - seen.time >= self.tolerance
+        waited = self._moment() - seen.time
+        over = waited >= self._span()
         if seen.entry is not None:
             return over or not self._goals.may_cross(seen.entry)
         command = self._scheduled[seen.key, seen.kind]
@@ -237,6 +308,8 @@ class MonitorEngine(JudgingEngine):
         fits = command.fits(*seen.data)
         unfit = self._unfit(seen.message)
         if fits and not unfit and (seen.excused or self._allowances.is_allowed(command, seen)):
+            if not seen.excused and waited > self.tolerance:
+                seen = seen._replace(doubt=self._late())
             self._happen(seen, command)
             return True
         if not self._visibility.shows(command.reads):
@@ -251,9 +324,9 @@ class MonitorEngine(JudgingEngine):
             self.recorder.counters["crossed"] += 1
         else:
             reasons = unfit or self._objections(command, seen.message, seen.data)
-            since, place = seen.time - self.tolerance, self._pending.place(seen)
+            since, place = seen.time - self._span(), self._pending.place(seen)
             reasons = self._allowances.lasting(command, seen, reasons, since, place)
-            self._happen(seen, command, reasons=reasons)
+            self._happen(seen, command, reasons=reasons, is_sure=bool(unfit))
         return True
 
     def _is_cancelled(self, seen: Seen, command: ScheduledCommand, over: bool) -> bool:
@@ -282,16 +355,19 @@ class MonitorEngine(JudgingEngine):
         command: ScheduledCommand,
         reasons: Optional[Reasons] = None,
         detail: Optional[str] = None,
+        is_sure: bool = False,
     ) -> None:
-        """Apply a command that was seen."""
+        """Apply a command that was seen; ``is_sure``: the reasons hold in every state."""
         orders = self._crossings.of(seen.key)
         before = None if orders is None else orders.moment()
         fits = command.fits(*seen.data)
         if fits and command.apply is not None:
             command.apply(*seen.data)
         self._count(seen, command)
-        name = self._names[seen.key]
-        if reasons:
+        name, doubt = self._names[seen.key], "" if is_sure else self._doubt(seen)
+        if doubt:
+            self._findings.undecided(name, seen, self._value(seen), doubt, command.writes)
+        elif reasons:
             self._forbid(name, seen, reasons, command.writes)
         else:
             self.recorder.counters["commands"] += 1
@@ -303,9 +379,18 @@ class MonitorEngine(JudgingEngine):
             self._own = self._pending.place(seen)
             self._after(command.writes, None)
             self._own = ""
-        is_right = not reasons and detail is None and not self._visibility.is_free(command)
+        is_right = (
+            not (reasons or doubt) and detail is None and not self._visibility.is_free(command)
+        )
         if orders is not None and before is not None and (command.writes or is_right):
             orders.happened(self._as_sent(seen, command, is_right), before)
+
+    def _doubt(self, seen: Seen) -> str:
+        """Return why it is not known whether a command was allowed; empty: it is known."""
+        if not self._is_blind(seen.time, self._scheduled[seen.key, seen.kind].reads):
+            return seen.doubt
+        self._sight.count()
+        return "not judging: " + (self._sight.reason or "it was blind a moment ago")
 
     def _forbid(
         self, name: str, seen: Seen, reasons: Reasons, writes: FrozenSet[str] = frozenset()
@@ -349,7 +434,7 @@ class MonitorEngine(JudgingEngine):
         number = self.recorder.number
         super()._take_delayed(timer)
         if orders is not None and before is not None and self.recorder.number != number:
-            due = orders.due(self._clocks.index_of(timer), self._now())
+            due = orders.due(self._clocks.index_of(timer), self._moment())
             orders.happened(due, before)
 
     def _as_sent(self, seen: Seen, command: ScheduledCommand, is_judged: bool) -> SeenEvent:
@@ -365,7 +450,7 @@ class MonitorEngine(JudgingEngine):
         if changed is None:
             return False
         self._count(seen, command)
-        self.recorder.counters["commands"] += 1
+        self.recorder.counters["undecided" if self._doubt(seen) else "commands"] += 1
         name, changed = self._names[seen.key], changed | command.writes
         value = self._value(seen)
         self._crossings.record(seen.kind, name, value, changed, seen.stamp, seen=True)
@@ -374,22 +459,24 @@ class MonitorEngine(JudgingEngine):
 
     def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
         written = super()._after(writes, ended)
-        now, oldest = self._now(), self._pending.oldest
-        since = (now if oldest is None else min(now, oldest)) - self.tolerance
+        now, oldest = self._moment(), self._pending.oldest
+        since = (now if oldest is None else min(now, oldest)) - self._span()
         self._allowances.note(now, self._own, written, since)
         if self._invariants.rows:
             self._look_at_states()
         return written
 
     def _look_at_states(self) -> None:
-        self._invariants.look(self._now(), self.recorder.now())
-        self._findings.violated(self._invariants.lasting(self._now(), self.tolerance))
+        self._invariants.look(self._moment(), self.recorder.now())
+        self._tell_violated()
 
     def _mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> None:
         if self._visibility.shows(entry.writes) and not self._explains(entry, message, value):
             number, reason = self.recorder.number + 1, failure.reason
             super()._mismatch(entry, message, value, failure)
-            self._findings.tell("mismatch", entry.kind, entry.name, value, reason, number=number)
+            if not self._is_blind(self._moment(), entry.writes):
+                name = entry.name
+                self._findings.tell("mismatch", entry.kind, name, value, reason, number=number)
 
     # Nothing is sent
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from .matching import CommandPattern
+from .open_requests import OwnEffects
 
 Reasons = List[Dict[str, str]]
 Repack = Callable[[Any], Any]
@@ -52,11 +53,13 @@ class Corrected(NamedTuple):
 
 class CheckedCommand(NamedTuple):
     """A message of the controller, as it is passed on: the ``payload``, the ``data`` that the model
-    reads of it (none: it reads none), and how it was ``corrected``, if it was."""
+    reads of it (none: it reads none), and how it was ``corrected``, if it was; ``again`` checks it
+    anew."""
 
     payload: Any = None
     data: Tuple[Any, ...] = ()
     corrected: Optional[Corrected] = None
+    again: Optional[Callable[[], Any]] = None
 
     def told(self) -> Optional[Dict[str, Any]]:
         """Return a document about what was corrected; None: nothing."""
@@ -67,15 +70,11 @@ UNCHECKED = CheckedCommand()
 
 
 class InEffect(NamedTuple):
-    """A command in effect, with its data; for each attribute that it changed, the value before and
-    after it.
-
-    An attribute that something else has changed since is no effect of the command any more.
-    """
+    """A command in effect, with its data, and what it changed."""
 
     key: str
     data: Tuple[Any, ...]
-    changes: Dict[str, Tuple[Any, Any]]
+    effects: OwnEffects
 
 
 def itself(message: Any) -> Any:

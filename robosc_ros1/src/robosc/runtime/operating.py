@@ -19,9 +19,10 @@ HELD = "held by the operator"
 
 
 class Operated(Protocol):
-    """What is operated: an engine. ``stopped`` is why it sends nothing, ``closing`` that it ends;
-    ``changed`` is set for its reporter."""
+    """What is operated: an engine. ``sends`` tells whether it sends commands at all, ``stopped``
+    why it sends none now, ``closing`` that it ends; ``changed`` is set for its reporter."""
 
+    sends: bool
     stopped: Optional[str]
     closing: bool
     changed: threading.Event
@@ -43,6 +44,7 @@ class EngineOperator:
     def __init__(self, parts: EngineParts, engine: Operated) -> None:
         self._parts = parts
         self._engine = engine
+        self._holds = 0  # of operators, who do not know of each other
 
     def suspend(self) -> None:
         """Request a safe stop that :meth:`resume` ends; inputs are still applied."""
@@ -69,7 +71,10 @@ class EngineOperator:
             self._engine.changed.set()
 
     def _resume(self) -> None:
-        if self._engine.stopped == INACTIVE:
+        if self._engine.stopped == INACTIVE and self._holds:
+            self._engine.stopped = HELD
+            self._engine.changed.set()
+        elif self._engine.stopped == INACTIVE:
             self._engine.begin_again()
 
     def _operate(self, order: str) -> None:
@@ -78,14 +83,23 @@ class EngineOperator:
             text = "the operator can hold, release and step, not %r" % order[:40]
             self._parts.log("warning", "operator", text)
             return
-        refusal = (self._engine.closing and "the node ends") or orders[order]()
+        if not self._engine.sends:
+            refusal: Optional[str] = "this node sends nothing"
+        else:
+            refusal = "the node ends" if self._engine.closing else orders[order]()
         outcome = "refused" if refusal else "operated"
         self._parts.recorder.record("operator", "", order, outcome, refusal or None)
         self._parts.log("info", "operator " + order, "%s: %s" % (order, refusal or "done"))
 
     def _hold(self) -> Optional[str]:
+        if self._engine.stopped == HELD:
+            self._holds += 1
+            text = "it is held %d times, and takes as many releases" % self._holds
+            self._parts.log("warning", "operator", text)
+            return None
         if self._engine.stopped is not None:
             return "it stands still: " + self._engine.stopped
+        self._holds = 1
         self._engine.stopped = HELD
         self._engine.stand_still()
         return None
@@ -93,6 +107,9 @@ class EngineOperator:
     def _release(self) -> Optional[str]:
         if self._engine.stopped != HELD:
             return "it is not held"
+        self._holds -= 1
+        if self._holds:
+            return "others hold it, too: %d more releases end that" % self._holds
         self._engine.begin_again()
         return None
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
-from typing import Optional
+from typing import Callable, Optional
 
 from .engine_parts import EngineParts
 
@@ -51,6 +51,10 @@ class Pauses:
         """Seconds after which the engine must look again (None: it need not)."""
         self.holds = False
         """Whether commands are held."""
+        self.noticed: Callable[[float], None] = lambda pause: None
+        """Gets the seconds of each pause."""
+        self.settle: Callable[[Callable[[], None]], None] = lambda then: then()
+        """Has a function called when the heavy messages that wait now were handled."""
         self._parts = parts
         self._last: Optional[float] = None  # when the engine looked last
         self._until = 0.0
@@ -71,9 +75,14 @@ class Pauses:
 
     def _begin(self, pause: float, now: float) -> None:
         parts = self._parts
+        self.noticed(pause)
         self._number += 1
         number = self._number
-        self.holds = parts.port.await_inputs(lambda: parts.turns.put(lambda: self._release(number)))
+
+        def taken() -> None:
+            self.settle(lambda: parts.turns.put(lambda: self._release(number)))
+
+        self.holds = parts.port.await_inputs(taken)
         self._until = now + _LONGEST
         if self.holds:
             text = "this node stood still for %.1f s (it was stopped, or the machine was busy)"

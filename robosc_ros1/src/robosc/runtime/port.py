@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import Any, Callable, Dict, List, Optional
+from typing import Any, Callable, Dict, List, Mapping, Optional
 
 Data = Optional[Dict[str, Any]]
 """The fields to set, nested; all others keep their defaults. None: no fields to set."""
@@ -29,6 +29,10 @@ steady_time: Callable[[], float] = (
 """A steady clock of the machine that goes on while it is suspended."""
 
 
+class NotTaken(Exception):
+    """ROS cannot take this now, and nothing was sent; the text is why."""
+
+
 class Port:
     def now(self) -> float:
         """Return the time in seconds: of a steady clock, or ROS time if that is simulated
@@ -39,25 +43,41 @@ class Port:
         """Return the time in seconds as the stamps of messages have it: ROS time."""
         return self.now()
 
+    def check(self, key: str, data: Data) -> None:
+        """Raise any exception if the data do not fit the type of a command."""
+
     def send(self, key: str, data: Data) -> None:
         """Publish an incoming message. Raises any exception if it was not sent."""
         raise NotImplementedError
 
-    def call(self, key: str, data: Data, token: int, timeout: float) -> None:
-        """Start a service call; report "response" with the message, or "error" with the reason."""
+    def ready(self, key: str) -> bool:
+        """Return whether the server of a service or an action can take a request now, at once. It
+        is asked again while a request waits, also after ``Engine.look``; a port that has to connect
+        first begins to."""
+        return True
+
+    def call(self, key: str, data: Data, token: int) -> None:
+        """Send a request to a service that is ready, at once; report "response" with the message,
+        or "error" with the reason.
+
+        Raises:
+            NotTaken: it is not ready any more.
+        """
         raise NotImplementedError
 
-    def start(self, key: str, data: Data, token: int, timeout: float) -> None:
-        """Send a goal; report "accepted", "feedback", then "response", "error" or "cancelled"."""
+    def start(self, key: str, data: Data, token: int) -> None:
+        """Send a goal in the same way; report "accepted", "feedback", then "response", "error" or
+        "cancelled"."""
         raise NotImplementedError
 
     def cancel(self, key: str, token: int) -> None:
-        """Ask the server to cancel the goal until it has ended, which is reported; one that has not
-        been sent yet is not sent, and ends at once. Does nothing if it was asked before."""
+        """Ask the server to cancel a goal that was sent until it has ended, which is reported. Does
+        nothing if it was asked before."""
         raise NotImplementedError
 
     def abandon(self, key: str, token: int) -> None:
-        """Release the resources of a call or goal whose result is no longer needed."""
+        """Release the resources of a call or goal whose result is no longer needed; does nothing
+        for one that was not sent."""
 
     def silence(self, key: str) -> Optional[float]:
         """Return the wall time in seconds since the last status of the action server; None:
@@ -65,8 +85,8 @@ class Port:
         return None
 
     def absent(self, key: str) -> Optional[str]:
-        """Return that there is no server for a request whose deadline is over, as text; None if
-        there is one, or that is unknown."""
+        """Return why no server has taken a request whose deadline is over, as text; None:
+        unknown."""
         return None
 
     def works(self, key: str) -> bool:
@@ -81,6 +101,11 @@ class Port:
     def faults(self) -> List[str]:
         """Return the current faults of servers, as texts."""
         return []
+
+    def unheard(self) -> Mapping[str, str]:
+        """Return the messages, by key, to none of whose publishers this node is connected, with the
+        names of their topics."""
+        return {}
 
     def log(self, level: str, text: str) -> None:
         """Write to the log; level is "debug", "info", "warning" or "error"."""
@@ -97,3 +122,36 @@ class Port:
 
     def exit(self, code: int) -> None:
         """End the process soon, without waiting for the engine, which calls this."""
+
+
+class WaitingCall:
+    """A call that waits for its answer. The methods do not block.
+
+    ``answer`` or ``refuse`` is called once, and none after it.
+    """
+
+    def claim(self) -> bool:
+        """Return whether somebody still waits; then they wait until it is accepted or refused."""
+        return True
+
+    def accept(self) -> None:
+        """Tell the caller that the call is taken: it is answered later. Not called of one that is
+        refused at once."""
+
+    def report(self, data: Any) -> None:
+        """Give feedback with these fields. Raises as ``answer`` does."""
+        raise NotImplementedError
+
+    def answer(self, data: Any) -> None:
+        """Answer with these fields; the others have their defaults.
+
+        Raises any exception, and has not answered, if the fields do not fit the type.
+        """
+        raise NotImplementedError
+
+    def refuse(self, text: str, data: Any = None) -> None:
+        """Answer that the call failed, and why; with these fields, where ROS has data for it.
+
+        Fields that do not fit the type are left out.
+        """
+        raise NotImplementedError

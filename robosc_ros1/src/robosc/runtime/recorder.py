@@ -31,13 +31,13 @@ STOP_COMMAND = "stop command"
 
 class Entry(NamedTuple):
     """One event. ``outcome`` is "applied", "mismatch", "failed", "stopped" or "refused"; of a
-    monitor also "forbidden" or "violated" (``blocked_by`` tells why), and ``seen`` tells that the
-    command is one of another node; of a shadow also "withheld": it would have been sent. ``tau`` is
-    the number of an internal transition, else 0. ``reason`` is what models call the reason of an
-    error. ``shortened`` tells whether the value is a short form; ``effect`` is what the event did
-    then, or where earlier values were shortened; ``correction`` tells what a supervisor corrected
-    in the message of a controller. ``reordered``: it happened before others that were recorded
-    first, and ``effect`` is what is different since."""
+    monitor also "forbidden", "violated" (``blocked_by`` tells why) or "undecided", and ``seen``
+    tells that the command is one of another node; of a shadow also "withheld": it would have been
+    sent. ``tau`` is the number of an internal transition, else 0. ``reason`` is what models call
+    the reason of an error. ``shortened`` tells whether the value is a short form; ``effect`` is
+    what the event did then, or where earlier values were shortened; ``correction`` tells what a
+    supervisor corrected in the message of a controller. ``reordered``: it happened before others
+    that were recorded first, and ``effect`` is what is different since."""
 
     number: int
     time: float

@@ -16,6 +16,7 @@ from .calls import TIMEOUT, Failure, Missed
 from .engine_parts import EngineParts
 from .model import SERVED
 from .offers import UNCHECKED, CheckedCommand, Reasons, Repack, itself
+from .open_requests import OpenRequest
 from .reasons import reason_text
 from .requests import Requests
 from .served import ServedCalls
@@ -74,12 +75,11 @@ class RelayedCalls:
 
     def forward(self, key: str, message: Any) -> None:
         """Pass a call on that was accepted."""
-        is_goal = self._parts.communications[key].sort == "outgoing action"
-        self._requests.begin(key, message, is_goal, self.report)
+        self._requests.begin(key, message, OpenRequest(lambda: message, self.report))
 
     def call_off(self, key: str) -> None:
         """Have the controller end a goal that the robot has cancelled."""
-        self._requests.cancel(key, self._calls.cancel(key, self._parts.steady()))
+        self._requests.recall(key)
 
     def call_all_off(self) -> None:
         """Have the controller end all goals."""
@@ -97,7 +97,7 @@ class RelayedCalls:
         else:
             for token in self._calls.end(key):
                 self._parts.port.abandon(key, token)
-                self._fail(key, missed.reason)
+            self._fail(key, missed.reason)
 
     def _answered(self, key: str, token: int, kind: str, payload: Any) -> None:
         if not self._calls.is_current(key, token):

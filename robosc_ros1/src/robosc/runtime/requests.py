@@ -14,16 +14,14 @@ from __future__ import annotations
 
 from typing import Any, Callable, Iterable, Optional, Tuple
 
-from .calls import LOST, REFUSED, TIMEOUT, Failure, Missed, replacing
+from .calls import ABSENT, LOST, REFUSED, TIMEOUT, Failure, Missed, replacing
 from .engine_parts import BoundInput, EngineParts, Inputs
-from .scheduler import ScheduledCommand
+from .open_requests import OpenRequest, Withheld
+from .port import NotTaken
 from .values import UNREADABLE
 
 UNEXPECTED = "refused: the answer is not as expected"
 """The reason of an error that is an answer for which the model's ``expect:`` does not hold."""
-
-Report = Callable[[str, int, str, Any], None]
-"""Takes the key and the token of a request, what became of it, and what came with that."""
 
 
 class Requests:
@@ -44,26 +42,67 @@ class Requests:
         else:
             self._parts.turns.put(((self._parts.inputs[key, kind],), payload, token))
 
-    def send(self, command: ScheduledCommand, data: Any) -> None:
-        """Send a command. Raises any exception if it was not sent."""
-        parts, key = self._parts, command.key
-        if command.kind == "cancel":
-            self.cancel(key, self._calls.cancel(key, parts.steady()))
-        elif command.sort == "incoming":
-            parts.port.send(key, data)
-        else:
-            self.begin(key, data, command.sort == "action", self.report)
-
-    def begin(self, key: str, data: Any, is_goal: bool, report: Report) -> None:
-        """Begin a request with these data; that it could not begin is passed to ``report``."""
+    def begin(self, key: str, data: Any, request: OpenRequest) -> None:
+        """Begin a request with these data; what becomes of it goes to the report of ``request``,
+        which is left open if no server takes it now."""
         parts = self._parts
+        is_goal = parts.communications[key].sort in ("action", "outgoing action")
         token = self._calls.begin(key, parts.steady(), is_goal)
-        start = parts.port.start if is_goal else parts.port.call
+        if not (parts.gate.takes(key) and self._send(key, data, token, request)):
+            self._calls.leave_open(key, request)
+            request.before = dict(vars(parts.controller))
+
+    def send_open(self) -> None:
+        """Send the open requests that a server can take, and that are allowed now."""
+        parts = self._parts
+        for key, request in list(self._calls.open.items()):
+            request.effects.look(vars(parts.controller))
+            if not parts.gate.takes(key):
+                continue
+            token = self._calls.close(key)
+            assert token is not None
+            try:
+                with request.effects.undone(vars(parts.controller)):
+                    data = request.ask()
+            except Withheld as withheld:
+                self._give_up(key, token, request, str(withheld))
+                continue
+            if self._send(key, data, token, request):
+                self._calls.taken(key)
+            else:
+                self._calls.leave_open(key, request)
+
+    def _send(self, key: str, data: Any, token: int, request: OpenRequest) -> bool:
+        """Send a request to a server; False if it cannot take it."""
+        is_goal = self._calls.is_goal(key)
         try:
-            start(key, data, token, parts.settings.timeout_of(key))
+            self._parts.gate.request(key, is_goal, data, token)
+        except NotTaken:
+            return False
         except Exception as error:
             # The request has begun, so it must end.
-            report(key, token, "error", "%s: %s" % (type(error).__name__, error))
+            request.report(key, token, "error", "%s: %s" % (type(error).__name__, error))
+        return True
+
+    def _give_up(self, key: str, token: int, request: OpenRequest, why: str) -> None:
+        request.report(key, token, "error", Failure("it was not sent: " + why, None, ABSENT))
+
+    def end_open(self, why: str) -> None:
+        """End all open requests but the stop command, since the node stands still."""
+        for key, request in list(self._calls.open.items()):
+            if not request.stops:
+                token = self._calls.close(key)
+                assert token is not None
+                self._give_up(key, token, request, why)
+
+    def recall(self, key: str) -> None:
+        """Cancel a request: one that is open ends at once, the server is asked to end others."""
+        tokens = self._calls.cancel(key, self._parts.steady())
+        request = self._calls.open.get(key)
+        token = self._calls.close(key)
+        if request is not None and token is not None:
+            request.report(key, token, "cancelled", Failure("cancelled before it was sent"))
+        self.cancel(key, tokens)
 
     def reported(self, entry: BoundInput, message: Any, token: Any) -> None:
         """Apply what was reported of a request, if it is still awaited."""
@@ -113,7 +152,7 @@ class Requests:
     def cancel(self, key: str, tokens: Iterable[int]) -> None:
         """Ask the server to end these goals."""
         for token in tokens:
-            self._parts.port.cancel(key, token)
+            self._parts.gate.cancel(key, token)
 
     def is_ignored(self, entry: BoundInput) -> bool:
         """Whether an event says nothing any more: a cancelled goal reports how far it got."""
@@ -159,13 +198,16 @@ class Requests:
         key, error = missed.key, self._parts.inputs[missed.key, "error"]
         kept = self._calls.kept(key)
         tokens = self._calls.tokens(key)
-        if kept is None and missed.word != LOST and tokens[1:]:
-            self._parts.port.abandon(key, tokens[0])
+        if kept is None and missed.word != LOST and self._calls.replaced(key):
+            self._calls.close(key)
+            for token in set(tokens) - self._calls.replaced(key):
+                self._parts.port.abandon(key, token)
             self._keep_end(error, missed.failure)
             return
         for token in tokens:
             self._parts.port.abandon(key, token)
         if kept is not None:
             self._end(*kept)
-        elif self._calls.end(key):
+        elif self._calls.is_busy(key):
+            self._calls.end(key)
             self._apply((error,), missed.failure)

@@ -2,7 +2,8 @@
 """The command scheduler: when and in which order commands are sent.
 
 A command is *allowed* if its guard holds, it is enabled in the components (regardless of the phase
-of its own service or action), and no command preferred to it can be sent. When an event makes it
+of its own service or action), and no command preferred to it can be sent: one whose data are
+undefined, not finite or outside their fields holds back nothing. When an event makes it
 allowed (a *rising edge*), it is due at once; while it stays allowed, it is due every period. Two
 rules prevent a command that is always allowed from flooding the robot:
 
@@ -33,6 +34,9 @@ from typing import Any, Callable, Dict, FrozenSet, Iterable, List, Optional, Tup
 
 from .model import ONCE, SERVED, Command, Communication, Controller
 from .values import Undefined
+
+Lack = Callable[[str, Optional[Callable[[], Any]]], Optional[str]]
+"""Returns why what gives the data of a command, by key, gives nothing that can be sent now."""
 
 
 class ScheduledCommand:
@@ -93,14 +97,17 @@ class ScheduledCommand:
         self.suspended = False  # its request has ended, though not all of its goals
         self.changed = False  # whether it would be sent with something else now
 
-    def yield_to(self, preferred: List[ScheduledCommand]) -> None:
-        """Disallow the command while one of these is enabled."""
+    def yield_to(self, preferred: List[ScheduledCommand], lack: Lack) -> None:
+        """Disallow the command while one of these can be sent; ``lack`` tells why one cannot."""
         for other in preferred:
             self.reads |= other.reads
         self.allowed = lambda: (
             self.authorised()
             and not any(
-                other.possible and not other.is_replacing and other.authorised()
+                other.possible
+                and not other.is_replacing
+                and other.authorised()
+                and lack(other.key, other.data) is None
                 for other in preferred
             )
         )
@@ -169,19 +176,24 @@ class CommandScheduler:
         rate_of: Callable[[str], float],
         order: str,
         seed: Optional[int] = None,
+        lack: Lack = lambda key, data: None,
     ) -> None:
         communications = {c.key: c for c in controller.COMMUNICATIONS}
         self.commands = [
             ScheduledCommand(controller, c, communications[c.key], index, rate_of(c.key))
             for index, c in enumerate(controller.COMMANDS)
         ]
+        by_data = set()
         for index, row in enumerate(controller.COMMANDS):
             if row.read is not None:  # of another controller, whose data decide
                 self.commands[index].allowed = _never
             elif row.yields_to:
                 others = [self.commands[other] for other in row.yields_to]
-                self.commands[index].yield_to([o for o in others if o.row.read is None])
-        self._by_data = {c.index for c in self.commands if c.is_once or c.replaces}
+                others = [other for other in others if other.row.read is None]
+                self.commands[index].yield_to(others, lack)
+                if any(other.data is not None for other in others):
+                    by_data.add(index)
+        self._by_data = by_data | {c.index for c in self.commands if c.is_once or c.replaces}
         self._readers: Dict[str, List[ScheduledCommand]] = {}
         for command in self.commands:
             for name in command.reads:
@@ -264,6 +276,11 @@ class CommandScheduler:
                     self._wait(late)
             self._rising.clear()
         return command
+
+    def next_cancel(self) -> Optional[ScheduledCommand]:
+        """Return a cancel that is allowed now, when nothing else may be performed."""
+        cancels = (c for c in self.commands if c.is_cancel)
+        return next((c for c in cancels if c.was and c.possible), None)
 
     def performed(self, command: ScheduledCommand, now: float) -> None:
         """Record that the command was performed, or failed: it waits for a period, last in turn."""

@@ -20,8 +20,9 @@ class MonitorPort(JudgingPort):
 
 class Seen(NamedTuple):
     """A command, or the answer to one (``entry`` is its input), in the order in which they were
-    seen; ``time`` is that of the port, ``stamp`` that of the recorder, ``data`` what the model
-    reads of the message. ``excused``: it is allowed, or was a moment ago."""
+    seen; ``time`` is that of the machine, ``stamp`` that of the recorder, ``data`` what the model
+    reads of the message. ``excused``: it is allowed, or was a moment ago. ``doubt`` is why it is
+    not known whether it is (empty: it is known)."""
 
     key: str
     kind: str
@@ -29,6 +30,7 @@ class Seen(NamedTuple):
     time: float
     stamp: float
     excused: bool = True
+    doubt: str = ""
     entry: Optional[BoundInput] = None
     data: Tuple[Any, ...] = ()
 

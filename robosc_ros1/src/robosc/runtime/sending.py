@@ -6,12 +6,15 @@ from __future__ import annotations
 from typing import Any, Callable, FrozenSet, Optional, Tuple
 
 from .engine_parts import EngineParts
+from .gate import lack
 from .model import SERVED
+from .open_requests import OpenRequest, Withheld
+from .reasons import reason_text, violated
 from .recorder import STOP_COMMAND
 from .requests import Requests
 from .scheduler import ScheduledCommand
 from .served import ServedCalls
-from .values import Undefined, demand_finite, without_gaps
+from .values import without_gaps
 
 Read = Callable[[ScheduledCommand, Any], Tuple[Any, ...]]
 """Returns what a model reads of a command with these data."""
@@ -28,22 +31,58 @@ class Sending:
         parts: EngineParts,
         requests: Requests,
         served: ServedCalls,
-        after: Callable[[FrozenSet[str], Optional[str]], Any],
+        after: Callable[[FrozenSet[str], Optional[str]], FrozenSet[str]],
     ) -> None:
         self._parts = parts
         self._requests = requests
         self._served = served
         self._after = after
 
-    def send(self, command: ScheduledCommand, data: Any) -> None:
-        """Send a command with these data. Raises any exception if it was not sent."""
+    def send(
+        self, command: ScheduledCommand, data: Any, ask: Callable[[], Any], stops: bool = False
+    ) -> Optional[OpenRequest]:
+        """Send a command with these data. Raises any exception if it was not sent.
+
+        Returns what is open if no server took it: ``ask`` is asked then, see
+        :class:`~.open_requests.OpenRequest`.
+        """
+        key = command.key
         if command.sort in SERVED:
             self._served.answer(command, data)
+        elif command.kind == "cancel":
+            self._requests.recall(key)
+        elif command.sort == "incoming":
+            self._parts.gate.message(key, data)
         else:
-            self._requests.send(command, data)
+            request = OpenRequest(ask, self._requests.report, stops)
+            self._requests.begin(key, data, request)
+            return self._parts.calls.open.get(key)
+        return None
 
-    def perform(self, command: ScheduledCommand) -> None:
-        """Send a command, and apply its event if it was sent."""
+    def _check(self, command: ScheduledCommand, data: Any) -> None:
+        """Raise any exception if a command cannot be sent with these data. That a request cannot
+        must be known before, since its event is not undone."""
+        is_request = command.kind == "request" and command.sort != "incoming"
+        self._parts.gate.check(command.key, data, is_request)
+
+    def _ask(self, command: ScheduledCommand) -> Any:
+        """Return what an open request is sent with now.
+
+        Raises:
+            Withheld: its requirements do not hold, or its data cannot be sent.
+        """
+        failed = violated(self._parts.controller, command.row)
+        if failed:
+            raise Withheld("; ".join(map(reason_text, failed)))
+        try:
+            data = None if command.data is None else command.data()
+            self._check(command, data)
+        except Exception as error:
+            raise Withheld(lack(error)) from error
+        return data
+
+    def perform(self, command: ScheduledCommand) -> bool:
+        """Send a command, and apply its event if it was sent; return whether it was."""
         parts, recorder = self._parts, self._parts.recorder
         now = parts.now()
         name = parts.names[command.key]
@@ -51,18 +90,15 @@ class Sending:
         try:
             if command.data is not None:
                 data = command.data()
-                if parts.settings.refuse_not_finite:
-                    demand_finite(data)
-            self.send(command, data)
+                self._check(command, data)
+            request = self.send(command, data, lambda: self._ask(command))
         except Exception as error:
-            reason = "%s: %s" % (type(error).__name__, error)
-            if isinstance(error, Undefined):
-                reason = "some of its data has not arrived yet"
+            reason = lack(error)
             recorder.counters["failed"] += 1
             recorder.record(command.kind, name, data, "failed", reason)
             parts.log("error", command.key, "%s could not be sent: %s" % (name, reason))
             parts.scheduler.performed(command, now)
-            return
+            return False
         if command.apply is not None:
             command.apply()
         command.count += 1
@@ -70,32 +106,44 @@ class Sending:
         recorder.counters["commands"] += 1
         recorder.record(command.kind, name, data, writes=command.writes)
         parts.scheduler.performed(command, now)
-        self._after(command.writes, None)
+        written = self._after(command.writes, None)
+        if request is not None:
+            request.performed(vars(parts.controller), written)
+        return True
 
-    def withdraw(self, why: str, read: Read) -> FrozenSet[str]:
-        """Refuse all calls, cancel running goals, whose end is still reported, and :meth:`stop`."""
+    def withdraw(self, why: str) -> None:
+        """Refuse all calls, end open requests, and cancel running goals, whose end is still
+        reported."""
         parts = self._parts
         self._served.refuse_waiting("the controller stopped: " + why)
+        self._requests.end_open(why)
         for key, token in parts.calls.running():
             if parts.communications[key].sort == "action":
-                parts.port.cancel(key, token)
+                parts.gate.cancel(key, token)
+
+    def stop(self, read: Read, is_wanted: Callable[[], bool]) -> FrozenSet[str]:
+        """Send the stop command, if there is one, whatever its guard; apply it only if the
+        components allow it.
+
+        Where it is a request that no server takes now, it is sent while it ``is_wanted``. Returns
+        the attributes that it may have changed.
+        """
+        parts, recorder = self._parts, self._parts.recorder
         command = parts.commands.get((parts.settings.stop_command, "request"))
         if command is None or not command.possible:
             return frozenset()
-        return self.stop(command, read)
-
-    def stop(self, command: ScheduledCommand, read: Read) -> FrozenSet[str]:
-        """Send the stop command, whatever its guard; apply it only if the components allow it.
-
-        Returns the attributes that it may have changed.
-        """
-        parts, recorder = self._parts, self._parts.recorder
         name = parts.names[command.key]
         try:
-            data, lack = without_gaps(command.data, parts.settings.refuse_not_finite)
-            if lack is not None:
-                parts.log("error", "data", "%s is sent with defaults: %s" % (name, lack))
-            self.send(command, data)
+            data, gap = without_gaps(command.data, parts.settings.refuse_not_finite)
+            if gap is not None:
+                parts.log("error", "data", "%s is sent with defaults: %s" % (name, gap))
+
+            def ask() -> Any:
+                if not is_wanted():
+                    raise Withheld("the node does not stand still any more")
+                return data
+
+            request = self.send(command, data, ask, stops=True)
         except Exception as error:
             recorder.record("request", name, None, "failed", str(error))
             parts.log("error", "stop", "the stop command %s failed: %s" % (name, error))
@@ -107,4 +155,6 @@ class Sending:
         if command.apply is None or not fits:
             return frozenset()
         command.apply(*seen)
+        if request is not None:
+            request.performed(vars(parts.controller), command.writes)
         return command.writes

@@ -13,41 +13,9 @@ from typing import Any, Callable, Dict, FrozenSet, Optional
 
 from .engine_parts import BoundInput, EngineParts
 from .places import place_of
+from .port import WaitingCall
 from .scheduler import ScheduledCommand
-from .values import UNREADABLE, Mismatch, Undefined
-
-
-class WaitingCall:
-    """A call that waits for its answer. The methods do not block.
-
-    ``answer`` or ``refuse`` is called once, and none after it.
-    """
-
-    def claim(self) -> bool:
-        """Return whether somebody still waits; then they wait until it is accepted or refused."""
-        return True
-
-    def accept(self) -> None:
-        """Tell the caller that the call is taken: it is answered later. Not called of one that is
-        refused at once."""
-
-    def report(self, data: Any) -> None:
-        """Give feedback with these fields. Raises as ``answer`` does."""
-        raise NotImplementedError
-
-    def answer(self, data: Any) -> None:
-        """Answer with these fields; the others have their defaults.
-
-        Raises any exception, and has not answered, if the fields do not fit the type.
-        """
-        raise NotImplementedError
-
-    def refuse(self, text: str, data: Any = None) -> None:
-        """Answer that the call failed, and why; with these fields, where ROS has data for it.
-
-        Fields that do not fit the type are left out.
-        """
-        raise NotImplementedError
+from .values import UNREADABLE, Mismatch, Undefined, not_finite
 
 
 class ServedCalls:
@@ -79,6 +47,7 @@ class ServedCalls:
                 raise Mismatch("the controller does not serve now: %s" % idle)
             if entry.read is not None:
                 value = entry.read(message)
+            self._demand_fit(value)
             if not call.claim():
                 raise Mismatch("its client was refused already: the controller had no time for it")
             entry.apply(value)
@@ -95,6 +64,12 @@ class ServedCalls:
         self.waiting[key] = call
         self._happened(entry, value)
         return True
+
+    def _demand_fit(self, value: Any) -> None:
+        """Refuse what nothing could be sent with: it would never be answered."""
+        found = not_finite(value) if self._parts.settings.refuse_not_finite else None
+        if found is not None:
+            raise Mismatch("its data cannot be used: %s" % found)
 
     def recall(self, key: str, call: WaitingCall) -> bool:
         """Apply that the robot cancels a goal; False of one that was answered, or cancelled before,
@@ -131,15 +106,11 @@ class ServedCalls:
         call = self.waiting.get(command.key)
         if call is None:  # it was refused when the node stopped
             return
-        if command.kind == "feedback":
-            call.report(data)
-            return
-        if command.kind == "response":
-            call.answer(data)
-        else:
-            text = self._failure(command) if data is None else data
-            call.refuse(text, self.refusal(command.key))
-        del self.waiting[command.key]
+        if command.kind == "error" and data is None:
+            data = self._failure(command)
+        self._parts.gate.answer(call, command.kind, data, self.refusal(command.key))
+        if command.kind != "feedback":
+            del self.waiting[command.key]
 
     def _failure(self, command: ScheduledCommand) -> str:
         """Return why the controller answers with an error: the states in which it does."""

@@ -34,6 +34,8 @@ GENERAL_RATE = "rate/default"
 """The name of ``rate`` where the rates of single commands are given, too."""
 SHORTEST_DURATION = 1e-3
 """Seconds: no timeout, and no delay of a model, is shorter."""
+FASTEST = 1000.0
+"""Hz: no command is repeated faster."""
 _TOPIC = re.compile(r"(/|~/?)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*\Z", re.ASCII)
 
 
@@ -95,7 +97,10 @@ _TYPES = {float: "number", int: "integer", bool: "boolean", str: "string"}
 
 _GENERAL = (
     _general(
-        "rate", "how often commands are repeated by default while allowed, in Hz", minimum=1e-3
+        "rate",
+        "how often commands are repeated by default while allowed, in Hz",
+        minimum=1e-3,
+        maximum=FASTEST,
     ),
     _general(
         "order",
@@ -167,15 +172,12 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
     for communication in communications:
         name = parameter_name(communication.name)
         if communication.sort not in _UNREPEATED:
-            meaning = (
-                "how often %s is repeated, in Hz (at least 0; 0: the default rate)"
-                % communication.name
-            )
+            meaning = "how often %s is repeated, in Hz (0: the default rate)" % communication.name
             rate = communication.rate if isinstance(communication.rate, float) else 0.0
             if communication.rate == ONCE:
-                meaning = "how often %s may be sent, in Hz (at least 0; 0: the default rate)"
+                meaning = "how often %s may be sent, in Hz (0: the default rate)"
                 meaning %= communication.name
-            result.append(Parameter("rate/" + name, "number", rate, meaning, minimum=0.0))
+            result.append(Parameter("rate/" + name, "number", rate, meaning, (), 0.0, FASTEST))
         timeout = _timeout(communication)
         if timeout is not None:
             meaning = _TIMEOUTS[communication.sort] % communication.name

@@ -33,7 +33,7 @@ class ShadowEngine(MonitorEngine):
     ) -> None:
         super().__init__(controller, port, settings, steady)
         self.recorder.counters.update(withheld=0)
-        self._decisions = Decisions(controller, self.settings)
+        self._decisions = Decisions(controller, self.settings, self._parts.gate.lack)
 
     # The thread that has the turn
 

@@ -3,9 +3,17 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, List, Optional, Tuple
 
 from .engine_parts import EngineParts
+
+
+def _lacks(parts: EngineParts) -> Dict[Tuple[str, str], str]:
+    """Return why commands that are allowed cannot be sent: what their data lack, by key and
+    kind."""
+    allowed = (c for c in parts.scheduler.commands if c.was and c.possible)
+    lacks = {(c.key, c.kind): parts.gate.lack(c.key, c.data) for c in allowed}
+    return {event: text for event, text in lacks.items() if text is not None}
 
 
 def snapshot_of(
@@ -25,5 +33,6 @@ def snapshot_of(
         "stopped": stopped,
         "faults": faults,
         "backlog": len(parts.turns.queue),
+        "lacks": _lacks(parts),
         "counts": {(c.key, c.kind): c.count for c in parts.scheduler.commands},
     }

@@ -17,6 +17,7 @@ stop it: what counts is whether it would be forbidden if it had not changed the 
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
 from .calls import REFUSED, Missed
@@ -36,12 +37,12 @@ from .offers import (
     itself,
     told,
 )
+from .open_requests import OwnEffects, Withheld
 from .operating import HELD
-from .port import steady_time
+from .port import WaitingCall, steady_time
 from .reasons import reason_text, violated
 from .relayed_calls import RelayedCalls
 from .scheduler import ScheduledCommand
-from .served import WaitingCall
 from .settings import Settings
 from .telemetry import dump
 from .values import Undefined
@@ -136,23 +137,26 @@ class SupervisorEngine(JudgingEngine):
         kept = self._calls.kept(key)
         if kept is not None:
             self._answer(*kept)
+        former = self._answers.get(key) if key in self._calls.open else None
         self._answers[key] = answer
-        if self.passes(key, "request", checked, key):
-            answer("passed", None)
-        else:
+        if not self.passes(key, "request", checked, key):
             self._answers.pop(key, None)
             answer("blocked", [{"kind": "failed", "text": "it could not be sent"}])
+            return
+        answer("passed", None)
+        if former is not None:  # no server has taken it, and none will
+            former("cancelled", "replaced before it was sent")
 
     def _cancel(self, key: str) -> None:
         if not self.reasons(key, "cancel"):
             self.passes(key, "cancel", UNCHECKED, key)
             return
-        self._requests.cancel(key, self._calls.tokens(key))
+        self._requests.recall(key)
 
     def check(
         self, key: str, kind: str, message: Any, payload: Any, repack: Repack
     ) -> Tuple[CheckedCommand, Reasons]:
-        row = self._scheduled[key, kind].row
+        row, sent, raw = self._scheduled[key, kind].row, message, payload
         if row.read is None:
             return CheckedCommand(payload), self._unfit(message)
         corrected = None
@@ -168,10 +172,13 @@ class SupervisorEngine(JudgingEngine):
         except UNFIT as error:
             problem = str(error)
         else:
-            return CheckedCommand(payload, (data,), corrected), self._unfit(message)
+            again = partial(self.check, key, kind, sent, raw, repack)
+            return CheckedCommand(payload, (data,), corrected, again), self._unfit(message)
         return CheckedCommand(payload, (), corrected), [{"kind": "data", "text": problem}]
 
     def reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
+        if kind == "cancel":  # what goes on may end, however the node stands
+            return super().reasons(key, kind, data)
         if self.stopped == HELD and not self._is_step:
             return [{"kind": "stopped", "text": self.stopped}]
         if self.stopped not in (None, HELD):
@@ -191,14 +198,16 @@ class SupervisorEngine(JudgingEngine):
             return False
         command = self._scheduled[key, kind]
         try:
-            self._sending.send(command, checked.payload)
+            request = self._sending.send(
+                command, checked.payload, lambda: self._ask(command, checked)
+            )
         except Exception as error:
             reason = "%s: %s" % (type(error).__name__, error)
             self.recorder.counters["failed"] += 1
             self.recorder.record(kind, name, told(data), "failed", reason)
             self._log("error", key, "%s could not be passed on: %s" % (name, reason))
             return False
-        self._is_step = False
+        self._is_step = self._is_step and kind == "cancel"
         before = self._before(command)
         if command.apply is not None:
             command.apply(*data)
@@ -209,6 +218,8 @@ class SupervisorEngine(JudgingEngine):
             self.recorder.counters["corrected"] += 1
         self.recorder.record(kind, name, told(data), writes=command.writes, correction=correction)
         writes = self._finish(command.writes, None)
+        if request is not None:
+            request.performed(vars(self.controller), writes)
         if not self.settings.stop_command:
             return True
         if kind == "cancel":
@@ -216,10 +227,8 @@ class SupervisorEngine(JudgingEngine):
         elif kind != "request":
             pass  # an answer to a call of the robot moves nothing
         elif command.sort != "service" and key != self.settings.stop_command:
-            now = vars(self.controller)
-            pairs = ((name, before[name], now[name]) for name in writes)
-            changes = {name: (old, new) for name, old, new in pairs if not _same(old, new)}
-            self._effect[place] = InEffect(key, data, changes)
+            effects = OwnEffects.between(before, vars(self.controller), writes)
+            self._effect[place] = InEffect(key, data, effects)
         else:
             self._effect.pop(place, None)
         self._revoke()
@@ -314,18 +323,12 @@ class SupervisorEngine(JudgingEngine):
 
     def _forbidden(self, command: InEffect) -> bool:
         """Whether a command in effect would be forbidden even without the changes it made."""
-        state = vars(self.controller)
-        for name, (_, after) in tuple(command.changes.items()):
-            if not _same(state[name], after):
-                del command.changes[name]
+        command.effects.look(vars(self.controller))
         row = self._scheduled[command.key, "request"].row
         if not self._against(row, command.data):
             return False
-        state.update({name: before for name, (before, _) in command.changes.items()})
-        try:
+        with command.effects.undone(vars(self.controller)):
             return self._against(row, command.data)
-        finally:
-            state.update({name: after for name, (_, after) in command.changes.items()})
 
     def _against(self, request: Command, data: Tuple[Any, ...]) -> bool:
         """Whether requirements or synthesis forbid a request now, whatever its phase."""
@@ -341,6 +344,7 @@ class SupervisorEngine(JudgingEngine):
         self._is_step = False
         super().begin_again()
         self._relayed.give_held()
+        self._revoke()
 
     def _read_of_stop(self, command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
         if command.row.read is None:
@@ -352,10 +356,7 @@ class SupervisorEngine(JudgingEngine):
         """Stop commands in effect that have become forbidden, if a stop command is set."""
         if not self.settings.stop_command or self.stopped not in (None, HELD) or self.closing:
             return
-        ended = []
-        for place, effect in self._effect.items():
-            if self._forbidden(effect):
-                ended.append((place, effect.key))
+        ended = [(place, e.key) for place, e in self._effect.items() if self._forbidden(e)]
         command = self._scheduled[self.settings.stop_command, "request"]
         stop = False
         for place, key in ended:
@@ -369,10 +370,22 @@ class SupervisorEngine(JudgingEngine):
                 stop = True
             elif (key, "cancel") in self._scheduled and not self.reasons(key, "cancel"):
                 self.passes(key, "cancel", UNCHECKED, key)
+            else:
+                self._requests.recall(key)
         if stop:
-            self._schedule(self._sending.stop(command, self._read_of_stop), None)
+            writes = self._sending.stop(self._read_of_stop, lambda: not self._effect)
+            self._schedule(writes, None)
 
+    def _ask(self, command: ScheduledCommand, checked: CheckedCommand) -> Any:
+        """Return the message of an open request as it is to be passed on now.
 
-def _same(value: Any, other: Any) -> bool:
-    """Whether an attribute has kept its value; not-a-number is the same as itself."""
-    return value is other or bool(value == other)
+        Raises:
+            Withheld: it may not.
+        """
+        reasons: Reasons = []
+        if checked.again is not None:
+            checked, reasons = checked.again()
+        reasons = reasons or violated(self.controller, command.row, *checked.data)
+        if reasons:
+            raise Withheld("; ".join(map(reason_text, reasons)))
+        return checked.payload

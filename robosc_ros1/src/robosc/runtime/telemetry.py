@@ -140,7 +140,7 @@ def state_document(
             "waits_for": [],
             "count": snapshot["counts"][command.key, command.kind],
         }
-        for command, reasons in ((c, _obstacles(controller, c)) for c in controller.COMMANDS)
+        for command, reasons in ((c, _obstacles(snapshot, c)) for c in controller.COMMANDS)
     ]
     counters = snapshot["counters"].keys()
     if "withheld" in counters or not {"blocked", "forbidden"} & counters:  # they choose commands
@@ -170,15 +170,20 @@ def state_document(
         "unconnected": list(unconnected),
         "latest": latest,
     }
+    document.update((name, snapshot[name]) for name in ("not_judging", "late") if name in snapshot)
     if shortened:
         document["shortened"] = shortened
     return document
 
 
-def _obstacles(controller: Controller, command: Command) -> List[Dict[str, Any]]:
-    """Return why a command is not allowed now. Guards are simplified for the states that synthesis
+def _obstacles(snapshot: Dict[str, Any], command: Command) -> List[Dict[str, Any]]:
+    """Return why a command cannot be sent now. Guards are simplified for the states that synthesis
     allows; commands of others may lead elsewhere, so requirements are looked at, too."""
+    controller: Controller = snapshot["controller"]
     found = blocked_by(controller, command)
+    lack = snapshot["lacks"].get((command.key, command.kind))
+    if not found and lack is not None:
+        return [{"kind": "data", "text": lack}]
     if not found and command.kind == "request":
         return violated(controller, command)
     return found
@@ -265,6 +270,9 @@ class Reporter:
                 self._outlet.diagnostics(ERROR, "the engine does not answer", [])
                 return
             faults = snapshot["faults"] + self._outlet.faults()
+            blind = snapshot.get("not_judging")
+            if blind and blind not in faults:
+                faults.insert(0, "not judging: " + blind)
             if self._log_fault:
                 faults.append(self._log_fault)
             whole = self._engine.settings.whole_values and self._outlet.wants_state()
@@ -343,6 +351,7 @@ class Reporter:
                 "blocked",
                 "forbidden",
                 "violations",
+                "undecided",
                 "dropped",
             )
             if counters.get(name, 0) > self._last_counters.get(name, 0)
@@ -351,6 +360,8 @@ class Reporter:
         news += document["faults"]
         values = [(name, str(value)) for name, value in counters.items()]
         values.append(("backlog", str(snapshot["backlog"])))
+        if document.get("late"):
+            values.append(("late", "%.3f s" % document["late"]))
         values.extend(("unconnected", text) for text in document["unconnected"])
         values.extend(document["components"].items())
         values.extend((name, shortened_text(str(v))) for name, v in document["variables"].items())
@@ -360,5 +371,7 @@ class Reporter:
             return WARN, ", ".join([HELD, *news]), values
         if snapshot["stopped"] is not None:
             return ERROR, "safe stop: " + snapshot["stopped"], values
+        if snapshot.get("not_judging"):
+            return ERROR, "not judging: " + snapshot["not_judging"], values
         running = "shadow: nothing is sent" if self._engine.settings.shadow else "running"
         return (WARN, ", ".join(news), values) if news else (OK, running, values)

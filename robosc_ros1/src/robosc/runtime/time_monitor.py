@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Callable, Deque, List, Optional, Tuple
 
-from .clocks import Clocks
+from .clocks import STANDSTILL, Clocks
 
 _MEMORY = 10.0
 """Seconds for which steps back are remembered."""
@@ -49,6 +49,16 @@ class TimeMonitor:
         if self._clocks.delays:
             self.faults += self._found()
         return [fault for fault in self.faults if fault not in before]
+
+    def blinding(self) -> List[str]:
+        """Return the faults with which it is not known now what time it is in the model."""
+        stood = self._clocks.look()
+        found = [] if self.replaced is None else [self.replaced]
+        if not self._clocks.has_begun:
+            found.append(_NOT_BEGUN)
+        elif stood > (self._clocks.delays or (STANDSTILL,))[0]:
+            found.append(_STANDS)
+        return found
 
     def _found(self) -> List[str]:
         found = []

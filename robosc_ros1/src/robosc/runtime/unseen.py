@@ -34,6 +34,15 @@ def unknown_attributes(
     return frozenset(unknown)
 
 
+def unknown_in(controller: Controller, unseen: Container[str]) -> FrozenSet[str]:
+    """Return the attributes of a controller that depend on the communications with these keys."""
+    events = [(row.key, row.writes) for row in controller.INPUTS]
+    events += [(row.key, row.writes) for row in controller.COMMANDS]
+    steps = [(row.reads, row.writes) for row in controller.TAUS]
+    steps += [(row.reads, row.writes) for row in controller.AFTERS]
+    return unknown_attributes(unseen, events, steps)
+
+
 class Visibility:
     """Which commands a monitor cannot judge, because it cannot see all that decides on them."""
 
@@ -50,12 +59,7 @@ class Visibility:
         """Take notice that the communications with these keys cannot be seen, and that the data of
         those ``by_data`` decide on them, which the controller knows of its own only."""
         self._by_data = by_data
-        rows = self._controller
-        events = [(row.key, row.writes) for row in rows.INPUTS]
-        events += [(row.key, row.writes) for row in rows.COMMANDS]
-        steps = [(row.reads, row.writes) for row in rows.TAUS]
-        steps += [(row.reads, row.writes) for row in rows.AFTERS]
-        self._unknown = unknown_attributes(keys, events, steps)
+        self._unknown = unknown_in(self._controller, keys)
 
     def shows(self, attributes: Iterable[str]) -> bool:
         """Whether the values of these attributes are known."""

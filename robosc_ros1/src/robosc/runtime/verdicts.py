@@ -7,13 +7,14 @@ from typing import Any, Dict, List, Literal, NamedTuple, Optional, Sequence
 
 from .reasons import CORRECTION
 
-Sort = Literal["violation", "blocked", "corrected", "departure"]
+Sort = Literal["violation", "blocked", "corrected", "departure", "undecided"]
 VIOLATION: Sort = "violation"
 BLOCKED: Sort = "blocked"
 CORRECTED: Sort = "corrected"
 DEPARTURE: Sort = "departure"
+UNDECIDED: Sort = "undecided"
 """A requirement was violated; a supervisor would have blocked a command for another reason, or
-corrected it; the model does not have what happened."""
+corrected it; the model does not have what happened; for some time nothing could be judged."""
 
 _OUTSIDE = ("phase", "synchronisation", "range", "unknown")
 """The kinds of reasons for which the components, not the requirements, lack a command."""

@@ -16,8 +16,8 @@ from robosc.source import opened
 
 _KINDS = (*(kind.word for kind in EventKind), "stop", "state", "operator")
 _OUTCOMES = (
-    "applied", "mismatch", "failed", "stopped", "refused", "forbidden", "violated", "withheld",
-    "operated",
+    "applied", "mismatch", "failed", "stopped", "refused", "forbidden", "violated", "undecided",
+    "withheld", "operated",
 )  # fmt: skip
 
 

@@ -156,7 +156,7 @@ class Follower:
             return
         self._next += 1
         self._stopped |= entry.outcome == "stopped"
-        if entry.outcome not in ("applied", "forbidden"):
+        if entry.outcome not in ("applied", "forbidden", "undecided"):
             return
         self.followed += 1
         self.lost = self._follows(self._controller, entry)

@@ -118,7 +118,7 @@ def _sets(plant: Plant) -> DisjointSets:
         sets.join(_read_by(plant, goal))
     # Warnings are about a command and what its requirements and the conditions of its data read.
     conditions = [(r.communications, r.condition) for r in robot.requirements]
-    conditions += [((p.communication,), p.condition) for p in robot.provides if p.condition]
+    conditions += [((p.communication,), p.deciding) for p in robot.provides if p.deciding]
     for keys, condition in conditions:
         sets.join([*map(request, keys), *support(plant, plant.view.expression(condition))])
     # Others are about a command and the objects and arrays that it sends.

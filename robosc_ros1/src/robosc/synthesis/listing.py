@@ -60,13 +60,15 @@ class _Reduction:
     def __init__(self, event: Event) -> None:
         self._all = tuple(range(len(event.parameters)))
         self._event = event
+        # What is known of the data tells one of several events from the others.
+        self._free = [n for n in self._all if n not in event.known] if len(self._all) > 1 else []
         self._sizes = cache(self._count)
         self._reduced = cache(self._leave)
 
     def of(self, source: int, taken: Sequence[GraphTransition]) -> Iterator[Listed]:
         """Yield what is listed of the steps by the event from one state."""
         kept = self._all
-        for parameter in self._all if len(self._all) > 1 else ():
+        for parameter in self._free:
             fewer = tuple(other for other in kept if other != parameter)
             if self._suffices(fewer, taken):
                 kept = fewer

@@ -197,6 +197,7 @@ class Recording:
         names = {c.key: c.name for c in controller.COMMUNICATIONS}
         snapshot = {
             "controller": controller,
+            "lacks": {},
             "counts": {
                 (c.key, c.kind): moment.tally.counts[names[c.key], c.kind]
                 for c in controller.COMMANDS

@@ -17,6 +17,15 @@ except ImportError:  # missing in minimal installations of ROS 2
     DiagnosticArray = None
 
 
+FOREIGN = (
+    "%s: the server carries out a goal that this node did not send, so it gets none from here until"
+    " that has ended: %s"
+)
+GOES_ON = (
+    "the goal %s of %s may go on: its server was asked to end it, and has not said that it has"
+)
+
+
 class Caller:
     """The client of a service or an action, which has the full name ``label``."""
 
@@ -25,10 +34,20 @@ class Caller:
     """The other clients of the same server: its goals are carried out one after the other."""
     missed = False
     """A request ended because there was no server."""
+    look = None
+    """Has the engine ask again whether a request that is open can be sent; set when connected."""
+
+    def ready(self):
+        """Return whether the server can take a request now, see :meth:`.port.Port.ready`."""
+        return self.is_served()
 
     def is_served(self):
         """Return whether there is a server."""
         raise NotImplementedError
+
+    def running(self):
+        """Return the ids of the goals that were sent and may go on."""
+        return []
 
     def is_gone(self):
         """Return whether the server of a cancelled goal is gone, so that the goal has ended. A
@@ -49,11 +68,12 @@ class CallingPort(Port):
 
     engine_type = Engine
 
-    def __init__(self, services, actions, served=()):
+    def __init__(self, services, actions, served=(), former=()):
         self._services = services
         self._actions = actions
+        self._former = former  # actions with goals of the node's former configurations
         for action in actions.values():
-            others = (a for a in actions.values() if a is not action)
+            others = (a for a in (*actions.values(), *former) if a is not action)
             action.siblings = [other for other in others if other.label == action.label]
         self._served = served  # pairs of a key and a service or an action that is called
 
@@ -61,31 +81,40 @@ class CallingPort(Port):
         """Begin to pass inputs to the engine."""
         for key, caller in (*self._services.items(), *self._actions.items()):
             caller.report = functools.partial(engine.report, key)
+            caller.look = engine.look
         for key, service in self._served:
             service.serve(
                 functools.partial(engine.serve, key), functools.partial(engine.recall, key)
             )
 
-    def call(self, key, data, token, timeout):
-        self._services[key].call(data, token, timeout)
+    def _caller(self, key):
+        return self._services.get(key) or self._actions[key]
 
-    def start(self, key, data, token, timeout):
-        self._actions[key].start(data, token, timeout)
+    def check(self, key, data):
+        self._caller(key).check(data)
+
+    def ready(self, key):
+        return self._caller(key).ready()
+
+    def call(self, key, data, token):
+        self._services[key].call(data, token)
+
+    def start(self, key, data, token):
+        self._actions[key].start(data, token)
 
     def cancel(self, key, token):
         self._actions[key].cancel(token)
 
     def abandon(self, key, token):
-        caller = self._services.get(key) or self._actions[key]
-        caller.abandon(token)
+        self._caller(key).abandon(token)
 
     def silence(self, key):
         return self._actions[key].silence()
 
     def absent(self, key):
-        caller = self._services.get(key) or self._actions[key]
+        caller = self._caller(key)
         caller.missed = not caller.is_served()
-        return UNSERVED % caller.label if caller.missed else None
+        return UNSERVED % caller.label if caller.missed else caller.fault()
 
     def works(self, key):
         return self._services[key].is_busy()
@@ -97,8 +126,14 @@ class CallingPort(Port):
         return [*self._services.values(), *self._actions.values()]
 
     def faults(self):
-        found = (caller.fault() for caller in self.callers())
+        found = (caller.fault() for caller in (*self.callers(), *self._former))
         return [fault for fault in found if fault is not None]
+
+    def running(self):
+        """Return a text for each goal that was sent and may go on."""
+        callers = (*self.callers(), *self._former)
+        found = ((caller, known) for caller in callers for known in caller.running())
+        return [GOES_ON % (known, caller.label) for caller, known in found]
 
     def unserved(self):
         """Return the full names of the services and actions without a server."""

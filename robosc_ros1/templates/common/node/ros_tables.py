@@ -30,6 +30,14 @@ class Tables:
         """Return all topics with the keys of the communications on them."""
         return [(name, keys) for name, _, keys in (*self.subscriptions, *self.publications)]
 
+    def demand_apart(self, resolved):
+        """Raise an error if what this node sends would come back to it; ``resolved`` returns the
+        full name of a topic, a service or an action.
+
+        Raises:
+            ParameterError: it would.
+        """
+
     def heard(self, controller, resolved):
         """Return the full names of the topics that are heard, by the names of communications."""
         names = {c.key: c.name for c in controller.COMMUNICATIONS}
@@ -46,10 +54,9 @@ class Tables:
         heard, commanded = (
             [name for name, _, _ in topics] for topics in (self.subscriptions, self.publications)
         )
-        clocks = ("/clock",) if simulated else ()
         names = (tuple(map(resolved, topics)) for topics in (heard, commanded, self.guarded))
         statuses = tuple({resolved(name) + status for name, _, _ in self.actions})
-        return Connections(node, *names, tuple(allowed.split()), clocks, statuses)
+        return Connections(node, *names, tuple(allowed.split()), statuses, simulated)
 
 
 class SupervisorTables(Tables):
@@ -71,6 +78,7 @@ class SupervisorTables(Tables):
             [(robot, type_, key) for _, robot, type_, key in served_actions],
         )
         self.guarded = [controller for controller, _, _, _ in commands]
+        self._sides = [*inputs, *commands, *services, *actions, *served, *served_actions]
         self.inputs = inputs
         self.commands = commands
         self.relayed_services = services
@@ -79,6 +87,15 @@ class SupervisorTables(Tables):
         self.guarded_actions = [
             (controller, type_, key) for controller, _, type_, key in served_actions
         ]
+
+    def demand_apart(self, resolved):
+        same = {resolved(one) for one, other, *_ in self._sides if resolved(one) == resolved(other)}
+        if same:
+            text = (
+                "%s is the same on both sides, so this node would get what it sends: a supervisor"
+                " is started without the remappings of the controller that it guards"
+            )
+            raise ParameterError(text % ", ".join(sorted(same)))
 
 
 class MonitorTables(Tables):

@@ -30,7 +30,7 @@ class Ending:
 
 def on_signals(handle):
     """From now on, call ``handle`` with the number of each signal that ends the node."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP):
         # A hang-up of the terminal must stop the robot as well, unless whoever started the node
         # wants it to survive that (nohup).
         if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:

@@ -73,7 +73,9 @@ class MonitorChecker(Checker):
     def on_finding(self, message):
         """Handle a message of ``~findings``."""
         with self._changed:
-            self._found.add(json.loads(message.data)["number"])
+            document = json.loads(message.data)
+            if document["sort"] != "undecided":
+                self._found.add(document["number"])
             self._changed.notify_all()
 
     def on_state(self, message):
@@ -146,6 +148,8 @@ class MonitorChecker(Checker):
             self._told &= set(self.shadow.broken_invariants())
         if outcome == "forbidden":
             self._judge_forbidden(event)
+        elif outcome == "undecided":
+            self._follow_undecided(kind, event["event"])
         else:
             super()._judge(event)
 
@@ -188,6 +192,15 @@ class MonitorChecker(Checker):
                 self.faults.append("event %d: %s, but it is allowed" % (self.number, what))
             self._judge_corrected(what, event, key, content)
         if self.shadow.takes_request(key, content):
+            self._happen(kind, key, content)
+
+    def _follow_undecided(self, kind, event):
+        """Follow a command of which the monitor could not say whether it was allowed."""
+        key, value = self.shadow.keys[event["name"]], event["value"]
+        content = None if value is None else Told(value)
+        self.events[kind, event["name"], 0] = self.events.get((kind, event["name"], 0), 0) + 1
+        self.heard[key] += kind == "request"
+        if kind == "cancel" or self.shadow.takes_request(key, content):
             self._happen(kind, key, content)
 
     def _judge_corrected(self, what, event, key, content):

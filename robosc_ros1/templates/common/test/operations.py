@@ -136,6 +136,7 @@ def sector(ranges, start, step, first, last):
     """Return the ranges of a scan between two angles, in their order; after whole turns an angle is
     the same, and a thousandth of a step does not count."""
     start, step, first, last = map(double, (start, step, first, last))
+    step = 0.001 if len(ranges) == 1 and step == 0 else step  # it means nothing
     turn = 2 * math.pi
     width = min(last - first if last >= first else (last - first) % turn, turn)
     if not 0 < abs(step) <= turn or not math.isfinite(start + first + last):

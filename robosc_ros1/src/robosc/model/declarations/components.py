@@ -29,6 +29,7 @@ from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import EXPECTATION, no_value, response_of
 from robosc.names import ros_name_fault, snake_case
+from robosc.runtime.settings import FASTEST
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -288,6 +289,9 @@ def _rate(node: RateNode | Name, report: Report) -> float | str:
         return node.text
     if node.hertz <= 0:
         report.add("out-of-range", node.span, "a rate is more than 0 Hz", "write: once")
+    elif node.hertz > FASTEST:
+        text = f"a rate is at most {FASTEST:g} Hz: no command is repeated faster"
+        report.add("out-of-range", node.span, text)
     return float(node.hertz)
 
 

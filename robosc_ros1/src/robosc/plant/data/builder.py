@@ -43,6 +43,8 @@ from robosc.plant.data.terms import (
     compared_in_rules,
     compared_with_constant,
     element_asked_for,
+    element_needed,
+    follows_assignments,
     is_constant,
     is_presence,
     is_there,
@@ -164,15 +166,15 @@ class ViewBuilder:
         yield from ((None, condition) for condition, _ in conditions_of_states(self.robot))
         yield from (((kind, key), reset.kept) for (kind, key, _), reset in resets(self.robot))
         for provide in self.robot.provides:
-            if provide.condition is not None and not provide.corrects:
-                yield None, provide.condition
+            if provide.deciding is not None:
+                yield None, provide.deciding
 
     def _note(self, scope: Scope, expr: Expr) -> None:
         """Record the terms of a deciding expression, and what they are compared with."""
         for part in walk_all([expr]):
             if isinstance(part, TestRef):
                 self.states.setdefault(part)
-                if _follows_assignments(part):
+                if follows_assignments(part):
                     continue
             if isinstance(part.type, BooleanType):
                 for side in sides_of(part):
@@ -224,6 +226,10 @@ class ViewBuilder:
         # An assignment of an undefined value has no effect, so only some may happen.
         if together or (uncertain and len(changed) > 1):
             return self._anything(term, SEVERAL_CHANGES)
+        if uncertain and is_presence(term.subject) and len(changed) == 1:
+            asked = element_needed(given[next(iter(changed))], transition, self.robot)
+            if asked is not None:  # what is not there leaves the variable as it was
+                return disjunction([self.terms.finite(Holds(asked)), term])
         # These are defined where what is assigned is not.
         if uncertain and any(map(replaces_undefined, parts)):
             return self._anything(term, MAY_BE_MISSING)
@@ -355,7 +361,7 @@ class ViewBuilder:
     def _note_choice(self, term: Term, update: ChoiceRef) -> None:
         """Record that an event changes a term to an unknown outcome."""
         reason = self.unknown.get(update) or why_free(update)
-        if _follows_assignments(term):
+        if follows_assignments(term):
             self.free.setdefault(term.name, reason)
         elif isinstance(term, VariableRef):
             name = to_dsl(term, self.robot) if update.test is None else update.test.name
@@ -380,13 +386,6 @@ class ViewBuilder:
             )
             for node in self.comparisons
         }
-
-
-def _follows_assignments(term: Term) -> TypeGuard[TestRef]:
-    """Whether the outcome of a test is known unless an assignment leaves it open."""
-    if not isinstance(term, TestRef):
-        return False
-    return is_presence(term.subject) or element_asked_for(term.subject) is not None
 
 
 def _is_free(expr: Expr) -> TypeGuard[TestRef | ChoiceRef]:

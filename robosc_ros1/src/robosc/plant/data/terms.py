@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TypeAlias
+from typing import TypeAlias, TypeGuard
 
 from robosc.expr.evaluation import evaluate
 from robosc.expr.identity_cache import IdentityCache
@@ -60,6 +60,8 @@ from robosc.expr.types import (
 )
 from robosc.expr.undefined_data import condition_on_data
 from robosc.language.operators import MIRRORED
+from robosc.model.automata import Transition
+from robosc.model.entities import Robot
 from robosc.plant.data.cases import by_state, by_value, reads_arrays, reads_states
 from robosc.plant.logic import conjunction, disjunction, negation
 
@@ -344,3 +346,22 @@ def substituted(expr: Expr, given: Mapping[tuple[str, str], Expr]) -> Expr:
         return node
 
     return rewritten(expr, leaf)
+
+
+def element_needed(value: Expr, transition: Transition, robot: Robot) -> ValueRef | None:
+    """Return the element of an array without which a part of the value that a transition receives
+    is missing; None if there is more that may be missing, or nothing."""
+    if not isinstance(value, ValueRef) or value.optional:
+        return None
+    whole = robot.communications[transition.communication].value_type(transition.event)
+    numbers = [n for n, step in enumerate(value.path) if isinstance(step, int)]
+    path = value.path[: numbers[-1] + 1] if numbers else ()
+    type_ = type_of_part(whole, path) if path else None
+    return None if type_ is None else ValueRef(path, type_)
+
+
+def follows_assignments(term: Term) -> TypeGuard[TestRef]:
+    """Whether the outcome of a test is known unless an assignment leaves it open."""
+    if not isinstance(term, TestRef):
+        return False
+    return is_presence(term.subject) or element_asked_for(term.subject) is not None

@@ -192,7 +192,7 @@ class _Collector:
             found.commands += 1
         if entry.kind == EventKind.TIMEOUT.value:
             found.silences[entry.name] = found.silences.get(entry.name, 0) + 1
-        if entry.name in self._actions and entry.outcome in ("applied", "forbidden"):
+        if entry.name in self._actions and entry.outcome in ("applied", "forbidden", "undecided"):
             self._goal(entry)
         for sort, reasons, about in _verdicts(entry):
             self._add(entry, sort, reasons, about)

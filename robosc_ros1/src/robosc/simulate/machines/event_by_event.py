@@ -373,15 +373,26 @@ class SingleEvents:
         return completed(self.plant.robot, event, by_path(event, values), label(event))
 
     def draw(self, rng: random.Random) -> tuple[Event, Given] | None:
-        able = [event for event in self.plant.events if self.can(event, None)]
+        able = [event for event in self.plant.events if self._happens(event)]
         if not able:
             return None
         event = rng.choice(able)
-        values = draw_values(event, rng)
-        while self._target(event, values) is None:  # some value is possible
-            values = draw_values(event, rng)
+        values = next(self._drawn(event, rng))
         given = completed(self.plant.robot, event, by_path(event, values), label(event), rng)
         return event, given
+
+    def _drawn(self, event: Event, rng: random.Random) -> Iterator[Values]:
+        """Values with which an event can happen; there are some."""
+        for _ in range(_DRAWS):
+            values = draw_values(event, rng)
+            if self._target(event, values) is not None:
+                yield values
+        # Few of very many values are possible: all of these, in order.
+        yield from (values for values, _ in self._under_control(event).targets(self.plant_state))
+
+
+_DRAWS = 100
+"""Values that are drawn before one is searched."""
 
 
 def _case_of(cases: Sequence[Event], values: Values) -> Event:

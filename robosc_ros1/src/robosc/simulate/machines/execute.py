@@ -29,10 +29,9 @@ from robosc.runtime import model as runtime
 from robosc.runtime.calls import FAILED, Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
-from robosc.runtime.port import Data, Port
+from robosc.runtime.port import Data, Port, WaitingCall
 from robosc.runtime.reasons import blocked_by
 from robosc.runtime.recorder import Entry
-from robosc.runtime.served import WaitingCall
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.runtime.values import Undefined, in_range
 from robosc.simulate.faults import InvalidLine, Refused
@@ -74,10 +73,10 @@ class Clockwork(Port):
     def send(self, key: str, data: Data) -> None:
         """The recorder has it already."""
 
-    def call(self, key: str, data: Data, token: int, timeout: float) -> None:
+    def call(self, key: str, data: Data, token: int) -> None:
         self.open[key] = token
 
-    def start(self, key: str, data: Data, token: int, timeout: float) -> None:
+    def start(self, key: str, data: Data, token: int) -> None:
         """Only the latest goal of an action can be typed to end: one that is replaced ends now."""
         replaced = self.open.get(key)
         self.open[key] = token

@@ -242,6 +242,11 @@ def without_timeouts(events: Sequence[Event]) -> list[Event]:
     return [e for e in events if e.kind is not EventKind.TIMEOUT] or list(events)
 
 
+def without_cases(events: Sequence[Event]) -> list[Event]:
+    """One of the events for each request, whose cases differ in their data only."""
+    return list({id(event.whole or event): event for event in events}.values())
+
+
 def find_events(machine: Machine, text: str) -> list[Event]:
     """The events that a name can mean, best first. Raises InvalidLine if there is none.
 
@@ -252,8 +257,7 @@ def find_events(machine: Machine, text: str) -> list[Event]:
     for fits in (_is_label, _is_bare_name, _begins_label):
         found = [event for event in events if fits(event, text)]
         if found:
-            # The cases of one request differ in their data only.
-            return list({id(event.whole or event): event for event in found}.values())
+            return without_cases(found)
     raise InvalidLine(_unknown(machine, text))
 
 

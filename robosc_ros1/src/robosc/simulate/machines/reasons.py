@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from robosc.emit.controller.naming import place
 from robosc.errors import listing
 from robosc.expr.evaluation import evaluate
+from robosc.expr.tree import Expr
 from robosc.expr.types import Value
 from robosc.language.events import EventKind
-from robosc.plant.automaton import Event, PlantState
+from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.conjuncts import Conjunct, conjuncts
+from robosc.plant.event_values import values_read
 from robosc.plant.step import Verdict, holds, is_true, lookup, outcome, taken_edge, valuations
 from robosc.runtime.places import told_with_stage
 from robosc.runtime.reasons import UNEXPLAINED, failure_text
@@ -80,14 +82,26 @@ def _violated(
     plant = supervisor.plant
     for index in event.requirements:
         requirement = plant.robot.requirements[index]
-        if not holds(plant, plant.view.met(requirement), state):
+        if not _may_hold(plant, event, plant.view.met(requirement), state):
             because = [
                 failure_text(part.failure, _known(part, data))
                 for part in conjuncts(requirement, plant.robot)
-                if holds(plant, plant.view.expression(part.unmet), state)
+                if _may_hold(plant, event, plant.view.expression(part.unmet), state)
             ]
             told = [text for text in because if text]
             yield Reason("requirement", requirement.text, place(requirement.span), told)
+
+
+def _may_hold(plant: Plant, event: Event, condition: Expr, state: PlantState) -> bool:
+    """Whether a condition holds in a state, of data with one of the values that they have in this
+    case of the event; of what the plant does not know of them, it does not.
+    """
+    parts = {parameter.path for parameter in event.parameters}
+    if not all(path in parts for path in values_read([condition])):
+        return False
+    return any(
+        is_true(condition, lookup(plant, event, values, state)) for values in valuations(event)
+    )
 
 
 def _known(part: Conjunct, data: SystemState) -> dict[str, Value]:

@@ -21,6 +21,7 @@ from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.offers import Reasons
+from robosc.runtime.port import Data
 from robosc.runtime.reasons import reason_text
 from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
@@ -30,7 +31,7 @@ from robosc.simulate.machines.execute import Clockwork, Execution, read_given
 from robosc.simulate.machines.generated import make_controller
 from robosc.simulate.machines.machine import CommandState, Happening, label
 from robosc.simulate.values.drawn_values import random_raw
-from robosc.simulate.values.event_data import Given, complete
+from robosc.simulate.values.event_data import Given, complete, given_json
 from robosc.simulate.values.literals import Path
 from robosc.supervisor import Supervisor
 
@@ -41,6 +42,19 @@ class _Port(Clockwork, SupervisorPort):
     def __init__(self) -> None:
         super().__init__()
         self.documents: list[dict[str, Any]] = []
+        self.sent: dict[str, list[Any]] = {}
+        """What was passed on and is not told yet, by key: also what nothing reads."""
+
+    def send(self, key: str, data: Data) -> None:
+        self.sent.setdefault(key, []).append(data)
+
+    def call(self, key: str, data: Data, token: int, timeout: float) -> None:
+        self.sent.setdefault(key, []).append(data)
+        super().call(key, data, token, timeout)
+
+    def start(self, key: str, data: Data, token: int, timeout: float) -> None:
+        self.sent.setdefault(key, []).append(data)
+        super().start(key, data, token, timeout)
 
     def blocked(self, text: str) -> None:
         self.documents.append(json.loads(text))
@@ -71,6 +85,8 @@ class SupervisedExecution(Execution):
     """A :class:`~robosc.simulate.machines.machine.Machine` that executes the supervisor."""
 
     def __init__(self, supervisor: Supervisor, settings: Settings) -> None:
+        names = supervisor.plant.robot.display_names
+        self._keys = {names[key]: key for key in supervisor.plant.robot.communications}
         super().__init__(supervisor, settings)
         asked = {
             (e.key, e.kind): e
@@ -133,6 +149,12 @@ class SupervisedExecution(Execution):
         return [*super()._happened(), *blocked]
 
     def _happening(self, entry: Entry) -> Happening:
+        sent = self._port.sent.get(self._keys.get(entry.name, ""), [])
+        if entry.kind == EventKind.REQUEST.word and entry.outcome == "applied" and sent:
+            data = sent.pop(0)
+            by_path = isinstance(data, dict) and all(isinstance(path, tuple) for path in data)
+            if by_path and data.keys() - {()}:
+                entry = entry._replace(value=given_json(data))
         if entry.correction is None:
             return super()._happening(entry)
         told = super()._happening(entry._replace(detail=_told(entry.correction)))

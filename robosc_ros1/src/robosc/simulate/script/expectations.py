@@ -24,6 +24,7 @@ from robosc.simulate.machines.machine import (
     find_events,
     is_name,
     label,
+    without_cases,
     without_timeouts,
 )
 from robosc.simulate.script.conditions import condition
@@ -95,18 +96,23 @@ def _enabled(text: str, machine: Machine, wanted: bool) -> None:
     if written is None:
         raise InvalidLine("write an event: expect enabled grab.request")
     event = _any_event(written[0], machine)
-    command = next((c for c in machine.commands() if c.event == event), None)
-    if command is not None:
-        if command.enabled is not wanted:
-            why = "enabled" if command.enabled else f"not: {'; '.join(map(str, command.reasons))}"
+    raw = parse_raw(written[1])
+    whole = event.whole or event
+    cases = [c for c in machine.commands() if (c.event.whole or c.event) == whole]
+    if cases and raw is None:
+        # Of what another controller sends, some data must be allowed.
+        enabled = any(case.enabled for case in cases)
+        if enabled is not wanted:
+            reasons = dict.fromkeys(str(reason) for case in cases for reason in case.reasons)
+            why = "enabled" if enabled else f"not: {'; '.join(reasons)}"
             raise Failed(f"{label(event)} is {why}")
-        told = "; ".join(reason.text for reason in command.reasons)
+        texts = dict.fromkeys(reason.text for case in cases for reason in case.reasons)
+        told = "; ".join(texts)
         if because and told != because:
             raise Failed(f"{label(event)} is disabled because {told}")
         return
     if because:
         raise InvalidLine(f"{label(event)} is no command: only commands have reasons")
-    raw = parse_raw(written[1])
     given = None
     if raw is not None:
         given = complete(machine.plant.robot, event, raw, label(event))
@@ -118,7 +124,7 @@ def _any_event(text: str, machine: Machine) -> Event:
     """One event by name, in whatever machine: a bare name is the request, or the only event."""
     plain = text.replace("^", "")
     named = [e for e in machine.plant.events if is_name(e, plain)] or find_events(machine, text)
-    named = without_timeouts(named)
+    named = without_timeouts(without_cases(named))
     if len(named) > 1:
         requests = [e for e in named if e.kind.sent]
         if len(requests) != 1:
@@ -158,7 +164,9 @@ def _data(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
         raise InvalidLine("write what is sent: expect data move linear.x: 0.4")
     if not sent:
         raise Failed(f"{label(event)} was not sent")
-    data: Any = jsonable(sent[-1].value or {})
+    data: Any = jsonable(sent[-1].value)
+    if not isinstance(data, dict):
+        data = {} if data is None else {"": data}
     names = list(_leaves(data))
     if not isinstance(wanted, dict):
         if len(names) != 1:
@@ -167,7 +175,8 @@ def _data(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
     for path, value in wanted.items():
         found = data
         try:
-            for step in path_in(path) or (path,):
+            # What another controller sent has its parts by path.
+            for step in (path,) if path in data else path_in(path) or (path,):
                 found = found[step]
         except (LookupError, TypeError):
             there = ", ".join(names) or "defaults alone"

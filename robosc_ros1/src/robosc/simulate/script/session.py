@@ -15,6 +15,7 @@ from typing import Any
 from robosc import limits
 from robosc.errors import UsageError, counted, listing
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
+from robosc.model.automata import RESTING
 from robosc.plant.automaton import Event
 from robosc.runtime.places import places
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
@@ -301,9 +302,11 @@ class Session:
         lines += [f"set {name} {literal_text(value)}" for name, value in self._parameters.items()]
         lines += self.history
         state = self.machine.state
-        lines += [
-            f"expect {component}.{name}" for component, name in places(state.components).items()
-        ]
+        lasting = {one.name for one in robot.lasting}
+        for owner, name in places(state.components).items():
+            is_resting = "!" if name == RESTING else ""
+            known = f"{is_resting}{owner}" if owner in lasting else f"{owner}.{name}"
+            lines.append(f"expect {known}")
         for component in robot.components:
             for variable in component.behaviour.variables if component.behaviour else ():
                 if variable.in_state and not isinstance(variable.type, ArrayType | ObjectType):
@@ -311,7 +314,8 @@ class Session:
                     text = isinstance(variable.type, StringType)
                     enum = isinstance(variable.type, EnumType)
                     shown = value if enum else literal_text(value, quoted=text)
-                    lines.append(f"expect {variable.key} = {shown}")
+                    name = variable.key.replace(" ", ".")  # the errors of a state in a row
+                    lines.append(f"expect {name} = {shown}")
         return "\n".join(lines) + "\n"
 
     def _save(self, rest: str) -> Done:

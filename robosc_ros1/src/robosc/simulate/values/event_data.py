@@ -30,6 +30,7 @@ from robosc.expr.types import (
 from robosc.model.entities import Robot
 from robosc.model.typing.compatibility import describe
 from robosc.plant.automaton import Event
+from robosc.plant.data.terms import type_of_part
 from robosc.plant.event_values import is_optional, value_parts, value_type
 from robosc.plant.step import Values, missing_together
 from robosc.runtime.values import Undefined, jsonable
@@ -145,12 +146,25 @@ def _complete_object(robot: Robot, event: Event, type_: ObjectType, raw: Raw, la
             raise InvalidLine(f"{name} needs a value: {_choices(part)}")
         else:
             given[path] = default_part(part)
+    if robot.supervises and event.kind.sent:
+        given.update(_passed_on(type_, fields, given, label))
     values = parameter_values(event, given)
     for i, j in missing_together(event):
         if values[i] is None and values[j] is not None:
             first, second = (path_text(event.parameters[n].path) for n in (i, j))
             raise InvalidLine(f"{second} of {label} cannot be there where {first} is missing")
     return given
+
+
+def _passed_on(
+    type_: ObjectType, fields: Mapping[Path, Raw], given: Given, label: str
+) -> Iterator[tuple[Path, Value]]:
+    """The parts of what another controller sends that nothing reads: they are sent as they are."""
+    for path, raw in fields.items():
+        part = type_of_part(type_, path)
+        known = any(path[: len(other)] == other or other[: len(path)] == path for other in given)
+        if part is not None and raw is not None and not known:
+            yield path, typed_value(part, raw, f"{path_text(path)} of {label}")
 
 
 def _is_element(path: Path) -> bool:

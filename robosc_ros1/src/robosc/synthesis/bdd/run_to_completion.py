@@ -161,16 +161,17 @@ class SymbolicController:
             states = self.manager.union([left, *moved])
         return states
 
-    def _before_round(self, states: Bdd, also: Bdd | None = None) -> Bdd:
-        """Return the preimage of one round of internal transitions; if given, also the states from
-        which one passes through ``also``."""
+    def _before_round(self, states: Bdd, way: tuple[Bdd, Bdd] | None = None) -> Bdd:
+        """Return the preimage of one round of internal transitions; with a ``way``, of one that
+        comes through the first set, or to ``states`` through the second one only."""
         for tau in reversed(self._taus):
             left = states
+            entered = states if way is None else way[0] | (states & way[1])
             came = []
             for move in tau:
-                came.append(self.engine.relations.preimage(move.disjunct, states))
+                came.append(self.engine.relations.preimage(move.disjunct, entered))
                 left = left & ~move.before
-            states = self.manager.union([left, *came, *([] if also is None else [also])])
+            states = self.manager.union([left, *came])
         return states
 
     def _completed(self, starts: Bdd) -> Bdd:
@@ -236,10 +237,10 @@ class SymbolicController:
         """Return the chain to a step that ends where something must remain possible and is not."""
         for number, goal in enumerate(self.plant.goals):
             there, along, origin = (self.encoding.holds(expr) for expr in goal.conditions)
-            passing = self._passing(there & self.states)
+            there = there & self.states
 
-            def step(found: Bdd, along: Bdd = along, passing: Bdd = passing) -> Bdd:
-                into = self._leading(found) | passing
+            def step(found: Bdd, along: Bdd = along, there: Bdd = there) -> Bdd:
+                into = self._on_the_way(found, there, along)
                 for steps in self._inputs.values():
                     found = found | (self._before(steps, into) & self._rests & along)
                 return found
@@ -250,10 +251,12 @@ class SymbolicController:
                 return chain, number
         return None
 
-    def _passing(self, there: Bdd) -> Bdd:
-        """Return the states from which a step passes through ``there``, be it within a round."""
+    def _on_the_way(self, rests: Bdd, there: Bdd, along: Bdd) -> Bdd:
+        """Return the states from which a step passes through ``there``, or ends in ``rests``, and
+        until then through states ``along`` only, be it within a round."""
         return self._closure(
-            there, lambda found: found | (self._before_round(found, there) & self.states)
+            there | rests,
+            lambda found: found | (self._before_round(found, (there, along)) & self.states & along),
         )
 
     def _longest(self) -> int:

@@ -186,13 +186,15 @@ class ExplicitController:
     def _missed(self) -> tuple[tuple[PlantState, ...], int] | None:
         """Return the chain to a step that ends where something must remain possible and is not."""
         for number, (there, along, origin) in enumerate(self._goals):
-            passing = {
-                start for start, found in self._completions.items() if any(map(there, found.path))
+            # The first state of each step, in between included, that ends the way one way or other.
+            ends = {
+                start: next((s for s in found.path if there(s) or not along(s)), None)
+                for start, found in self._completions.items()
             }
             good = set(filter(there, self._rests))
             left = [(rest, after) for rest, after in self._went if along(rest)]
-            good.update(rest for rest, after in left if after in passing)
-            ended = [(r, self._completions[a]) for r, a in left]
+            good.update(r for r, after in left if (s := ends[after]) is not None and there(s))
+            ended = [(r, self._completions[a]) for r, a in left if ends[a] is None]
             good = reaching(good, [(r, found.rest) for r, found in ended if found.ends])
             missed = (s for rest, s in self._rests.items() if origin(rest) and rest not in good)
             chain = next(map(self._chain, missed), None)

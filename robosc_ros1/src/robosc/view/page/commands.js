@@ -109,7 +109,7 @@ function tellRow(document, late = false) {
   const at = document.time + (page.ahead ?? 0);
   if (outcome === "withheld") {
     if (!(late && row.would)) row.withhold(wordsOf(document), at);
-  } else if (outcome === "applied" || outcome === "forbidden") {
+  } else if (["applied", "forbidden", "undecided"].includes(outcome)) {
     if (!(late && row.last)) row.send(wordsOf(document), at);
   } else return null;
   return row;

@@ -313,7 +313,7 @@ function showStatus() {
   if (live) gauge("events/s", page.times.mean(now()).toFixed(1));
   const counters = page.state?.counters ?? {};
   for (const name of ["inputs", "commands", "errors"]) gauge(name, String(counters[name] ?? 0));
-  for (const name of ["mismatches", "blocked", "corrected", "failed", "undefined", "late", "forbidden", "violations"]) {
+  for (const name of ["mismatches", "blocked", "corrected", "failed", "undefined", "late", "forbidden", "violations", "undecided"]) {
     const count = counters[name] ?? 0;
     if (count || gauges.has(name) || name === "mismatches") gauge(name, String(count), count > 0);
   }
