@@ -142,7 +142,7 @@ def _limit(
         growing = steps > _FIRST_STEPS and left > _GROWING * found
         if found > most or (doubting and (growing or steps > _MOST_STEPS)):
             raise _too_many(plant, most, advice)
-        if steps > max(limits.EXPLICIT_STEPS, limits.EXPLICIT_VALUES * found):
+        if steps > max(limits.EXPLICIT_STEPS, limits.EXPLICIT_VALUES * (found - left)):
             raise TooMany(
                 f"there are more than {limits.EXPLICIT_STEPS} steps from state to state."
                 f" {_contributors(plant)}: narrow their ranges, or convert them by an enum{advice}"

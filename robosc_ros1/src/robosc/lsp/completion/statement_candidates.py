@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from robosc.expr.types import Type
 from robosc.language.events import EventKind
@@ -51,7 +52,7 @@ class StatementCandidates:
                 yield from keywords(("with",))
             case "stop":
                 yield from self._candidates.communications(("request",))
-                yield from keywords((NOTHING,))
+                yield from (replace(word, rank=ALL_COMMANDS.rank) for word in keywords((NOTHING,)))
             case "provide":
                 yield from self._provide()
             case "datatype":
