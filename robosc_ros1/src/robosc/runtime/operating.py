@@ -38,8 +38,7 @@ class Operated(Protocol):
 
 
 class EngineOperator:
-    """The ways in which an engine stands still for a while. Public methods may be called from any
-    thread."""
+    """Suspends and resumes an engine. Public methods may be called from any thread."""
 
     def __init__(self, parts: EngineParts, engine: Operated) -> None:
         self._parts = parts
