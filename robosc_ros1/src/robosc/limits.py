@@ -89,7 +89,7 @@ symbolic engine's, or refused."""
 EXPLICIT_STEPS = 10**7
 """Events that the explicit engine tries in states, whose transitions it keeps; more are refused if
 there are also more than ``EXPLICIT_VALUES`` in each state, so many values do the messages have."""
-EXPLICIT_VALUES = 4096
+EXPLICIT_VALUES = 256
 COMBINATIONS = 2**20
 """Combinations of outcomes of one event's data that are enumerated; more are refused."""
 MEMORY = 2 * 2**30
