@@ -67,7 +67,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     """Raise KeyboardInterrupt, but not within an import.
 
     Verbs load what they need when they need it, and libraries that are interrupted while they are
-    loaded raise whatever they like: numpy an ImportError.
+    loaded raise whatever they like.
     """
     while frame is not None:
         if frame.f_code.co_filename == _IMPORTING:

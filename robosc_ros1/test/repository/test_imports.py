@@ -53,7 +53,7 @@ THIRD_PARTY = {
     # A node of ROS that only listens; whatever else is shown needs no ROS.
     "rospy": ("view.ros1", "new.from_ros1", "agents.ros1"),
     "rosgraph": ("view.ros1", "new.from_ros1"),
-    "genpy": ("view.ros1", "agents.ros1"),
+    "genpy": ("view.ros1",),
     "roslib": ("view.ros1", "agents.ros1"),
     "rosservice": ("new.from_ros1",),
     "rosbags": ("simulate.bags.recorded_messages",),

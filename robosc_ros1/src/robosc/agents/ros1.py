@@ -8,7 +8,7 @@ from typing import Any
 from robosc.agents.outcomes import CallWatch
 from robosc.agents.running import End
 from robosc.runtime.shortening import Shortener
-from robosc.view.ros1 import Ros1
+from robosc.view.ros1 import Ros1, filled
 from robosc.view.server import Unable
 
 PATIENCE = 2.0
@@ -83,19 +83,3 @@ class Ros1Caller:
         if name not in self._clients:
             self._clients[name] = actionlib.ActionClient(name, class_)
         return self._clients[name], class_
-
-
-def filled(message: Any, data: Any) -> Any:
-    """A message with these fields.
-
-    Raises:
-        Unable: they do not fit.
-    """
-    import genpy
-
-    try:
-        genpy.message.fill_message_args(message, [data])
-        message._check_types()
-    except (genpy.MessageException, ValueError) as error:
-        raise Unable(str(error)) from None
-    return message

@@ -51,7 +51,6 @@ class Ros1:
         self.publish(f"{self.heard.node}/operate", word)
 
     def publish(self, topic: str, data: Any) -> None:
-        import genpy
         import rosgraph
         import roslib.message
         import rospy
@@ -67,12 +66,7 @@ class Ros1:
         class_ = roslib.message.get_message_class(types[topic])
         if class_ is None:
             raise Unable(f"this machine has no {types[topic]}: source the workspace that has it")
-        message = class_()
-        try:
-            genpy.message.fill_message_args(message, [data])
-            message._check_types()
-        except (genpy.MessageException, ValueError) as error:
-            raise Unable(str(error)) from None
+        message = filled(class_(), data)
         publisher = self._publishers.get(topic)
         if publisher is None:
             publisher = rospy.Publisher(topic, class_, queue_size=10, tcp_nodelay=True)
@@ -152,3 +146,19 @@ class Ros1:
             )
             for topic, listener in topics.items()
         ]
+
+
+def filled(message: Any, data: Any) -> Any:
+    """A message with these fields: by name, nested, or its only one.
+
+    Raises:
+        Unable: they do not fit.
+    """
+    import genpy
+
+    try:
+        genpy.message.fill_message_args(message, [data])
+        message._check_types()
+    except (genpy.MessageException, ValueError) as error:
+        raise Unable(str(error)) from None
+    return message
