@@ -392,7 +392,8 @@ class FileResolver:
         report = self._report if instance.library is None else self._muted
         symbols = self._symbols(instance)
         resolver = StatementResolver(symbols, instance.types, self._binder, report)
-        statements.add(instance.node.items, resolver)
+        owner = instance.name if instance.imported is not None else ""
+        statements.add(instance.node.items, resolver, owner)
         statements.performed += performed_data(instance, resolver)
 
 

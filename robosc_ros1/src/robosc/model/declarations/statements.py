@@ -34,6 +34,7 @@ from robosc.model.ros.links import Binder
 from robosc.model.typing.command_values import (
     CommandTyper,
     may_read_value,
+    requirement_id,
     requirement_of,
     requirement_text,
 )
@@ -53,8 +54,10 @@ from robosc.syntax.nodes import (
     ProvideNode,
     RequirementNode,
     StopNode,
+    StringNode,
 )
 
+_TITLED = (RequirementNode, PossibleNode, AssumeNode, PreferNode)
 _Node: TypeAlias = DeclarationNode | CommunicationNode | BehaviourNode
 _Entity = TypeVar("_Entity", Provide, Preference, Goal, Assumption)
 
@@ -70,10 +73,21 @@ class Statements:
     performed: list[Provide] = field(default_factory=list)
     """The data of commands that states perform, which go before all others."""
     assumptions: list[Assumption] = field(default_factory=list)
+    titles: dict[str, StringNode] = field(default_factory=dict)
+    """By id, the title that has it."""
 
-    def add(self, items: Iterable[_Node], resolver: StatementResolver) -> None:
-        """Resolve those of the nodes that are statements, and add them."""
+    def add(self, items: Iterable[_Node], resolver: StatementResolver, owner: str = "") -> None:
+        """Resolve those of the nodes that are statements, and add them.
+
+        ``owner`` is the name under which their component was imported; it stands before their ids.
+        """
         for item in items:
+            if isinstance(item, _TITLED) and item.title is not None:
+                title = item.title
+                if owner:
+                    title = replace(title, text=f"{owner}.{title.text}")
+                    item = replace(item, title=title)
+                resolver.claim(title, self.titles)
             match item:
                 case RequirementNode():
                     self.requirements += resolver.requirements(item)
@@ -122,6 +136,25 @@ class StatementResolver:
         self._groups = GroupResolver(symbols, types.scope, report)
         self._read: IdentityCache[bool] = IdentityCache()
 
+    def claim(self, title: StringNode, taken: dict[str, StringNode]) -> None:
+        """Report a title without an id, or with one that another title has."""
+        words = title.text.split()
+        if not words:
+            self._report.add(
+                "duplicate-id", title.span, "this title is empty", 'begin it with an id: "SR-1 …"'
+            )
+            return
+        first = taken.setdefault(words[0], title)
+        if (first.span.source, first.span.start) != (title.span.source, title.span.start):
+            self._report.add(
+                "duplicate-id",
+                title.span,
+                f"another statement has the id {words[0]}",
+                "give one of them another id, or write both in one group: requirement"
+                f' "{words[0]}" {{ … }}',
+                [Note("the first one is here", first.span)],
+            )
+
     def requirements(self, node: RequirementNode) -> Sequence[Requirement]:
         """The requirements that a statement makes; none after an error.
 
@@ -166,7 +199,8 @@ class StatementResolver:
         given = sum(part is not None for part, _ in parts)
         if condition is None or sum(expr is not None for expr in found) < given:
             return None
-        return Goal(condition, origin, along, requirement_text(node), span=node.span)
+        text, own = requirement_text(node), requirement_id(node)
+        return Goal(condition, origin, along, text, own, span=node.span)
 
     def assumption(self, node: AssumeNode) -> Assumption | None:
         """What the robot is assumed not to do; None after an error."""
@@ -189,7 +223,8 @@ class StatementResolver:
         condition = condition_on_data(condition, self._read)
         if node.kind == "never":
             condition = none_of([condition], node.condition.span)
-        return Assumption(node.kind, key, condition, requirement_text(node), span=node.span)
+        text, own = requirement_text(node), requirement_id(node)
+        return Assumption(node.kind, key, condition, text, own, span=node.span)
 
     def preference(self, node: PreferNode) -> Preference | None:
         """The preference; None after an error."""
