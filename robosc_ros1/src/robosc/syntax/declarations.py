@@ -286,7 +286,7 @@ def value_rules() -> dict[str, Rule]:
         - symbol(":", "':' and the type of the result")
         - t.type_("a type after ':'")
         - symbol("=", "'=' and an expression")
-        - Expression("an expression after '='")
+        - data_part()
     )
     return {
         "function": Rule(function, make_node(FunctionNode)),

@@ -372,12 +372,12 @@ class ConditionNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class FunctionNode(_Node):
-    """``function name(argument: type, …): type = value``."""
+    """``function name(argument: type, …): type = value``; the value may be an object."""
 
     name: Name
     parameters: tuple[PropertyNode, ...]
     type: TypeNode
-    value: ExprNode
+    value: DataNode
 
 
 ValueNode: TypeAlias = ConstantNode | ParameterNode | ConditionNode
