@@ -136,7 +136,7 @@ def test_a_library_is_used_without_a_component_of_it(tmp_path: Path) -> None:
     assert robot.requirements[0].condition == expected.requirements[0].condition
     assert robot.provides == expected.provides
     (tmp_path / "user.rscd").write_text(USER.replace("Geo.limit", "Geo.bound"), encoding="utf-8")
-    with pytest.raises(ModelError, match="Geo.bound"):
+    with pytest.raises(ModelError, match=r"Geo\.bound"):
         pipeline.load(tmp_path / "user.rscd")
 
 

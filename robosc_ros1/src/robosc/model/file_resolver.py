@@ -30,6 +30,7 @@ from robosc.model.declarations.components import (
     join,
 )
 from robosc.model.declarations.datatypes import Given, TypeTable
+from robosc.model.declarations.initial_states import with_initial_states
 from robosc.model.declarations.lasting import with_lasting
 from robosc.model.declarations.named_values import NamedValueTyper
 from robosc.model.declarations.parameters import check_parameters
@@ -274,6 +275,7 @@ class FileResolver:
         if isinstance(node, ComponentNode):
             instance = Instance(node.name.text, node, self.types)
             self._own_values(instance, self._report)
+            instance.node = with_initial_states(instance, self._report)
             declare(instance, self._report)
         else:
             found = self._imported(node)
@@ -307,6 +309,7 @@ class FileResolver:
     def _check_aside(self, node: ComponentNode) -> None:
         instance = Instance(node.name.text, node, self.types)
         self._own_values(instance, self._report)
+        instance.node = with_initial_states(instance, self._report)
         declare(instance, self._report)
         self._bind(instance)
         self._find_performed(instance)

@@ -55,6 +55,7 @@ from robosc.syntax.nodes import (
     ComponentNode,
     ForNode,
     ImportNode,
+    OtherwiseNode,
     PossibleNode,
     PreferNode,
     ProvideNode,
@@ -327,9 +328,26 @@ def _provide() -> Rule:
         - data_part()
         - maybe(condition_part())
     )
-    return Rule(
-        grammar, make_node(ProvideNode), tail=lambda node: () if node.condition else ("'if'",)
-    )
+    otherwise = keyword("else") - keyword("with", "'with' and the data") - data_part()
+    otherwise = built(otherwise - maybe(condition_part()), make_node(OtherwiseNode))
+    return Rule(grammar - ZeroOrMore(otherwise), _build_provide, tail=_rest_of_provide)
+
+
+def _build_provide(reading: ParseState, start: int, end: int, parts: list[Any]) -> ProvideNode:
+    communication, data, condition, *otherwise = parts
+    conditions = [condition, *(part.condition for part in otherwise)]
+    for missing, part in zip(conditions, otherwise, strict=False):
+        if missing is None:
+            message = "nothing comes to this: what stands before it has no condition"
+            raise Fault(start + 1, message, span=part.span, hint="give that an 'if'")
+    span = reading.span(start, end)
+    return ProvideNode(communication, data, condition, tuple(otherwise), span=span)
+
+
+def _rest_of_provide(node: ProvideNode) -> tuple[str, ...]:
+    """What could still follow at the end of a provide statement, for messages."""
+    last = node.otherwise[-1].condition if node.otherwise else node.condition
+    return ("'else'",) if last else ("'if'",)
 
 
 def _statement_rules(group: Block) -> dict[str, Rule]:

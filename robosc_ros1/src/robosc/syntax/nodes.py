@@ -474,13 +474,18 @@ class RetryNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class StateNode(_Node):
-    """``initial marked state name { … }``; one that performs a command needs no braces."""
+    """``initial marked state name { … }``; one that performs a command needs no braces.
+
+    ``when`` is the condition of ``initial state name if index = 1``; what it says is in ``initial``
+    once the model is resolved.
+    """
 
     name: Name
     initial: bool
     marked: bool
     items: tuple[ResultTransitionNode | TauNode | AfterNode | RetryNode | StateNode, ...]
     performs: PerformsNode | None = None
+    when: ExprNode | None = None
 
     @property
     def states(self) -> tuple[StateNode, ...]:
@@ -651,12 +656,21 @@ DataNode: TypeAlias = DataObjectNode | ExprNode
 
 
 @dataclass(frozen=True, slots=True)
+class OtherwiseNode(_Node):
+    """``else with data if condition`` of a provide statement."""
+
+    data: DataNode
+    condition: ExprNode | None
+
+
+@dataclass(frozen=True, slots=True)
 class ProvideNode(_Node):
-    """``provide communication with data if condition``."""
+    """``provide communication with data if condition``, and what is sent ``otherwise``."""
 
     communication: Access
     data: DataNode
     condition: ExprNode | None
+    otherwise: tuple[OtherwiseNode, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

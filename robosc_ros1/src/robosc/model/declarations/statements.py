@@ -10,6 +10,7 @@ from typing import TypeAlias, TypeVar
 
 from robosc.errors import Note
 from robosc.expr.identity_cache import IdentityCache
+from robosc.expr.quantified import chain
 from robosc.expr.tree import Expr
 from robosc.expr.types import NoneType
 from robosc.expr.undefined_data import condition_on_data, none_of
@@ -49,6 +50,7 @@ from robosc.syntax.nodes import (
     CommunicationNode,
     DataObjectNode,
     DeclarationNode,
+    OtherwiseNode,
     PossibleNode,
     PreferNode,
     ProvideNode,
@@ -96,7 +98,7 @@ class Statements:
                 case AssumeNode():
                     self.assumptions += _sound(resolver.assumption(item))
                 case ProvideNode():
-                    self.provides += _sound(resolver.provide(item))
+                    self.provides += resolver.provides(item)
                 case PreferNode():
                     self.preferences += _sound(resolver.preference(item))
 
@@ -262,10 +264,28 @@ class StatementResolver:
         bare = access.root.text == NOTHING and access.index is None and access.path == ()
         return bare and not self._symbols.communications(NOTHING)
 
-    def provide(self, node: ProvideNode) -> Provide | None:
-        """The provide statement; None after an error."""
+    def provides(self, node: ProvideNode) -> list[Provide]:
+        """The provide statement, and one for each ``else`` of it; none after an error."""
         access = node.communication
         info = self._groups.command(access, "provide-for-outgoing", _CANNOT_PROVIDE, given=True)
+        found: list[Provide] = []
+        before: list[Expr] = []
+        parts: list[ProvideNode | OtherwiseNode] = [node, *node.otherwise]
+        for part in parts:
+            provide = self._provide(part, info, part.span if before else node.span)
+            if provide is None:
+                return []
+            condition = provide.condition
+            if before:
+                rest = none_of(before, part.span)
+                condition = rest if condition is None else chain("and", [rest, condition])
+            found.append(replace(provide, condition=condition))
+            before += () if provide.condition is None else (provide.condition,)
+        return found
+
+    def _provide(
+        self, node: ProvideNode | OtherwiseNode, info: CommunicationInfo | None, span: Span
+    ) -> Provide | None:
         typer = self._typer
         if info is not None and may_read_value(node):
             incoming = Incoming(info.sent, known=info.sent is not None)
@@ -281,12 +301,12 @@ class StatementResolver:
             return None
         if info.entity is not None and info.instance.imported is None:
             self._binder.sent.check(data, Command(info.entity, info.command))
-        return Provide(info.key, data, condition, span=node.span)
+        return Provide(info.key, data, condition, span=span)
 
     # --- data ------------------------------------------------------------------------------------
 
     def _data_for(
-        self, node: ProvideNode, info: CommunicationInfo | None, typer: Typer
+        self, node: ProvideNode | OtherwiseNode, info: CommunicationInfo | None, typer: Typer
     ) -> Data | None:
         if info is None or info.sent is None:
             return None

@@ -19,12 +19,19 @@ from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import Incoming
 from robosc.source import Span
-from robosc.syntax.nodes import AssumeNode, ExprNode, PossibleNode, ProvideNode, RequirementNode
+from robosc.syntax.nodes import (
+    AssumeNode,
+    ExprNode,
+    OtherwiseNode,
+    PossibleNode,
+    ProvideNode,
+    RequirementNode,
+)
 
 _VALUE = re.compile(r"(?<!\^)\bvalue\b")
 
 
-def may_read_value(node: ExprNode | ProvideNode) -> bool:
+def may_read_value(node: ExprNode | ProvideNode | OtherwiseNode) -> bool:
     """Whether the word ``value`` stands in a part of the model, be it as a name of something
     else."""
     return _VALUE.search(node.span.text) is not None

@@ -79,7 +79,7 @@ _TIGHT = Line(flat="")
 _INDEXED = ("component {name}", "?[{indexes}]")
 _EFFECT = ("? | do {assignments}", "? | goto {goto}")
 _CLAUSES = ("? | if {guard}", *_EFFECT)
-_STATE = ("?{initial} ", "?{marked} ", "state {name}")
+_STATE = ("?{initial} ", "?{marked} ", "state {name}", "? if {when}")
 _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     FileNode: ("{kind} {name} {declarations}",),
     ComponentNode: (*_INDEXED, " {items}"),
@@ -146,6 +146,7 @@ _THEN = (" | then", "? do {assignments}", "? goto {goto}")
 _DEFAULT_RULE = ("default | -> {value}",)
 _OBJECT_CONSTANT = ("constant {name}: {type} = {value}",)
 _OBJECT_PARAMETER = ("parameter {name}: {type} = {value}",)
+_OTHERWISE = (" | else with {data}", "? if {condition}")
 _PROVIDE, _PROVIDE_IF = ("provide {communication} with {data}",), ("? | if {condition}",)
 
 _PART = re.compile(r"\{(?P<field>\w+)\}|(?P<line> [|>] )|(?P<blank> )|(?P<token>[^ {]+)")
@@ -201,7 +202,10 @@ class Formatter:
             case ProvideNode():
                 docs = self._filled(node, _PROVIDE)
                 begin = self.words.index
-                return [*docs, self.words.group(begin, self._filled(node, _PROVIDE_IF))]
+                clauses = self._filled(node, _PROVIDE_IF)
+                for part in node.otherwise:
+                    clauses += self._filled(part, _OTHERWISE)
+                return [*docs, self.words.group(begin, clauses)]
             case AssumeNode(kind=kind):
                 docs = self._filled(node, _ASSUMPTIONS[kind])
             case RequirementNode() | PossibleNode():

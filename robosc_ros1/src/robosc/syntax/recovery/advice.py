@@ -279,8 +279,6 @@ def _of_other_languages(tokens: Tokens, at: int, token: str, message: str) -> Hi
         return write(_CALLS[token])
     if token == "->" and "'goto'" in message:
         return write("goto")
-    if token == "else" and "'provide'" in message:
-        return "write one more 'provide', without 'if', for the rest"
     if token == "," and tokens.begins_line(at + 1):
         return Remedy("no separator stands between declarations", Change.REMOVE)
     if at and _NUMBER.match(tokens.kinds, at - 1) and token in _MEASURES:
