@@ -282,7 +282,6 @@ SENT = "what the controller publishes comes into the part"
         ("provide move with 0.2", "provide move with { linear.x: 0.2 }", ".",
          "write 'linear: { x: … }'"),
         ("provide move with 0.2", "provide move with { x = 0.2 }", "=", "write ':'"),
-        ("provide move with 0.2", "provide move with {} else {}", "{", "write 'with {'"),
         ("requirement move needs", "-- slow\n    requirement move needs", "-",
          "a comment begins with '//'"),
     ],
