@@ -310,10 +310,10 @@ FAULTS = {
     ),
     "data": (
         "relay.py",
-        "            engine.offer(controller, patterns, read(raw, type_), passed_on(raw), packed)",
+        "            engine.role.offer(controller, patterns, read(raw, type_), passed_on(raw), packed)",
         "            message = read(raw, type_)\n"
         "            raw.bytes = b'?' * len(raw.bytes)\n"
-        "            engine.offer(controller, patterns, message, passed_on(raw), packed)",
+        "            engine.role.offer(controller, patterns, message, passed_on(raw), packed)",
         "received other messages than were sent",
     ),
 }
