@@ -69,7 +69,7 @@ def test_a_message_is_handled_by_the_thread_that_brings_it_while_the_engine_rest
 
 def test_all_that_waits_at_once_is_handled() -> None:
     """More than the engine takes in one go, and nothing after it that would wake the engine."""
-    engine = supervisor_engine(LampController(), RealTimePort())  # which has nothing to do by itself
+    engine = supervisor_engine(LampController(), RealTimePort())  # it sends nothing by itself
     handled: list[int] = []
     for number in range(350):
         engine.invoke(lambda number=number: handled.append(number))  # type: ignore[misc]
