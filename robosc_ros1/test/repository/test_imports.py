@@ -272,6 +272,12 @@ def test_no_two_stages_have_classes_of_one_name() -> None:
     assert twice <= {("model.automata", "runtime.model"), ("model.entities", "runtime.model")}
 
 
+def test_engines_are_composed() -> None:
+    """An engine has a role; no class of the runtime extends what another one does."""
+    files = sorted((PACKAGE / "runtime").rglob("*.py"))
+    assert [file.name for file in files if "super()" in file.read_text()] == []
+
+
 def test_only_packages_list_what_they_offer() -> None:
     """A module's underscores say which names are its own; a second list would only be edited."""
     listing = {
