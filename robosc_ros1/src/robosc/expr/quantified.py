@@ -125,9 +125,7 @@ class _Cases:
             return chain("or" if number == 1 else "and", self._conditions[start:end])
         middle = start + (end - start) // 2
         ways = [
-            self.both(
-                self._least(start, middle, first), self._least(middle, end, number - first)
-            )
+            self.both(self._least(start, middle, first), self._least(middle, end, number - first))
             for first in range(max(0, number - (end - middle)), min(number, middle - start) + 1)
         ]
         return chain("or", ways)

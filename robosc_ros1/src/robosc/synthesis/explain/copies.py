@@ -21,7 +21,7 @@ from robosc.supervisor import Explanation, Guard
 from robosc.synthesis.formatting import event_text
 
 _LONGEST = 100
-"""Characters of what a guard adds to the requirements, if it is told."""
+"""Characters of what guards add to the requirements, if it is told."""
 
 
 def copy_of(event: Event) -> Copy | None:
@@ -125,16 +125,17 @@ def _of_family(plant: Plant, alike: Sequence[Told]) -> Explanation:
     copies = [c.copy for c in plant.robot.components if c.copy and c.copy.family == copy.family]
     of = f"each {copy.family}" if len(alike) == len(copies) else f"{len(alike)} of {copy.family}"
     which = f"with {copy.name}, " if any(told.copied for told in alike) else ""
-    message = f"{name} of {of} {first.head}{_added(plant, first.guard)}: {which}{first.rest}"
+    added = {_added(plant, told.guard) for told in alike}
+    to = f", to {text}" if len(added) == 1 and 0 < len(text := added.pop()) <= _LONGEST else ""
+    message = f"{name} of {of} {first.head}{to}: {which}{first.rest}"
     diagnostic = replace(first.explanation.diagnostic, message=message)
     return replace(first.explanation, diagnostic=diagnostic)
 
 
 def _added(plant: Plant, guard: Guard) -> str:
-    """Return what synthesis adds to the requirements of a command, unless that is long."""
+    """Return what synthesis adds to the requirements of a command; empty if it never happens."""
     if guard.status != "restricted":
         return ""
     required = operands(guard.required, "and")
     added = [part for part in operands(guard.expr, "and") if part not in required]
-    text = to_dsl(conjunction(added), plant.robot)
-    return f", to {text}" if len(text) <= _LONGEST else ""
+    return to_dsl(conjunction(added), plant.robot)
