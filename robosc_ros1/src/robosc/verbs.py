@@ -315,6 +315,27 @@ def _judge(args: Arguments) -> int:
     return judgement.exit_code
 
 
+def _report(args: Arguments) -> int:
+    from robosc.evidence.document import evidence
+    from robosc.evidence.report import format_of, rendered
+    from robosc.evidence.runs import recorded_runs
+
+    suffix = format_of("" if args.output is None else args.output.suffix)
+    loaded = pipeline.load(args.model, _options(args))
+    supervisor = pipeline.supervise(loaded.robot, args.progress)
+    verified = pipeline.verify(supervisor, args.progress)
+    runs = recorded_runs(supervisor, args.logs, args.bags, args.progress)
+    sources = pipeline.sources(args.model, _options(args))
+    args.progress.clear()
+    warnings = sort_diagnostics(loaded.diagnostics + supervisor.diagnostics)
+    text = rendered(evidence(supervisor, verified, runs, sources, warnings, __version__), suffix)
+    if args.output is None:
+        print(text, end="")
+    else:
+        write_text(args.output, text)
+    return 0 if verified.verified and not runs.faulty else 1
+
+
 def _lsp(args: Arguments) -> int:
     try:
         import pygls.lsp.server  # noqa: F401
@@ -443,6 +464,8 @@ VERBS = (
          "line_follower.rscd --simulate", arguments.mcp, _mcp),
     Verb("replay", "judge a recorded bag, or the event log of a controller's node, by its model",
          "line_follower.rscd run.bag", arguments.replay, _replay),
+    Verb("report", "write evidence: of each requirement what was proved, and what runs show",
+         "line_follower.rscd --logs run.jsonl --output evidence.html", arguments.report, _report),
     Verb("lsp", "serve an editor: the language server, on standard input and output",
          "--library-path ~/models/libraries", arguments.lsp, _lsp),
 )  # fmt: skip
