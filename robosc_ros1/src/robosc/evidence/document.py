@@ -11,7 +11,7 @@ from typing import Any
 
 from robosc.emit.controller.naming import place
 from robosc.errors import Diagnostic
-from robosc.evidence.runs import Run, Runs, Shown
+from robosc.evidence.runs import RecordedRun, RecordedRuns, RequirementRecord
 from robosc.model.entities import Assumption, Goal, Requirement
 from robosc.plant.model_text import to_dsl
 from robosc.source import Source
@@ -40,7 +40,7 @@ PROVIDED = (
 def evidence(
     supervisor: Supervisor,
     verified: VerifyReport,
-    runs: Runs,
+    runs: RecordedRuns,
     sources: Sequence[Source],
     warnings: Iterable[Diagnostic],
     version: str,
@@ -92,7 +92,11 @@ def _cited(one: Requirement | Goal | Assumption) -> Document:
 
 
 def _requirement(
-    supervisor: Supervisor, safe: bool, number: int, requirement: Requirement, shown: Shown
+    supervisor: Supervisor,
+    safe: bool,
+    number: int,
+    requirement: Requirement,
+    shown: RequirementRecord,
 ) -> Document:
     robot = supervisor.plant.robot
     guards = [guard for guard in supervisor.guards if number in guard.event.requirements]
@@ -132,5 +136,5 @@ def _goal(goal: Goal, verified: VerifyReport) -> Document:
     }
 
 
-def _run(run: Run) -> Document:
+def _run(run: RecordedRun) -> Document:
     return {"path": run.path, "events": run.events, "found": [*run.found], "faulty": run.faulty}

@@ -16,7 +16,7 @@ from robosc.supervisor import Supervisor
 
 
 @dataclass
-class Shown:
+class RequirementRecord:
     """A requirement in recorded runs: how often it began to hold a command back that the components
     would have taken, when first and by which values; and where it was violated."""
 
@@ -26,7 +26,7 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Run:
+class RecordedRun:
     """A log or a bag: what it is called, how many events were judged, and what was found that is
     about no single requirement; ``faulty`` if it shows a violation or leaves the model."""
 
@@ -37,11 +37,11 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Runs:
+class RecordedRuns:
     """All runs, and what they show of the requirements, by the texts of these."""
 
-    runs: tuple[Run, ...]
-    shown: dict[str, Shown]
+    runs: tuple[RecordedRun, ...]
+    shown: dict[str, RequirementRecord]
 
     @property
     def faulty(self) -> bool:
@@ -50,20 +50,22 @@ class Runs:
 
 def recorded_runs(
     supervisor: Supervisor, logs: Iterable[Path], bags: Iterable[Path], progress: Progress
-) -> Runs:
+) -> RecordedRuns:
     """Follow logs, and judge bags.
 
     Raises:
         UsageError: one cannot be read, or has nothing of this robot.
         ModelError: commands of one topic cannot be told apart by their data.
     """
-    shown = {requirement.text: Shown() for requirement in supervisor.plant.robot.requirements}
+    shown = {
+        requirement.text: RequirementRecord() for requirement in supervisor.plant.robot.requirements
+    }
     runs = [_follow(supervisor, str(log), shown) for log in logs]
     runs += [_judge(supervisor, bag, shown, progress) for bag in bags]
-    return Runs(tuple(runs), shown)
+    return RecordedRuns(tuple(runs), shown)
 
 
-def _follow(supervisor: Supervisor, log: str, shown: dict[str, Shown]) -> Run:
+def _follow(supervisor: Supervisor, log: str, shown: dict[str, RequirementRecord]) -> RecordedRun:
     follower = Follower(supervisor)
     before: set[tuple[str, str]] = set()
     for entry in read_log(log):
@@ -85,7 +87,7 @@ def _follow(supervisor: Supervisor, log: str, shown: dict[str, Shown]) -> Run:
             shown[text].violations.append({"run": log, "place": place, "told": departure.reason})
         if not about:
             found.append(f"{place}: {departure.reason}")
-    return Run(log, follower.followed, tuple(found), bool(follower.departures))
+    return RecordedRun(log, follower.followed, tuple(found), bool(follower.departures))
 
 
 def _held_back(controller: Controller) -> Iterable[tuple[tuple[str, str], list[str]]]:
@@ -102,7 +104,7 @@ def _could_be(controller: Controller, command: Command) -> bool:
     return command.synchronisation is None or bool(command.synchronisation(controller))
 
 
-def _stopped(shown: Shown, entry: LogEntry, command: str, because: list[str]) -> None:
+def _stopped(shown: RequirementRecord, entry: LogEntry, command: str, because: list[str]) -> None:
     shown.stopped += 1
     if shown.first is None:
         shown.first = {
@@ -113,7 +115,9 @@ def _stopped(shown: Shown, entry: LogEntry, command: str, because: list[str]) ->
         }
 
 
-def _judge(supervisor: Supervisor, bag: Path, shown: dict[str, Shown], progress: Progress) -> Run:
+def _judge(
+    supervisor: Supervisor, bag: Path, shown: dict[str, RequirementRecord], progress: Progress
+) -> RecordedRun:
     judgement = judge(supervisor, bag, (), progress)
     found = list(judgement.missing)
     for finding in judgement.findings:
@@ -127,4 +131,4 @@ def _judge(supervisor: Supervisor, bag: Path, shown: dict[str, Shown], progress:
             shown[text].violations.append(
                 {"run": str(bag), "place": f"{seconds:.3f} s", "told": told, "count": finding.count}
             )
-    return Run(str(bag), judgement.events, tuple(found), bool(judgement.findings))
+    return RecordedRun(str(bag), judgement.events, tuple(found), bool(judgement.findings))
