@@ -11,7 +11,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -139,14 +139,28 @@ def _synthesize(args: Arguments) -> int:
     from robosc.synthesis.documents import synthesize_document
 
     loaded = pipeline.load(args.model, _options(args))
-    supervisor = pipeline.synthesize(
-        loaded.robot, args.engine, args.max_states, args.progress, args.explain_seconds
-    )
+    tell(loaded.diagnostics)
+    found: list[Supervisor] = []
+
+    def show(solved: Supervisor) -> None:
+        args.progress.clear()
+        found.append(solved)
+        if not args.json:
+            print(report.guards_text(solved), end="", flush=True)
+
+    try:
+        supervisor = pipeline.synthesize(
+            loaded.robot, args.engine, args.max_states, args.progress, args.explain_seconds, show
+        )
+    except KeyboardInterrupt:
+        if found and args.json:
+            _print_json(synthesize_document(found[0]))
+        raise
     args.progress.clear()
     # The explanations are part of the result; they are not printed twice.
     explained = {explanation.diagnostic for explanation in supervisor.explanations}
-    tell([*loaded.diagnostics, *(d for d in supervisor.diagnostics if d not in explained)])
-    _show(args, synthesize_document, report.supervisor_text, supervisor)
+    tell(d for d in supervisor.diagnostics if d not in explained)
+    _show(args, synthesize_document, report.reasons_text, supervisor)
     if supervisor.empty:
         complain(f"no controller can satisfy the requirements of {loaded.robot.name}")
         return EmptySupervisorError.exit_code
@@ -187,7 +201,13 @@ def _generate(args: Arguments) -> int:
         tell(diagnostics)
         print(text, end="")
         return 1 if text else 0
-    result = pipeline.generate(args.model, _options(args), output)
+
+    def show(solved: Supervisor) -> None:
+        args.progress.clear()
+        if not solved.empty:
+            print(report.sizes(solved), flush=True)
+
+    result = pipeline.generate(args.model, replace(_options(args), solved=show), output)
     args.progress.clear()
     tell(result.diagnostics)
     for warning in result.warnings:
