@@ -12,7 +12,6 @@ from std_msgs.msg import String
 
 from ._runtime.judge import JudgingPort
 from ._runtime.matching import command_patterns
-from ._runtime.monitoring import monitor_engine
 from ._runtime.observation import SeenAction
 from .ros import RosPort
 from .ros_arriving import corrected, maker
@@ -21,8 +20,6 @@ from .ros_backlog import BACKLOG
 
 class MonitorPort(RosPort, JudgingPort):
     """The topics of a monitor, as in the tables of ``node.py``."""
-
-    make_engine = staticmethod(monitor_engine)
 
     def __init__(self, tables, lifecycle):
         super().__init__(tables.heard_alone(), lifecycle)

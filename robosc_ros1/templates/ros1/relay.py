@@ -14,12 +14,8 @@ from std_msgs.msg import String
 
 from ._runtime.judge import JudgingPort
 from ._runtime.matching import command_patterns
-from ._runtime.supervising import supervisor_engine
-from .relayed_actions import ActionRelay
 from .ros import RosPort
-from .ros_actions import Action
 from .ros_arriving import corrected, maker
-from .ros_calls import Service
 from .ros_raw import packed, passed_on, raw_subscriber, read
 
 INPUT_QUEUE = 100
@@ -28,8 +24,6 @@ INPUT_QUEUE = 100
 class RelayPort(RosPort, JudgingPort):
     """The connections of a supervisor on both sides, as in the tables of ``node.py``."""
 
-    make_engine = staticmethod(supervisor_engine)
-
     def __init__(self, tables, lifecycle):
         super().__init__(tables, lifecycle)
         self._tables = tables
@@ -37,12 +31,14 @@ class RelayPort(RosPort, JudgingPort):
         self._blocked = rospy.Publisher("~blocked", String, queue_size=1000)
 
     def _services_of(self, tables):
-        guarded = {key: Service(name, type_) for name, type_, key in tables.guarded_services}
+        make = tables.makes.get("service")
+        guarded = {key: make(name, type_) for name, type_, key in tables.guarded_services}
         return {**super()._services_of(tables), **guarded}
 
     def _actions_of(self, tables):
-        self._relays = {key: ActionRelay(*rest, key) for *rest, key in tables.relayed_actions}
-        guarded = {key: Action(name, type_) for name, type_, key in tables.guarded_actions}
+        relay, make = tables.makes.get("action_relay"), tables.makes.get("action")
+        self._relays = {key: relay(*rest, key) for *rest, key in tables.relayed_actions}
+        guarded = {key: make(name, type_) for name, type_, key in tables.guarded_actions}
         return {**self._relays, **guarded}
 
     def _connect_inputs(self, engine):

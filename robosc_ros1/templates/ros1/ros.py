@@ -16,14 +16,10 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from ._runtime.port import BEFORE_TIME, NotTaken, steady_time
-from .ros_actions import Action
 from .ros_backlog import BACKLOG
-from .ros_calls import Service
 from .ros_connections import AT_ONCE, is_taken
 from .ros_messages import clean, compose
 from .ros_port import CallingPort, TopicOutlet
-from .ros_served import ServedService
-from .ros_served_actions import ServedAction
 from .ros_subscriber import subscriber
 
 _LOGGERS = {
@@ -38,8 +34,11 @@ class RosPort(CallingPort):
     """Topics, services and actions of one controller, as in the tables of ``node.py``."""
 
     def __init__(self, tables, lifecycle):
-        served = [(key, ServedService(name, type_)) for name, type_, key in tables.served]
-        served += [(key, ServedAction(name, type_)) for name, type_, key in tables.served_actions]
+        makes = tables.makes
+        served = [(key, makes["served_service"](name, type_)) for name, type_, key in tables.served]
+        served += [
+            (key, makes["served_action"](name, type_)) for name, type_, key in tables.served_actions
+        ]
         super().__init__(self._services_of(tables), self._actions_of(tables), served)
         self._simulated = bool(rospy.get_param("/use_sim_time", False))
         self._subscriptions = tables.subscriptions
@@ -55,10 +54,10 @@ class RosPort(CallingPort):
         threading.Thread(target=self._write_log, name="log", daemon=True).start()
 
     def _services_of(self, tables):
-        return {key: Service(name, type_) for name, type_, key in tables.services}
+        return {key: tables.makes["service"](name, type_) for name, type_, key in tables.services}
 
     def _actions_of(self, tables):
-        return {key: Action(name, type_) for name, type_, key in tables.actions}
+        return {key: tables.makes["action"](name, type_) for name, type_, key in tables.actions}
 
     def connect(self, engine):
         super().connect(engine)

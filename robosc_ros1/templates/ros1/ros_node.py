@@ -17,7 +17,6 @@ from ._runtime.telemetry import Reporter
 from .ros import RosOutlet
 from .ros_backlog import watch_connections
 from .ros_connections import send_promptly
-from .ros_tables import of_shadow
 from .ros_watch import Watch
 from .start import Ending, on_signals
 
@@ -29,12 +28,11 @@ LAST_RESORT = 2.2
 """Seconds after the start of a shutdown at which the process is ended."""
 
 
-def run(name, controller_type, model, defaults, own, shadow=None):
+def run(name, controller_type, model, defaults, tables, port_type, make_engine):
     """Run the node until ROS shuts down; return the exit code.
 
     ``model`` is the document that is published on ``~model``; ``defaults`` are values for
-    parameters that the node was not given. ``own`` are the tables of the node and the type of its
-    port; ``shadow`` those of its shadow, see :func:`of_shadow` (None: it never is one).
+    parameters that the node was not given; ``tables`` are those of the node.
     """
     lifecycle = NodeLifecycle()
     if not lifecycle.begin(name):
@@ -42,12 +40,9 @@ def run(name, controller_type, model, defaults, own, shadow=None):
     # The engine's thread must not wait the default 5 ms for the interpreter lock.
     sys.setswitchinterval(0.0005)
     controller = controller_type()
-    tables, port_type = own
     try:
         settings = configured(controller, defaults)
-        if settings.shadow and shadow is not None:
-            tables, port_type = of_shadow(*shadow)
-        tables.demand_apart(rospy.resolve_name)
+        tables.demand_fit(settings, rospy.resolve_name)
     except ParameterError as error:
         rospy.logfatal("%s", error)
         lifecycle.end(2)
@@ -57,7 +52,7 @@ def run(name, controller_type, model, defaults, own, shadow=None):
     outlet = RosOutlet({**model, "topics": topics}, settings, watch)
     port = port_type(tables, lifecycle)
     watch.serve(port)
-    engine = port.make_engine(controller, port, settings)
+    engine = make_engine(controller, port, settings)
     reporter = Reporter(engine, outlet, model)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
 

@@ -10,7 +10,6 @@ from std_msgs.msg import String
 
 from ._runtime.judge import JudgingPort
 from ._runtime.matching import command_patterns
-from ._runtime.monitoring import monitor_engine
 from ._runtime.observation import SeenActionOfRos2
 from .ros import RosPort
 from .ros_arriving import corrected, maker
@@ -22,8 +21,6 @@ STATUS, FEEDBACK = "/_action/status", "/_action/feedback"
 
 class MonitorPort(RosPort, JudgingPort):
     """The topics of a monitor, as in the tables of ``node.py``."""
-
-    make_engine = staticmethod(monitor_engine)
 
     def __init__(self, node, executor_thread, tables, profiles):
         super().__init__(node, executor_thread, tables.heard_alone(), profiles)

@@ -8,11 +8,8 @@ with a default response (ROS 2 has no failing calls), a blocked goal is rejected
 calls has a server for the robot and a client for the controller.
 """
 
-import copy
 from functools import partial
 
-from action_msgs.msg import GoalStatus
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import DurabilityPolicy
 from rclpy.serialization import serialize_message
@@ -21,18 +18,10 @@ from std_msgs.msg import String
 
 from ._runtime.judge import JudgingPort
 from ._runtime.matching import command_patterns
-from ._runtime.port import NotTaken
-from ._runtime.supervising import supervisor_engine
 from .ros import RosPort
-from .ros_actions import Action, Goal
-from .ros_arriving import corrected, maker, read
-from .ros_calls import Service
-from .ros_messages import has_oddities, plain, sendable
+from .ros_arriving import corrected, maker, read, unread
+from .ros_messages import plain, sendable
 from .ros_parameters import advertise, keep_clock, qos_profile
-
-RESULT_KEPT = 60
-"""Seconds for which the result of a goal is kept for a controller that asks late. A server's status
-lists all goals that it keeps."""
 
 
 def packed(message):
@@ -40,15 +29,8 @@ def packed(message):
     return serialize_message(unread(message))
 
 
-def unread(message):
-    """Return a message, as it was read, as rclpy sends it; a copy if that differs."""
-    return sendable(copy.deepcopy(message)) if has_oddities(type(message)) else message
-
-
 class RelayPort(RosPort, JudgingPort):
     """The connections of a supervisor on both sides, as in the tables of ``node.py``."""
-
-    make_engine = staticmethod(supervisor_engine)
 
     def __init__(self, node, executor_thread, tables, profiles):
         super().__init__(node, executor_thread, tables, profiles)
@@ -58,15 +40,16 @@ class RelayPort(RosPort, JudgingPort):
         self._blocked = advertise(node, String, "~/blocked", qos_profile("reliable", 1000))
 
     def _services_of(self, tables):
-        guarded = self._clients_of(Service, tables.guarded_services)
+        guarded = self._made(tables.makes.get("service"), tables.guarded_services)
         return {**super()._services_of(tables), **guarded}
 
     def _actions_of(self, tables):
         self._relays = {
-            key: ActionRelay(self._node, self.executor_thread, *rest, key)
+            key: tables.makes["action_relay"](self._node, self.executor_thread, *rest, key)
             for *rest, key in tables.relayed_actions
         }
-        return {**self._relays, **self._clients_of(Action, tables.guarded_actions)}
+        guarded = self._made(tables.makes.get("action"), tables.guarded_actions)
+        return {**self._relays, **guarded}
 
     def _connect_inputs(self, engine):
         for robot, controller, type_, keys in self._tables.inputs:
@@ -144,124 +127,3 @@ def _serving(engine, executor_thread, key):
         return await ended
 
     return serve
-
-
-class ActionRelay(Action):
-    """One action: represents the robot's server to the controller; the engine checks the goals.
-
-    A goal is accepted if the engine passes it. Its request is open until rclpy has begun it, and it
-    is sent to the robot with the same id if it is allowed then; it ends as it ends at the robot.
-    """
-
-    def __init__(self, node, executor_thread, controller, robot, type_, key):
-        Action.__init__(self, node, executor_thread, robot, type_)
-        self._key = key
-        self._name = node.resolve_service_name(controller)
-        self._engine = None
-        self._passed = {}  # the controller's goals that were passed on, until they end, by request
-
-    def connect(self, engine):
-        self._engine = engine
-        self._server = ActionServer(
-            self._node,
-            self._type,
-            self._name,
-            self._execute,
-            goal_callback=self._asked,
-            cancel_callback=self._cancel_asked,
-            callback_group=ReentrantCallbackGroup(),
-            result_timeout=RESULT_KEPT,
-        )
-
-    # The controller's side
-
-    async def _asked(self, request):
-        decided = Future()
-        asked = self._passed[id(request)] = _Asked(request)
-
-        def answer(kind, _):
-            if kind in ("passed", "blocked"):
-                self._executor_thread.do(lambda: decided.set_result(kind == "passed"))
-            elif kind != "response":
-                cancelled = kind == "cancelled"
-                status = GoalStatus.STATUS_CANCELED if cancelled else GoalStatus.STATUS_ABORTED
-                self._executor_thread.do(lambda: asked.end(status))
-
-        def repacked(made):
-            whole = unread(made)
-            for name in type(whole).get_fields_and_field_types():
-                setattr(request, name, getattr(whole, name))
-            return request  # which is known by its identity
-
-        sent = copy.copy(plain(request))  # which stays as it is when the request is corrected
-        self._engine.role.request(self._key, sent, request, answer, repacked)
-        if await decided:
-            return GoalResponse.ACCEPT
-        del self._passed[id(request)]
-        return GoalResponse.REJECT
-
-    def _cancel_asked(self, onward):
-        asked = self._passed.get(id(onward.request))
-        if asked is None or asked is list(self._passed.values())[-1]:
-            self._engine.role.withdraw(self._key)  # one that was replaced is cancelled anyway
-        return CancelResponse.ACCEPT
-
-    async def _execute(self, onward):
-        asked = self._passed[id(onward.request)]
-        asked.onward = onward
-        self.look()
-        status, result = await asked.ended
-        del self._passed[id(onward.request)]
-        if status == GoalStatus.STATUS_SUCCEEDED:
-            onward.succeed()
-        elif status == GoalStatus.STATUS_CANCELED and onward.is_cancel_requested:
-            onward.canceled()
-        else:
-            onward.abort()
-        return self._type.Result() if result is None else result
-
-    # The engine's side
-
-    def start(self, request, token):
-        asked = self._passed[id(request)]
-        if asked.onward is None:
-            raise NotTaken  # its id is not known yet
-        goal = Goal(token, request)
-        goal.uuid, goal.asked_by = asked.onward.goal_id, asked
-        self._begin(goal)
-
-    # Progress of a goal at the robot
-
-    def _feedback(self, goal, message):
-        goal.asked_by.onward.publish_feedback(message.feedback)
-        Action._feedback(self, goal, message)
-
-    def _ended(self, goal, answer):
-        goal.asked_by.end(answer.status, answer.result)
-        Action._ended(self, goal, answer)
-
-    def _finish(self, goal, kind, payload):
-        Action._finish(self, goal, kind, payload)
-        cancelled = kind == "cancelled"
-        goal.asked_by.end(GoalStatus.STATUS_CANCELED if cancelled else GoalStatus.STATUS_ABORTED)
-
-    def _watch(self, goal):
-        over = Action._watch(self, goal)
-        if over:  # its result will not arrive any more
-            goal.asked_by.end(GoalStatus.STATUS_ABORTED)
-            self._goals.pop(goal.token, None)
-        return over
-
-
-class _Asked:
-    """A goal of the controller that was passed on, until it is over: ``onward`` is rclpy's handle,
-    as soon as that has begun it."""
-
-    def __init__(self, request):
-        self.request = request  # its identity must not be that of another one
-        self.onward = None
-        self.ended = Future()
-
-    def end(self, status, result=None):
-        if not self.ended.done():
-            self.ended.set_result((status, result))

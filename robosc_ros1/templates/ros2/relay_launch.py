@@ -25,11 +25,9 @@ def supervisor_launch(package, controller, names, guarded, remappings):
         nodes = [main_node(package, argument, given)]
         if not argument("controller_package"):
             return nodes
-        # A shadow does not stand between controller and robot.
-        renamed = () if given.get("shadow") else remappings
         if guarded["launch_file"]:
-            return [*nodes, _included(argument, guarded, renamed)]
-        return [*nodes, _guarded_node(argument, guarded, renamed, given)]
+            return [*nodes, _included(argument, guarded, remappings)]
+        return [*nodes, _guarded_node(argument, guarded, remappings, given)]
 
     arguments = [
         ("name", package, "name of the supervisor's node"),

@@ -14,15 +14,11 @@ from std_msgs.msg import String
 
 from ._runtime.pauses import others_rest
 from ._runtime.port import BEFORE_TIME, steady_time
-from .ros_actions import Action
 from .ros_arriving import read
-from .ros_calls import Service
 from .ros_inputs import Input
 from .ros_messages import compose, has_oddities, may_be_heavy, plain
 from .ros_parameters import advertise, is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
-from .ros_served import ServedService
-from .ros_served_actions import ServedAction
 
 EVERY_STEP = JumpThreshold(
     min_forward=Duration(nanoseconds=1),
@@ -46,16 +42,11 @@ class RosPort(CallingPort):
     def __init__(self, node, executor_thread, tables, profiles):
         self._node = node
         self.executor_thread = executor_thread
-        served = [
-            (key, ServedService(node, executor_thread, name, type_))
-            for name, type_, key in tables.served
-        ]
-        served += [
-            (key, ServedAction(node, executor_thread, name, type_))
-            for name, type_, key in tables.served_actions
-        ]
+        served = self._made(tables.makes.get("served_service"), tables.served)
+        served.update(self._made(tables.makes.get("served_action"), tables.served_actions))
         former = getattr(node, "former_actions", ())
-        super().__init__(self._services_of(tables), self._actions_of(tables), served, former)
+        services, actions = self._services_of(tables), self._actions_of(tables)
+        super().__init__(services, actions, [*served.items()], former)
         self._subscriptions = tables.subscriptions
         self._simulated = self._started_simulated = is_simulated(node)
         self._logger = node.get_logger()
@@ -73,15 +64,16 @@ class RosPort(CallingPort):
         self.on_exit = None
 
     def _services_of(self, tables):
-        return self._clients_of(Service, tables.services)
+        return self._made(tables.makes.get("service"), tables.services)
 
-    def _clients_of(self, make, servers):
+    def _made(self, make, servers):
+        """Return what stands for services or actions, by key."""
         return {
             key: make(self._node, self.executor_thread, name, type_) for name, type_, key in servers
         }
 
     def _actions_of(self, tables):
-        return self._clients_of(Action, tables.actions)
+        return self._made(tables.makes.get("action"), tables.actions)
 
     def connect(self, engine):
         super().connect(engine)

@@ -12,7 +12,6 @@ from ._runtime.telemetry import Reporter
 from .ros import RosOutlet
 from .ros_executor import ExecutorThread
 from .ros_parameters import ParameterizedNode, configured
-from .ros_tables import of_shadow
 from .ros_watch import Watch
 from .start import Ending, on_signals
 
@@ -69,9 +68,8 @@ class Work:
     """The working parts of the node: the engine with its thread, its port, and the reporter.
 
     ``ending`` ends the process. ``model`` is the document that is published on
-    ``~/model``; ``defaults`` are values for parameters that the node was not given. ``own`` are
-    the tables of the node and the type of its port; ``shadow`` those of its shadow, see
-    :func:`of_shadow` (None: it never is one).
+    ``~/model``; ``defaults`` are values for parameters that the node was not given; ``tables`` are
+    those of the node.
 
     Raises:
         ParameterError: the node has invalid parameters.
@@ -85,15 +83,13 @@ class Work:
         controller_type,
         model,
         defaults,
-        own,
-        shadow=None,
+        tables,
+        port_type,
+        make_engine,
     ):
         controller = controller_type()
-        tables, port_type = own
         settings, profiles, warnings = configured(node, controller, tables.topics(), defaults)
-        if settings.shadow and shadow is not None:
-            tables, port_type = of_shadow(*shadow)
-        tables.demand_apart(node.resolve_topic_name)
+        tables.demand_fit(settings, node.resolve_topic_name)
         controller.configure(settings.more)
         for warning in warnings:
             node.get_logger().warning(warning)
@@ -103,7 +99,7 @@ class Work:
         self._port = port_type(node, executor_thread, tables, profiles)
         self._port.on_exit = ending.ask
         watch.unserved = self._port.unserved
-        self.engine = self._port.make_engine(controller, self._port, settings)
+        self.engine = make_engine(controller, self._port, settings)
         self._reporter = Reporter(self.engine, outlet, model)
         self._thread = threading.Thread(target=self.engine.run, name="engine", daemon=True)
 

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import re
 import tokenize
 from functools import cache
+from typing import Any
 
 import pytest
 from emit.generated_code import controller_source, supervisor_of
-from emit.golden_packages import PACKAGES, package_of
+from emit.golden_packages import PACKAGES, TARGETS, model_path, package_of
 
+import robosc
 from robosc.emit.write.line_breaks import WIDTH
+from robosc.resources import templates_folder
 
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
@@ -89,3 +93,16 @@ def test_only_what_the_code_uses_is_imported() -> None:
     source = controller_source(supervisor_of(GOAL))
     assert "defined(" in source
     assert "from ._runtime.functions import is_so\n" in source
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_package_says_what_made_it_from_what_and_under_which_licence(target: str) -> None:
+    files = package_of("lantern", target).files
+    source = next(file.content for path, file in files.items() if path.endswith("/model.py"))
+    found: dict[str, Any] = {}
+    exec(source, found)
+    assert found["GENERATOR"] == f"robosc {robosc.__version__}"
+    of_file = hashlib.sha256(model_path("lantern").read_bytes()).hexdigest()
+    assert found["SOURCES"] == {"lantern.rscd": of_file}
+    licence = (templates_folder().parents[1] / "LICENSE").read_text()
+    assert files["LICENSE"].content.partition("\n\n")[2] == licence

@@ -40,6 +40,7 @@ def declared_by(supervisor: Supervisor, target: str) -> dict[str, settings.Param
     if target == "ros2":  # one for each topic
         more = [p for p in more if p.name.rpartition("/")[0] in topics_of(supervisor)]
     found = {p.name: p for p in settings.declared(communications) + more}
+    del found["shadow"]  # of monitors
     return {named(name, target): parameter for name, parameter in found.items()}
 
 
@@ -99,7 +100,6 @@ AT_LAUNCH = {
     "stop_command",
     "event_log",
     "publish_values",
-    "shadow",
     "operate",
     "tolerance",
 }

@@ -2,43 +2,107 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
 import pytest
 from emit.golden_packages import PACKAGES, package_of
 
-ALL = {"__init__", "ages", "calls", "clocks", "run_to_completion", "deadlines", "effects", "engine", "engine_parts", "commanding", "role", "eventlog", "gate", "heavy", "inbox", "input_events", "intake", "internal_transitions", "lateness", "model", "open_requests", "original_state", "pauses", "places", "port", "reasons", "recorder", "requests", "served",
-       "operating", "parameter_values", "scheduler", "sending", "settings", "shapes", "shortening", "sight", "snapshots", "telemetry", "time_monitor", "connections", "engine_queue", "value_topics", "values"}  # fmt: skip
-MONITOR = {
+from robosc.emit.package.package import File
+
+ALL = {"__init__", "calls", "clocks", "run_to_completion", "deadlines", "effects", "engine", "engine_parts", "role", "eventlog", "gate", "heavy", "inbox", "input_events", "intake", "model", "open_requests", "original_state", "pauses", "places", "port", "reasons", "recorder", "requests",
+       "operating", "parameter_values", "scheduler", "settings", "shapes", "shortening", "snapshots", "telemetry", "time_monitor", "connections", "engine_queue", "value_topics", "values"}  # fmt: skip
+JUDGES = {"judge", "matching", "offers", "sight", "unseen"}
+MONITOR = JUDGES | {
+    "ages",
     "allowances",
     "crossings",
     "findings",
     "gathering",
     "invariants",
-    "matching",
-    "offers",
-    "judge",
+    "lateness",
     "monitoring",
     "observation",
     "orderings",
     "pending",
     "seen",
     "seen_goals",
-    "unseen",
+    "shadowing",
     "verdicts",
 }
-SHADOW = MONITOR | {"shadowing"}
-GUARD = MONITOR | {"relayed_calls", "supervising"}
-ONLY = {
-    ("ros1", "controller"): SHADOW,
-    ("ros1", "supervisor"): GUARD,
-    ("ros1", "monitor"): MONITOR,
-    ("ros2", "controller"): {"launch_arguments", "qos"} | SHADOW,
-    ("ros2", "supervisor"): {"launch_arguments", "qos"} | GUARD,
-    ("ros2", "monitor"): {"launch_arguments", "qos"} | MONITOR,
+MODES = {
+    "controller": {"commanding", "sending"},
+    "supervisor": {"supervising", "sending"} | JUDGES,
+    "monitor": MONITOR,
 }
+OF_ROS_2 = {"launch_arguments", "qos"}
+
+
+def of_model(files: Mapping[str, File], mode: str) -> set[str]:
+    """The modules that the tables of a controller ask for."""
+    source = next(file.content for path, file in files.items() if path.endswith("controller.py"))
+    served = {"served"} | ({"relayed_calls"} if mode == "supervisor" else set())
+    return {
+        *({"functions"} if "_runtime.functions import" in source else ()),
+        *({"internal_transitions"} if "        Tau(" in source else ()),
+        *({"ages"} if "max_age=" in source else ()),
+        *(served if "outgoing service" in source or "outgoing action" in source else ()),
+    } - ({"served"} if mode == "monitor" else set())
 
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_modules_of_the_runtime(model: str, target: str, mode: str) -> None:
-    paths = [path.rpartition("_runtime/") for path in package_of(model, target, mode).files]
+    files = package_of(model, target, mode).files
+    paths = [path.rpartition("_runtime/") for path in files]
     modules = {name.removesuffix(".py") for _, folder, name in paths if folder}
-    assert modules == ALL | ONLY[target, mode]
+    ros = OF_ROS_2 if target == "ros2" else set()
+    assert modules == ALL | MODES[mode] | ros | of_model(files, mode)
+
+
+ENGINES = {
+    "controller": "commanding.controller_engine",
+    "supervisor": "supervising.supervisor_engine",
+    "monitor": "shadowing.listening_engine",
+}
+PROGRAM = """
+import importlib, sys
+controller = importlib.import_module("package.controller")
+runtime = importlib.import_module("package._runtime.settings")
+port = importlib.import_module("package._runtime.judge" if {judges} else "package._runtime.port")
+module, name = "{engine}".split(".")
+make = getattr(importlib.import_module("package._runtime." + module), name)
+kind = next(c for n, c in vars(controller).items() if n.endswith("Controller") and n != "Controller")
+given = {{p.name: p.default for p in kind.PARAMETERS if p.required}}
+settings, _ = runtime.read(kind.COMMUNICATIONS, given, kind.PARAMETERS)
+for shadow in (False, {judges}):
+    it = kind()
+    it.configure(settings.more)
+    Port = port.JudgingPort if {judges} else port.Port
+    Port.now, Port.found, Port.log = lambda self: 1.0, lambda self, text: None, lambda *_: None
+    Port.send = Port.call = Port.start = Port.cancel = lambda *_: None
+    engine = make(it, Port(), settings._replace(shadow=shadow))
+    engine.begin()
+    engine.cycle()
+    engine.snapshot()
+assert not [name for name in sys.modules if name.startswith("robosc")]
+"""
+
+
+@pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
+def test_a_package_has_all_that_its_engine_imports(
+    model: str, target: str, mode: str, tmp_path: Path
+) -> None:
+    """Also the modules that it imports only if the model asks for them."""
+    for path, file in package_of(model, target, mode).files.items():
+        is_runtime = "/_runtime/" in path
+        if is_runtime or path.endswith("/controller.py"):
+            place = tmp_path / "package" / ("_runtime" if is_runtime else "") / Path(path).name
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_text(file.content, encoding="utf-8")
+    program = PROGRAM.format(engine=ENGINES[mode], judges=mode != "controller")
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr

@@ -1,5 +1,5 @@
-"""Monitors of models that decide on the data of commands or correct them, and the shadow of such a
-controller, on a real roscore."""
+"""Monitors and shadows of models that decide on the data of commands or correct them, on a real
+roscore."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ MODELS = {
     "limiter_monitor": EXAMPLES / "gallery" / "limiter" / "limiter.rscd",
     "crane_monitor": HERE / "crane.rscd",
     "carriage_monitor": HERE / "carriage.rscd",
-    "carriage_controller": HERE / "carriage.rscd",
 }
 FLOAT = "std_msgs/Float32"
 FINDINGS = "/crane_monitor/findings"
@@ -78,15 +77,14 @@ def test_what_was_sent_and_what_it_would_have_become(stage: Stage, driver: Puppe
     assert documents[0]["reasons"][0]["because"] == ["data 5.0 becomes 2.0"]
 
 
-def test_the_shadow_of_a_controller_decides_and_does_not_judge_data(
+def test_a_shadow_judges_data_and_leaves_to_others_what_they_decide(
     stage: Stage, driver: Puppet
 ) -> None:
-    with stage.controller(driver, "carriage_controller", shadow=True) as shadow:
+    with stage.controller(driver, "carriage_monitor", shadow=True) as shadow:
         driver.steadily("/wish", FLOAT, 3.0)
-        shadow.tells(event("request", "drive", outcome="withheld", value={"data": 3.0}))
-        driver.steadily("/wish", FLOAT, 30.0)  # which it would not send
-        shadow.shows(lambda s: s["variables"]["Wish.speed"] == 30.0)
-        driver.do("publish", topic="/drive", type=FLOAT, fields={"data": 4.0})
-        shadow.tells(event("request", "drive", outcome="applied", seen=True))
-        state = shadow.shows(lambda s: s["counters"]["commands"] == 1)
-        assert state["counters"]["forbidden"] == 0
+        shadow.shows(lambda s: s["variables"]["Wish.speed"] == 3.0)
+        for speed, outcome in ((4.0, "applied"), (40.0, "forbidden")):
+            driver.do("publish", topic="/drive", type=FLOAT, fields={"data": speed})
+            shadow.tells(event("request", "drive", outcome=outcome, seen=True))
+        state = shadow.shows(lambda s: s["counters"]["forbidden"] == 1)
+        assert (state["counters"]["commands"], state["counters"]["withheld"]) == (1, 0)

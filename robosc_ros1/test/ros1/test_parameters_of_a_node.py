@@ -35,6 +35,7 @@ PROBE = (
         ("_loud:=5000000000", "~loud must be an integer of at most 9, not 5000000000"),
         ("_order:=2020-01-01", "parameter ~order must be what ROS can carry, not '2020-01-01'"),
         ("_loud:=true", "~loud must be an integer, not True"),
+        ("_shadow:=true", "a shadow is a mode of the monitor: generate that"),
         ("_rate/of_what:=3", "~rate must be a number, not a group with ~rate/of_what"),
     ],
 )
@@ -145,9 +146,10 @@ def test_the_launch_file_gives_each_parameter_its_type(generated_workspace: Work
     yaml = pytest.importorskip("yaml")
     given = {
         "rate/default": 3, "stop_command": "halt", "publish_values": True, "event_log": "123",
-        "loud": 2, "shadow": True, "operate": True, "tolerance": 0.5,
+        "loud": 2, "operate": True, "tolerance": 0.5,
     }  # fmt: skip
     defaults = {p.name: p.default for p in declared(PROBE)} | {"loud": 5}
+    del defaults["shadow"]  # of monitors
     defaults["rate/default"] = defaults.pop("rate")
     arguments = [
         f"{name.removesuffix('/default').replace('/', '_')}:={value}"

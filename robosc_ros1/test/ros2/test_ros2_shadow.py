@@ -1,4 +1,4 @@
-"""A controller as the shadow of one that drives, on real rclpy, and the supervisor's launch file."""
+"""A shadow of a controller that drives, on real rclpy: a mode of the monitor."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from ros2.launching import started
 from ros2.ros2_support import Graph, Peer, Process
 from ros_support import await_condition
 
 Start = Callable[..., Process]
 READING = "robosc_testing/msg/Reading"
 NEAR = {"valid": True, "distance": 0.5, "vector": [1.5, 0.0, 0.0]}
-NODE, SHADOW = "guarded_arm", "shadow"
+NODE, SHADOW = "guarded_arm", "guarded_arm_monitor"
 
 
 @pytest.fixture
@@ -41,7 +40,7 @@ def told(robot: Peer, name: str, **more: Any) -> list[Any]:
 def test_a_shadow_tells_what_the_controller_sends_and_sends_nothing(
     robot: Peer, controller: Start
 ) -> None:
-    controller(NODE, remap=["__node:=shadow"], shadow=True)
+    controller(SHADOW, shadow=True)
     robot.order("repeat", name="person", type=READING, data=NEAR, qos={})
     await_condition(lambda: told(robot, "warn", outcome="withheld"), "what would be sent")
     robot.expect_state(SHADOW, lambda s: s["counters"]["withheld"] > 5)
@@ -52,13 +51,3 @@ def test_a_shadow_tells_what_the_controller_sends_and_sends_nothing(
     assert robot.order("senders", name="beacon") == [NODE]
     state = robot.expect_state(SHADOW, lambda s: s["counters"]["commands"] > 3)
     assert state["counters"]["forbidden"] == state["counters"]["mismatches"] == 0
-
-
-@pytest.mark.parametrize("shadow", ["", "false", "true"])
-def test_a_shadow_of_the_supervisor_does_not_stand_between(built: Any, shadow: str) -> None:
-    node = "guarded_arm_supervisor"
-    file = built.folder / "src" / node / "launch" / f"{node}.launch.py"
-    words = {"controller_package": "guarded_arm", "controller_executable": "guarded_arm"}
-    own, guarded = started(file, lambda p: f"/share/{p}", shadow=shadow, **words)
-    assert own.parameters[1].get("shadow", False) is (shadow == "true")
-    assert bool(guarded.remappings) is (shadow != "true")

@@ -24,7 +24,7 @@ class Commanding:
         self._engine = engine
         self._now = engine.parts.now
         self._scheduler = engine.parts.scheduler
-        self._sending = Sending(engine.parts, engine.requests, engine.served, engine.after)
+        self._sending = Sending(engine)
         self.delayed: Callable[[Timer], None] = engine.take_delayed
 
     def begin(self) -> None:

@@ -14,9 +14,20 @@ from __future__ import annotations
 
 import threading
 import traceback
-from typing import Any, Callable, Deque, Dict, FrozenSet, Generic, List, Optional, TypeVar, Union
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Callable,
+    Deque,
+    Dict,
+    FrozenSet,
+    Generic,
+    List,
+    Optional,
+    TypeVar,
+    Union,
+)
 
-from .ages import Ages
 from .calls import REFUSED, Failure
 from .clocks import Timer, Watch
 from .deadlines import Deadlines, shortest
@@ -32,10 +43,13 @@ from .port import Port, WaitingCall, steady_time
 from .requests import Requests
 from .role import Forwarder, NodeRole
 from .run_to_completion import RunToCompletion
-from .served import ServedCalls
 from .settings import Settings
 from .snapshots import snapshot_of
 from .time_monitor import TimeMonitor
+
+if TYPE_CHECKING:  # a package has them if its model does
+    from .ages import Ages
+    from .served import ServedCalls
 
 _BATCH = 100
 """The most items that are handled before commands and deadlines."""
@@ -78,11 +92,12 @@ class Engine(Generic[R]):
         self.parts = parts
         self.recorder = parts.recorder
         self.requests = Requests(parts, self.observe)
-        self.served = ServedCalls(parts, self.after, self._idle)
         self.pauses = Pauses(parts)
         self.time_monitor = TimeMonitor(parts.clocks, steady)
         self.forwarder: Optional[Forwarder] = None
         """What passes on the calls of the robot; None: the controller answers them."""
+        self.served: Optional[ServedCalls] = None
+        """The calls of the robot that wait; None: the node takes none."""
         self._port = port
         self._now = parts.now
         self._inputs = parts.inputs
@@ -91,7 +106,11 @@ class Engine(Generic[R]):
         self._turns = parts.turns
         self._queue: Deque[Item] = parts.turns.queue
         self._log = parts.log
-        self._ages = Ages(parts)
+        self._ages: Optional[Ages] = None
+        if any(c.max_age is not None for c in controller.COMMUNICATIONS):
+            from .ages import Ages
+
+            self._ages = Ages(parts)
         self._events = InputEvents(parts)
         self._completion = RunToCompletion(parts, lambda reason: self.safe_stop(reason))
         # What a role, or who has made the engine, may replace
@@ -144,7 +163,9 @@ class Engine(Generic[R]):
         self._turns.put(lambda: self._serving().recall(key, call))
 
     def _serving(self) -> Union[ServedCalls, Forwarder]:
-        return self.forwarder or self.served
+        found = self.forwarder or self.served
+        assert found is not None
+        return found
 
     def look(self) -> None:
         """Ask the port again whether it is ready for open requests, since one may be taken now."""
@@ -289,7 +310,7 @@ class Engine(Generic[R]):
     def arrived(self, entries: Inputs, message: Any, inbox: Inbox) -> None:
         """Apply a message that has waited in an inbox."""
         arrival = inbox.take()
-        if self._ages:
+        if self._ages is not None:
             entries = self._ages.dated(entries, message, arrival)
         applied = self.observe(entries, message)
         if inbox.is_watched:
@@ -366,7 +387,7 @@ class Engine(Generic[R]):
         self.role.after(writes, ended)
         return writes
 
-    def _idle(self) -> Optional[str]:
+    def idle(self) -> Optional[str]:
         """Return why calls are refused now, or None."""
         return self.stopped or ("it ends" if self.closing else None)
 

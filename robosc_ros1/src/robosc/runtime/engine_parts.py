@@ -5,19 +5,21 @@ from __future__ import annotations
 
 from copy import copy
 from types import MethodType
-from typing import Any, Callable, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Optional, Tuple, Union
 
 from .calls import Calls
 from .clocks import Clocks
 from .engine_queue import EngineQueue
 from .gate import Gate
 from .inbox import Inbox
-from .internal_transitions import InternalTransitions
 from .model import SERVED, Controller, Input
 from .port import Port
 from .recorder import EventRecorder, Throttle
 from .scheduler import CommandScheduler
 from .settings import Settings
+
+if TYPE_CHECKING:  # a package has it if its model has internal transitions
+    from .internal_transitions import InternalTransitions
 
 _ENDS = ("response", "error", "cancelled")
 
@@ -92,7 +94,11 @@ class EngineParts:
             )
             for i in controller.INPUTS
         }
-        self.transitions = InternalTransitions(controller)
+        self.transitions: Optional[InternalTransitions] = None
+        if controller.TAUS:
+            from .internal_transitions import InternalTransitions
+
+            self.transitions = InternalTransitions(controller)
         self.scheduler = CommandScheduler(
             controller, settings.rate_of, settings.order, settings.seed, self.gate.lack
         )
@@ -108,7 +114,9 @@ class EngineParts:
         self.clocks = Clocks(controller, settings.timeout_of, settings.seconds, now, steady)
         self.turns = EngineQueue(steady)
         self._throttle = Throttle()
-        if any(sort in SERVED for sort in sorts.values()):
+        self.serves = any(sort in SERVED for sort in sorts.values())
+        """Whether the robot calls services or actions of the node."""
+        if self.serves:
             self.recorder.counters["refused"] = 0
 
     def log(self, level: str, subject: str, text: str) -> None:

@@ -5,18 +5,22 @@ from __future__ import annotations
 
 import threading
 from functools import partial
-from typing import Any, Callable, Dict, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, Optional, Sequence, Tuple
 
-from .ages import Ages
 from .engine_parts import EngineParts, Item
 from .heavy import HeavyTopic
 from .inbox import Inbox
+
+if TYPE_CHECKING:
+    from .ages import Ages
 
 
 class Intake:
     """The inboxes of an engine. ``submit`` handles an item at once, or queues it."""
 
-    def __init__(self, parts: EngineParts, ages: Ages, submit: Callable[[Item], None]) -> None:
+    def __init__(
+        self, parts: EngineParts, ages: Optional[Ages], submit: Callable[[Item], None]
+    ) -> None:
         self._parts = parts
         self._ages = ages
         self._submit = submit
@@ -42,8 +46,8 @@ class Intake:
         A message is one input, even if several communications share the topic: the events of all of
         them are applied, in this order, before internal transitions and commands.
         """
-        clocks = self._parts.clocks
-        watched = any(clocks.is_watched(k) or self._ages.concern(k) for k in keys)
+        clocks, ages = self._parts.clocks, self._ages
+        watched = any(clocks.is_watched(k) or (ages and ages.concern(k)) for k in keys)
         entries = tuple(self._parts.inputs[key, "response"] for key in keys)
         taken = entries if arrived is None else partial(arrived, entries)
         return self.inbox(tuple(keys), taken, clocks.moment if watched else None).post

@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections import deque
 from itertools import islice
 from typing import (
+    TYPE_CHECKING,
     Any,
     Callable,
     Deque,
@@ -33,8 +34,10 @@ from typing import (
 )
 
 from .clocks import Clocks, Deadline
-from .internal_transitions import InternalTransitions
 from .model import Command, Controller, Input
+
+if TYPE_CHECKING:
+    from .internal_transitions import InternalTransitions
 
 MOST = 64
 """The orders of a group that are followed at a time, beside the monitor's own."""
@@ -87,7 +90,7 @@ class Orderings:
     def __init__(
         self,
         controller: Controller,
-        transitions: InternalTransitions,
+        transitions: Optional[InternalTransitions],
         clocks: Clocks,
         keys: FrozenSet[str],
         span: Callable[[], float],
@@ -250,8 +253,9 @@ class Orderings:
         try:
             if not seen.do():
                 return None
-            for _ in islice(self._transitions.run(seen.writes), self._bound + 1):
-                pass
+            if self._transitions is not None:
+                for _ in islice(self._transitions.run(seen.writes), self._bound + 1):
+                    pass
             return TimedState(self._part(), self._clocks.followed(deadlines))
         finally:
             self._state.update(now, undefined=undefined)

@@ -38,6 +38,8 @@ class RunToCompletion:
         (None: all); return all attributes written."""
         recorder = self._parts.recorder
         written = writes or frozenset()
+        if self._transitions is None:
+            return written
         for steps, (tau, path) in enumerate(self._transitions.run(writes), 1):
             written |= frozenset(tau.writes)
             recorder.counters["taus"] += 1

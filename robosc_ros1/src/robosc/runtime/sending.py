@@ -5,15 +5,13 @@ from __future__ import annotations
 
 from typing import Any, Callable, FrozenSet, Optional, Tuple
 
-from .engine_parts import EngineParts
+from .engine import Engine
 from .gate import lack
 from .model import SERVED
 from .open_requests import OpenRequest, Withheld
 from .reasons import reason_text, violated
 from .recorder import STOP_COMMAND
-from .requests import Requests
 from .scheduler import ScheduledCommand
-from .served import ServedCalls
 from .values import without_gaps
 
 Read = Callable[[ScheduledCommand, Any], Tuple[Any, ...]]
@@ -25,22 +23,17 @@ def _nothing(command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
 
 
 class Sending:
-    """Sends the commands of an engine. Only the thread that has the turn may call the methods.
+    """Sends the commands of an engine. Only the thread that has the turn may call the methods."""
 
-    ``after`` completes an event that wrote these attributes.
-    """
+    def __init__(self, engine: Engine[Any]) -> None:
+        parts = self._parts = engine.parts
+        self._requests = engine.requests
+        self._after = engine.after
+        self._served = None
+        if parts.serves:
+            from .served import ServedCalls
 
-    def __init__(
-        self,
-        parts: EngineParts,
-        requests: Requests,
-        served: ServedCalls,
-        after: Callable[[FrozenSet[str], Optional[str]], FrozenSet[str]],
-    ) -> None:
-        self._parts = parts
-        self._requests = requests
-        self._served = served
-        self._after = after
+            self._served = engine.served = ServedCalls(parts, engine.after, engine.idle)
 
     def send(
         self, command: ScheduledCommand, data: Any, ask: Callable[[], Any], stops: bool = False
@@ -51,7 +44,7 @@ class Sending:
         :class:`~.open_requests.OpenRequest`.
         """
         key = command.key
-        if command.sort in SERVED:
+        if self._served is not None and command.sort in SERVED:
             self._served.answer(command, data)
         elif command.kind == "cancel":
             self._requests.recall(key)
@@ -119,7 +112,8 @@ class Sending:
         """Refuse all calls, end open requests, and cancel running goals, whose end is still
         reported."""
         parts = self._parts
-        self._served.refuse_waiting("the controller stopped: " + why)
+        if self._served is not None:
+            self._served.refuse_waiting("the controller stopped: " + why)
         self._requests.end_open(why)
         for key, token in parts.calls.running():
             if parts.communications[key].sort == "action":

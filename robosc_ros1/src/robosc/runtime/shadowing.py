@@ -18,7 +18,7 @@ from .gate import lack
 from .gathering import ArrivalTime
 from .lateness import Lateness
 from .model import Controller
-from .monitoring import Monitoring
+from .monitoring import Monitoring, monitor_engine
 from .port import steady_time
 from .scheduler import CommandScheduler, ScheduledCommand
 from .seen import MonitorPort
@@ -98,3 +98,10 @@ def shadow_engine(
         return made
 
     return Engine(role, controller, port, settings, steady, clock)
+
+
+def listening_engine(
+    controller: Controller, port: MonitorPort, settings: Settings
+) -> Engine[Monitoring]:
+    """Return the engine of a monitor, or of a shadow if the settings say so."""
+    return (shadow_engine if settings.shadow else monitor_engine)(controller, port, settings)

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
 from .calls import REFUSED
 from .clocks import Timer
@@ -43,13 +43,15 @@ from .open_requests import OwnEffects, Withheld
 from .operating import HELD
 from .port import steady_time
 from .reasons import reason_text, violated
-from .relayed_calls import RelayedCalls
 from .scheduler import ScheduledCommand
 from .sending import Sending
 from .settings import Settings
 from .sight import Sight
 from .telemetry import dump
 from .values import Undefined
+
+if TYPE_CHECKING:  # a package has it if its model serves calls
+    from .relayed_calls import RelayedCalls
 
 
 class SupervisorPort(JudgingPort):
@@ -83,9 +85,13 @@ class Supervising:
         self._judge = Judge(parts, port)
         self._sight = Sight(parts, engine.time_monitor, lambda span: None)
         self._requests = engine.requests
-        self._sending = Sending(parts, engine.requests, engine.served, engine.after)
-        self._relayed = RelayedCalls(parts, engine.requests, engine.served, self)
-        engine.forwarder = self._relayed
+        self._sending = Sending(engine)
+        self._relayed: Optional[RelayedCalls] = None
+        if engine.served is not None:
+            from .relayed_calls import RelayedCalls
+
+            self._relayed = RelayedCalls(parts, engine.requests, engine.served, self)
+            engine.forwarder = self._relayed
         parts.recorder.counters.update(blocked=0, corrected=0)
         self._effect: Dict[str, InEffect] = {}  # by topic, or key of an action
         self._is_step = False  # the operator lets the next command that is allowed pass
@@ -238,7 +244,7 @@ class Supervising:
             self._recorder.counters["corrected"] += 1
         self._recorder.record(kind, name, told(data), writes=command.writes, correction=correction)
         writes = self._engine.complete(command.writes)
-        self._relayed.give_held()
+        self._give_held()
         if request is not None:
             request.performed(vars(self._controller), writes)
         if not self._stop_command:
@@ -318,8 +324,12 @@ class Supervising:
         relayed.forward()
 
     def after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
-        self._relayed.give_held()
+        self._give_held()
         self._revoke()
+
+    def _give_held(self) -> None:
+        if self._relayed is not None:
+            self._relayed.give_held()
 
     def due(self) -> Optional[float]:
         return None
@@ -330,7 +340,7 @@ class Supervising:
 
     def begin(self) -> None:
         self._is_step = False
-        self._relayed.give_held()
+        self._give_held()
         self._revoke()
 
     def stand_still(self) -> None:
@@ -338,7 +348,8 @@ class Supervising:
         engine = self._engine
         self._sending.withdraw(engine.stopped or "the node ends")
         self._sending.stop(lambda: engine.stopped is not None or engine.closing, self._read_of_stop)
-        self._relayed.call_all_off()
+        if self._relayed is not None:
+            self._relayed.call_all_off()
 
     def _forbidden(self, command: InEffect) -> bool:
         """Whether a command in effect would be forbidden even without the changes it made."""

@@ -6,7 +6,6 @@ import functools
 import std_msgs.msg
 from std_msgs.msg import String
 
-from ._runtime.commanding import controller_engine
 from ._runtime.connections import UNSERVED
 from ._runtime.port import Port
 from ._runtime.telemetry import Outlet, dump
@@ -65,8 +64,6 @@ class Caller:
 
 class CallingPort(Port):
     """A port whose services and actions are objects that report to the engine, by key."""
-
-    make_engine = staticmethod(controller_engine)
 
     def __init__(self, services, actions, served=(), former=()):
         self._services = services

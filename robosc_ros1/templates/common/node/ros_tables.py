@@ -4,17 +4,24 @@
 from ._runtime.connections import Connections
 from ._runtime.settings import ParameterError
 
+NO_SHADOW = (
+    "parameter shadow: this node sends commands; a shadow is a mode of the monitor: generate that"
+    " (robosc generate --mode monitor), and start it with shadow"
+)
+
 
 class Tables:
     """The connections of a node with the robot.
 
     A topic is (name, message type, keys of the communications on it), a service or an action is
-    (name, type, key of the communication).
+    (name, type, key of the communication). ``makes`` are the classes of what stands for these, by
+    the names of their tables; a package has those that it needs.
     """
 
     def __init__(
-        self, subscriptions, publications, services, actions, served=(), served_actions=()
+        self, subscriptions, publications, services, actions, served=(), served_actions=(), **makes
     ):
+        self.makes = makes
         self.served = served
         """The services that the robot calls, as (name, type, key of the communication)."""
         self.served_actions = served_actions
@@ -30,13 +37,15 @@ class Tables:
         """Return all topics with the keys of the communications on them."""
         return [(name, keys) for name, _, keys in (*self.subscriptions, *self.publications)]
 
-    def demand_apart(self, resolved):
-        """Raise an error if what this node sends would come back to it; ``resolved`` returns the
-        full name of a topic, a service or an action.
+    def demand_fit(self, settings, resolved):
+        """Raise an error if the settings do not fit this node, or what it sends would come back to
+        it; ``resolved`` returns the full name of a topic, a service or an action.
 
         Raises:
-            ParameterError: it would.
+            ParameterError: that is so.
         """
+        if settings.shadow:
+            raise ParameterError(NO_SHADOW)
 
     def heard(self, controller, resolved):
         """Return the full names of the topics that are heard, by the names of communications."""
@@ -57,93 +66,3 @@ class Tables:
         names = (tuple(map(resolved, topics)) for topics in (heard, commanded, self.guarded))
         statuses = tuple({resolved(name) + status for name, _, _ in self.actions})
         return Connections(node, *names, tuple(allowed.split()), statuses, simulated)
-
-
-class SupervisorTables(Tables):
-    """The connections of a supervisor with the robot, and with the controller that it guards.
-
-    ``inputs`` are (topic of the robot, topic of the controller, message type, keys); ``commands``
-    are (topic of the controller, topic of the robot, message type, rows), see
-    :func:`.matching.command_patterns`; services and actions, also those that the robot calls, are
-    (name for the controller, name of the robot, type, key).
-    """
-
-    def __init__(self, inputs, commands, services, actions, served=(), served_actions=()):
-        super().__init__(
-            [(robot, type_, keys) for robot, _, type_, keys in inputs],
-            [(robot, type_, [row[0] for row in rows]) for _, robot, type_, rows in commands],
-            [(robot, type_, key) for _, robot, type_, key in services],
-            [(robot, type_, key) for _, robot, type_, key in actions],
-            [(robot, type_, key) for _, robot, type_, key in served],
-            [(robot, type_, key) for _, robot, type_, key in served_actions],
-        )
-        self.guarded = [controller for controller, _, _, _ in commands]
-        # The names of the controller and of the robot, by what they name.
-        self._sides = (
-            [*((controller, robot) for robot, controller, *_ in inputs), *commands],
-            [*services, *served],
-            [*actions, *served_actions],
-        )
-        self.inputs = inputs
-        self.commands = commands
-        self.relayed_services = services
-        self.relayed_actions = actions
-        self.guarded_services = [(controller, type_, key) for controller, _, type_, key in served]
-        self.guarded_actions = [
-            (controller, type_, key) for controller, _, type_, key in served_actions
-        ]
-
-    def demand_apart(self, resolved):
-        same = set()
-        for rows in self._sides:
-            of_controller, of_robot = ({resolved(row[side]) for row in rows} for side in (0, 1))
-            same |= of_controller & of_robot
-        if same:
-            text = (
-                "%s is the same on both sides, so this node would get what it sends: a supervisor"
-                " is started without the remappings of the controller that it guards"
-            )
-            raise ParameterError(text % ", ".join(sorted(same)))
-
-
-class MonitorTables(Tables):
-    """What a monitor hears; it publishes nothing to the robot, and calls nothing.
-
-    ``commands`` are (topic, message type, rows), see :func:`.matching.command_patterns`;
-    ``unseen`` are the keys of the communications that nobody can hear, ``unjudged`` those of the
-    commands that depend on them; those ``by_data`` are decided by their data, which a controller
-    does not judge. ``orders`` are groups of keys of which the order of events matters.
-    """
-
-    def __init__(self, subscriptions, commands, actions, unseen, unjudged, by_data=(), orders=()):
-        super().__init__(subscriptions, (), (), actions)
-        self.commands = commands
-        self.unseen = unseen
-        self.unjudged = unjudged
-        self.by_data = by_data
-        self.orders = orders
-
-    def heard_alone(self):
-        """Return the topics of the robot as those of a node that has no others."""
-        return Tables(self.subscriptions, (), (), ())
-
-    def topics(self):
-        keys = [(topic, [row[0] for row in rows]) for topic, _, rows in self.commands]
-        return [*super().topics(), *keys]
-
-    def connections(self, node, resolved, *more):
-        found = super().connections(node, resolved, *more)
-        commands = (resolved(topic) for topic, _, _ in self.commands)
-        return found._replace(heard=(*found.heard, *commands))
-
-
-def of_shadow(tables, port_type):
-    """Return the tables of a node that is to be a shadow, and the type of its port; ``tables`` are
-    a text that tells why there are none, if there are none.
-
-    Raises:
-        ParameterError: there are none.
-    """
-    if isinstance(tables, str):
-        raise ParameterError("parameter shadow cannot be true: " + tables)
-    return tables, port_type

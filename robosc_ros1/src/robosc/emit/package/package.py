@@ -61,9 +61,13 @@ def own_modules(
     return _imported(names, _modules(target, "common/node"), _SIBLING_IMPORT, folder)
 
 
-def runtime_files(folder: str, files: Mapping[str, File]) -> dict[str, File]:
-    """The modules of the runtime that the package's files import."""
-    names = [name for file in files.values() for name in _RUNTIME_IMPORT.findall(file.content)]
+def runtime_files(
+    folder: str, files: Mapping[str, File], parts: Iterable[str] = ()
+) -> dict[str, File]:
+    """The modules of the runtime that the package's files import, and ``parts`` of it that its
+    model needs."""
+    texts = (file.content for file in files.values())
+    names = [*parts, *(name for text in texts for name in _RUNTIME_IMPORT.findall(text))]
     source = Path(robosc.runtime.__file__).resolve().parent
     modules = {path.stem: path for path in source.glob("*.py")}
     return _imported(["__init__", *names], modules, _SIBLING_IMPORT, folder)

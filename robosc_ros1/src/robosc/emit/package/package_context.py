@@ -39,8 +39,7 @@ class HeardView:
     """What whoever listens can hear of the commands of a robot; keys of communications.
 
     ``by_data`` are those of the commands that are not judged since their data decide; ``orders``
-    are groups of which the order of events matters; ``refusal`` tells why nothing can be judged, as
-    Python source; empty: it can.
+    are groups of which the order of events matters.
     """
 
     commands: tuple[CommandsView, ...] = ()
@@ -49,7 +48,6 @@ class HeardView:
     unjudged: tuple[str, ...] = ()
     by_data: tuple[str, ...] = ()
     orders: tuple[tuple[str, ...], ...] = ()
-    refusal: str = ""
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ class PackageContext:
     served_actions: tuple[TopicView, ...] = field(default=(), kw_only=True)
     title: str = field(default="Controller", kw_only=True)
     heard: HeardView = field(default=HeardView(), kw_only=True)
-    """Of a monitor, or of the node as a shadow."""
+    """Of a monitor."""
     watched: tuple[str, ...] = field(default=(), kw_only=True)
     """The parameters that set the timeouts of messages."""
     examples: tuple[str, ...] = field(default=(), kw_only=True)

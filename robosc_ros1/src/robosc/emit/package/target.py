@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from hashlib import sha256
 
+from robosc import __version__
 from robosc.emit.controller.assembly import controller_context
 from robosc.emit.controller.naming import file_of
 from robosc.emit.controller.python_literals import assignment, assignments, literal
+from robosc.emit.controller.template_data import ControllerContext
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.package.config import Config
 from robosc.emit.package.model_document import model_document
 from robosc.emit.package.package import (
+    MARKER,
     File,
     Mode,
     Package,
@@ -25,13 +29,14 @@ from robosc.emit.package.package_context import PackageContext, TopicView, escap
 from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
-from robosc.emit.supervisor.listening import heard_by_shadow, monitor_context, monitor_readme
+from robosc.emit.supervisor.listening import monitor_context, monitor_readme
 from robosc.emit.supervisor.supervisor_package import relay_context
 from robosc.emit.write.line_breaks import break_long_lines
 from robosc.language.events import Kind
 from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Communication, Robot
 from robosc.names import package_name, rostest_name
+from robosc.resources import templates_folder
 from robosc.runtime.settings import dotted
 from robosc.runtime.shapes import parts_by_name
 from robosc.supervisor import Guard, Supervisor
@@ -95,9 +100,9 @@ def package_of(
     controller = controller_context(supervisor, source)
     context = _context(target, robot, package, controller.class_name, config.checked(robot))
     controls = config.package or f"{package_name(robot.name)}_controller"
-    if mode != "monitor":
-        shadow = heard_by_shadow(context, supervisor, target.shows_results)
-        context = replace(context, heard=shadow)
+    if mode != "monitor":  # which alone may be a shadow
+        own = tuple(p for p in context.parameters if p.name != "shadow")
+        context = replace(context, parameters=own)
     if mode == "supervisor":
         context = relay_context(context, supervisor, config, target.action_parts)
     elif mode == "monitor":
@@ -116,6 +121,7 @@ def package_of(
         f"{modules}/__init__.py": _data_module(source, f"{context.title} of {robot.name}."),
         f"{modules}/controller.py": render("common/node/controller.py.jinja", controller),
         f"{modules}/model.py": _model_module(supervisor, source),
+        "LICENSE": _licence(source),
         f"{modules}/node.py": render(f"common/node/{_NODES[mode]}.jinja", context),
         "test/plant_data.py": plant_module(configured, source, whole_guards(supervisor)),
     }
@@ -126,8 +132,21 @@ def package_of(
     files = {path: File(text) for path, text in texts.items()}
     files |= own_modules(package, modules, target.name, files)
     files |= own_test_files(files, target.name, target.programs[mode])
-    files |= runtime_files(f"{modules}/_runtime", files)
+    files |= runtime_files(f"{modules}/_runtime", files, _parts(controller, robot, mode))
     return Package(package, frozen_files(files), target.name)
+
+
+def _parts(controller: ControllerContext, robot: Robot, mode: Mode) -> Iterator[str]:
+    """The modules of the runtime that an engine imports when its model needs them."""
+    communications = robot.communications.values()
+    if any(c.max_age is not None for c in communications):
+        yield "ages"
+    if controller.tables["taus"]:
+        yield "internal_transitions"
+    if mode != "monitor" and any(c.sort.served for c in communications):
+        yield "served"
+        if mode == "supervisor":
+            yield "relayed_calls"
 
 
 def _data_module(source: str, sentence: str, body: str = "") -> str:
@@ -139,7 +158,22 @@ def _data_module(source: str, sentence: str, body: str = "") -> str:
 def _model_module(supervisor: Supervisor, source: str) -> str:
     sentence = "The model as data, as it is published on ~model."
     model = assignment("MODEL", model_document(supervisor, source))
-    return _data_module(source, sentence, f"\n{model}")
+    version = assignment("GENERATOR", f"robosc {__version__}")
+    sources = assignment("SOURCES", _hashes(supervisor.plant.robot))
+    return _data_module(source, sentence, f"\n{version}{sources}{model}")
+
+
+def _hashes(robot: Robot) -> dict[str, str]:
+    """SHA-256 of the model's file and of the libraries that it uses, by their names."""
+    spans = [robot.span, *(c.span for c in robot.components), *(r.span for r in robot.requirements)]
+    return {file_of(s): sha256(s.source.text.encode()).hexdigest() for s in spans}
+
+
+def _licence(source: str) -> str:
+    """The licence of what robosc adds to the model."""
+    text = (templates_folder() / "common" / "LICENSE").read_text(encoding="utf-8")
+    head = f"This package was {MARKER} {__version__} from {source}. Of what is not from that model:"
+    return f"{head}\n\n{text}"
 
 
 def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosc.emit.controller.assembly import plain_context
-from robosc.emit.controller.python_literals import literal
 from robosc.emit.controller.template_data import ControllerContext
 from robosc.emit.package.package_context import CommandsView, HeardView, PackageContext, TopicView
 from robosc.emit.package.readme import InterfaceView, ReadmeContext
 from robosc.emit.supervisor.command_recognition import command_matches
 from robosc.emit.supervisor.commuting import not_commuting
 from robosc.emit.supervisor.supervisor_package import in_order, source_of
-from robosc.errors import ModelError
 from robosc.expr.traversal import walk
 from robosc.expr.tree import ReasonRef
 from robosc.language.events import EventKind, Kind
@@ -30,10 +28,10 @@ _MEANINGS = {
 }
 """What parameters mean to a monitor."""
 _IDLE = (
-    "allowed_publishers", "exit_on_stop", "goal_timeout", "on_mismatch", "operate", "order", "rate",
-    "seed", "server_lost_after", "shadow",
+    "allowed_publishers", "exit_on_stop", "goal_timeout", "on_mismatch", "operate",
+    "server_lost_after",
 )  # fmt: skip
-"""Parameters of commands that a monitor does not send."""
+"""Parameters of commands that a monitor does not send. (Rates and order are those of a shadow.)"""
 
 
 def heard(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> HeardView:
@@ -68,14 +66,6 @@ def _orders(supervisor: Supervisor, unseen: tuple[str, ...]) -> tuple[tuple[str,
     """The groups of events whose order matters, as far as they can be heard."""
     groups = (tuple(k for k in keys if k not in unseen) for keys in not_commuting(supervisor))
     return tuple(keys for keys in groups if len(keys) > 1)
-
-
-def heard_by_shadow(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> HeardView:
-    """As :func:`heard`, or why there is no shadow."""
-    try:
-        return heard(base, supervisor, shows_results)
-    except ModelError as fault:
-        return HeardView(refusal=literal("; ".join(d.message for d in fault.diagnostics)))
 
 
 def monitor_context(

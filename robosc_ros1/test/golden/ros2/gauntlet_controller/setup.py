@@ -5,7 +5,7 @@ PACKAGE = "gauntlet_controller"
 SCRIPTS = ["gauntlet_controller = gauntlet_controller.start:main"]
 DATA = [
     ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
-    ("share/" + PACKAGE, ["package.xml"]),
+    ("share/" + PACKAGE, ["package.xml", "LICENSE"]),
     ("share/" + PACKAGE + "/launch", ["launch/gauntlet_controller.launch.py"]),
     ("share/" + PACKAGE + "/config", ["config/gauntlet_controller.yaml"]),
 ]

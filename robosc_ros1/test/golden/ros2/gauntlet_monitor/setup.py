@@ -5,7 +5,7 @@ PACKAGE = "gauntlet_monitor"
 SCRIPTS = ["gauntlet_monitor = gauntlet_monitor.start:main"]
 DATA = [
     ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
-    ("share/" + PACKAGE, ["package.xml"]),
+    ("share/" + PACKAGE, ["package.xml", "LICENSE"]),
     ("share/" + PACKAGE + "/launch", ["launch/gauntlet_monitor.launch.py"]),
     ("share/" + PACKAGE + "/config", ["config/gauntlet_monitor.yaml"]),
 ]

@@ -5,7 +5,7 @@ PACKAGE = "gauntlet_supervisor"
 SCRIPTS = ["gauntlet_supervisor = gauntlet_supervisor.start:main"]
 DATA = [
     ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
-    ("share/" + PACKAGE, ["package.xml"]),
+    ("share/" + PACKAGE, ["package.xml", "LICENSE"]),
     ("share/" + PACKAGE + "/launch", ["launch/gauntlet_supervisor.launch.py"]),
     ("share/" + PACKAGE + "/config", ["config/gauntlet_supervisor.yaml"]),
 ]

@@ -5,7 +5,7 @@ PACKAGE = "lantern_controller"
 SCRIPTS = ["lantern_controller = lantern_controller.start:main"]
 DATA = [
     ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
-    ("share/" + PACKAGE, ["package.xml"]),
+    ("share/" + PACKAGE, ["package.xml", "LICENSE"]),
     ("share/" + PACKAGE + "/launch", ["launch/lantern_controller.launch.py"]),
     ("share/" + PACKAGE + "/config", ["config/lantern_controller.yaml"]),
 ]

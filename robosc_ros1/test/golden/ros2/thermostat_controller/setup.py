@@ -5,7 +5,7 @@ PACKAGE = "thermostat_controller"
 SCRIPTS = ["thermostat_controller = thermostat_controller.start:main"]
 DATA = [
     ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
-    ("share/" + PACKAGE, ["package.xml"]),
+    ("share/" + PACKAGE, ["package.xml", "LICENSE"]),
     ("share/" + PACKAGE + "/launch", ["launch/thermostat_controller.launch.py"]),
     ("share/" + PACKAGE + "/config", ["config/thermostat_controller.yaml"]),
 ]

@@ -6,12 +6,14 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
+from ._runtime.commanding import controller_engine
 from .controller import GauntletController
 from .model import MODEL
 from .ros import RosPort
+from .ros_actions import Action
+from .ros_calls import Service
 from .ros_node import run
-from .ros_tables import MonitorTables, Tables
-from .shadow import ShadowPort
+from .ros_tables import Tables
 
 TABLES = Tables(
     # (topic, message type, communications)
@@ -36,61 +38,8 @@ TABLES = Tables(
     actions=(
         ("/arm/reach", gauntlet_interfaces.action.Reach, "Arm.reach"),
     ),
-)
-# What the node hears as a shadow (parameter shadow), or why it cannot be one.
-SHADOW = MonitorTables(
-    subscriptions=TABLES.subscriptions,
-    # (topic, message type, commands); each command with the data of all its messages, or the path
-    # and values of a field, or neither: all other messages
-    commands=(
-        (
-            "/say",
-            std_msgs.msg.String,
-            (
-                ("Speaker.shout", ({"data": "HEY"},), None),
-                ("Speaker.say", (), None),
-            ),
-        ),
-        (
-            "/count",
-            std_msgs.msg.Int32,
-            (
-                ("Speaker.count", (), None),
-            ),
-        ),
-        (
-            "/left/turn",
-            std_msgs.msg.Float32,
-            (
-                ("Left.turn", (), None),
-            ),
-        ),
-        (
-            "/right/turn",
-            std_msgs.msg.Float32,
-            (
-                ("Right.turn", (), None),
-            ),
-        ),
-    ),
-    # (name, type, communication)
-    actions=(),
-    # What cannot be heard, and the commands that are not judged because of it.
-    unseen=("Arm.reach", "Lamp.set_level"),
-    unjudged=("Arm.reach", "Lamp.set_level", "Speaker.shout"),
-    # Groups of communications, and of components with delays: in each, the order of events matters.
-    orders=(
-        (
-            "Count.down",
-            "Eye.scan",
-            "Eye.spots",
-            "Left.slip",
-            "Right.slip",
-            "Speaker.count",
-            "Speaker.say",
-            "Speaker.shout",
-        ),
-    ),
+    service=Service,
+    action=Action,
 )
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}
@@ -98,5 +47,5 @@ DEFAULTS = {}
 
 def main():
     """Run the controller until it is stopped; return the exit code."""
-    own, shadow = (TABLES, RosPort), (SHADOW, ShadowPort)
-    return run("gauntlet_controller", GauntletController, MODEL, DEFAULTS, own, shadow)
+    make = RosPort, controller_engine
+    return run("gauntlet_controller", GauntletController, MODEL, DEFAULTS, TABLES, *make)

@@ -10,7 +10,6 @@ PARAMETERS = (
     "stop_command",
     "publish_values",
     "event_log",
-    "shadow",
     "operate",
     "tolerance",
 )

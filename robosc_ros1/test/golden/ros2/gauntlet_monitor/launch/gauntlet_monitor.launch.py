@@ -6,9 +6,11 @@ from gauntlet_monitor.ros_launch import controller_launch
 
 # Parameters that can be given as arguments, with ``_`` for each dot.
 PARAMETERS = (
+    "rate",
     "stop_command",
     "publish_values",
     "event_log",
+    "shadow",
     "tolerance",
 )
 

@@ -9,12 +9,14 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
+from ._runtime.supervising import supervisor_engine
 from .controller import GauntletController
 from .model import MODEL
-from .monitor import MonitorPort
 from .relay import RelayPort
+from .relayed_actions import ActionRelay
+from .ros_calls import Service
 from .ros_node import run
-from .ros_tables import MonitorTables, SupervisorTables
+from .supervisor_tables import SupervisorTables
 
 TABLES = SupervisorTables(
     # (topic of the robot, topic of the controller, message type, communications)
@@ -70,61 +72,8 @@ TABLES = SupervisorTables(
     actions=(
         ("/supervised/arm/reach", "/arm/reach", gauntlet_interfaces.action.Reach, "Arm.reach"),
     ),
-)
-# What the node hears as a shadow (parameter shadow), or why it cannot be one.
-SHADOW = MonitorTables(
-    subscriptions=TABLES.subscriptions,
-    # (topic, message type, commands); each command with the data of all its messages, or the path
-    # and values of a field, or neither: all other messages
-    commands=(
-        (
-            "/say",
-            std_msgs.msg.String,
-            (
-                ("Speaker.shout", ({"data": "HEY"},), None),
-                ("Speaker.say", (), None),
-            ),
-        ),
-        (
-            "/count",
-            std_msgs.msg.Int32,
-            (
-                ("Speaker.count", (), None),
-            ),
-        ),
-        (
-            "/left/turn",
-            std_msgs.msg.Float32,
-            (
-                ("Left.turn", (), None),
-            ),
-        ),
-        (
-            "/right/turn",
-            std_msgs.msg.Float32,
-            (
-                ("Right.turn", (), None),
-            ),
-        ),
-    ),
-    # (name, type, communication)
-    actions=(),
-    # What cannot be heard, and the commands that are not judged because of it.
-    unseen=("Arm.reach", "Lamp.set_level"),
-    unjudged=("Arm.reach", "Lamp.set_level", "Speaker.shout"),
-    # Groups of communications, and of components with delays: in each, the order of events matters.
-    orders=(
-        (
-            "Count.down",
-            "Eye.scan",
-            "Eye.spots",
-            "Left.slip",
-            "Right.slip",
-            "Speaker.count",
-            "Speaker.say",
-            "Speaker.shout",
-        ),
-    ),
+    service=Service,
+    action_relay=ActionRelay,
 )
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}
@@ -132,5 +81,5 @@ DEFAULTS = {}
 
 def main():
     """Run the supervisor until it is stopped; return the exit code."""
-    own, shadow = (TABLES, RelayPort), (SHADOW, MonitorPort)
-    return run("gauntlet_supervisor", GauntletController, MODEL, DEFAULTS, own, shadow)
+    make = RelayPort, supervisor_engine
+    return run("gauntlet_supervisor", GauntletController, MODEL, DEFAULTS, TABLES, *make)

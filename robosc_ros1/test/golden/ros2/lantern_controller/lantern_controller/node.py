@@ -3,12 +3,12 @@
 
 import std_msgs.msg
 
+from ._runtime.commanding import controller_engine
 from .controller import LanternController
 from .model import MODEL
 from .ros import RosPort
 from .ros_node import run
-from .ros_tables import MonitorTables, Tables
-from .shadow import ShadowPort
+from .ros_tables import Tables
 
 TABLES = Tables(
     # (topic, message type, communications)
@@ -23,42 +23,11 @@ TABLES = Tables(
     services=(),
     actions=(),
 )
-# What the node hears as a shadow (parameter shadow), or why it cannot be one.
-SHADOW = MonitorTables(
-    subscriptions=TABLES.subscriptions,
-    # (topic, message type, commands); each command with the data of all its messages, or the path
-    # and values of a field, or neither: all other messages
-    commands=(
-        (
-            "kindle",
-            std_msgs.msg.Empty,
-            (
-                ("Flame.kindle", (), None),
-            ),
-        ),
-        (
-            "~/snuff",
-            std_msgs.msg.Bool,
-            (
-                ("Flame.snuff", (), None),
-            ),
-        ),
-    ),
-    # (name, type, communication)
-    actions=(),
-    # What cannot be heard, and the commands that are not judged because of it.
-    unseen=(),
-    unjudged=(),
-    # Groups of communications, and of components with delays: in each, the order of events matters.
-    orders=(
-        ("Flame.kindle", "Flame.snuff", "Sky.brightness"),
-    ),
-)
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}
 
 
 def main():
     """Run the controller until it is stopped; return the exit code."""
-    own, shadow = (TABLES, RosPort), (SHADOW, ShadowPort)
-    return run("lantern_controller", LanternController, MODEL, DEFAULTS, own, shadow)
+    make = RosPort, controller_engine
+    return run("lantern_controller", LanternController, MODEL, DEFAULTS, TABLES, *make)

@@ -4,11 +4,12 @@
 import gauntlet_interfaces.msg
 import std_msgs.msg
 
+from ._runtime.shadowing import listening_engine
 from .controller import GauntletController
 from .model import MODEL
 from .monitor import MonitorPort
+from .monitor_tables import MonitorTables
 from .ros_node import run
-from .ros_tables import MonitorTables
 
 TABLES = MonitorTables(
     # (topic, message type, communications)
@@ -81,5 +82,5 @@ DEFAULTS = {}
 
 def main():
     """Run the monitor until it is stopped; return the exit code."""
-    own = TABLES, MonitorPort
-    return run("gauntlet_monitor", GauntletController, MODEL, DEFAULTS, own)
+    make = MonitorPort, listening_engine
+    return run("gauntlet_monitor", GauntletController, MODEL, DEFAULTS, TABLES, *make)

@@ -3,12 +3,12 @@
 
 import std_msgs.msg
 
+from ._runtime.commanding import controller_engine
 from .controller import ThermostatController
 from .model import MODEL
 from .ros import RosPort
 from .ros_node import run
-from .ros_tables import MonitorTables, Tables
-from .shadow import ShadowPort
+from .ros_tables import Tables
 
 TABLES = Tables(
     # (topic, message type, communications)
@@ -25,49 +25,11 @@ TABLES = Tables(
     services=(),
     actions=(),
 )
-# What the node hears as a shadow (parameter shadow), or why it cannot be one.
-SHADOW = MonitorTables(
-    subscriptions=TABLES.subscriptions,
-    # (topic, message type, commands); each command with the data of all its messages, or the path
-    # and values of a field, or neither: all other messages
-    commands=(
-        (
-            "/heat",
-            std_msgs.msg.Float32,
-            (
-                ("Heater.heat", (), None),
-            ),
-        ),
-        (
-            "/rest",
-            std_msgs.msg.Empty,
-            (
-                ("Heater.rest", (), None),
-            ),
-        ),
-        (
-            "/say",
-            std_msgs.msg.String,
-            (
-                ("Heater.say", (), None),
-            ),
-        ),
-    ),
-    # (name, type, communication)
-    actions=(),
-    # What cannot be heard, and the commands that are not judged because of it.
-    unseen=(),
-    unjudged=(),
-    # Groups of communications, and of components with delays: in each, the order of events matters.
-    orders=(
-        ("Heater", "Heater.heat", "Heater.rest"),
-    ),
-)
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}
 
 
 def main():
     """Run the controller until it is stopped; return the exit code."""
-    own, shadow = (TABLES, RosPort), (SHADOW, ShadowPort)
-    return run("thermostat_controller", ThermostatController, MODEL, DEFAULTS, own, shadow)
+    make = RosPort, controller_engine
+    return run("thermostat_controller", ThermostatController, MODEL, DEFAULTS, TABLES, *make)
