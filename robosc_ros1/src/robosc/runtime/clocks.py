@@ -123,14 +123,14 @@ class Clocks:
         for timer in self._timers:
             self._restart(timer, self.time())
 
-    def look(self) -> float:
-        """Return the seconds of the machine for which the port's time has not gone on; end the
-        timeouts of messages that did not come meanwhile, if that is long.
+    def look(self, machine: float) -> float:
+        """Return for how many seconds of the machine, until a time of it, the port's time has not
+        gone on; end the timeouts of messages that did not come meanwhile, if that is long.
 
         To be called at least once per second; otherwise this process stood still itself, and it is
         not known whether the port's time did.
         """
-        machine, seen = self._steady(), self.time()
+        seen = self.time()
         if not self.has_begun:
             seen = BEFORE_TIME
         if seen != self._seen or machine - self._looked > STANDSTILL:

@@ -42,7 +42,7 @@ class Commanding:
     def act(self) -> bool:
         engine = self._engine
         engine.meet_deadlines()
-        engine.pauses.look()  # the process may have been stopped since the cycle began
+        engine.pauses.notice()  # the process may have been stopped since the cycle began
         if engine.closing or engine.pauses.holds:
             return False
         if engine.stopped is not None:

@@ -44,16 +44,17 @@ class Deadlines:
         call = None if earliest is None else earliest - self._steady()
         return shortest(self._clocks.time_to_next(), call, RETRY if self._calls.open else None)
 
+    def any_ready(self) -> bool:
+        """Whether something may be ready."""
+        earliest = self._calls.earliest
+        return self._clocks.any_due() or (earliest is not None and earliest <= self._steady())
+
     def ready(self) -> Iterator[Union[Timer, Watch, Missed]]:
         """Yield what is ready, to be applied before the next; that may make more ready.
 
         A timer is ready if its delay is over, whether its guard holds or not. A timeout is not
         while a message waits, which may prevent it.
         """
-        earliest = self._calls.earliest
-        late = earliest is not None and earliest <= self._steady()
-        if not (self._clocks.any_due() or late):
-            return
         # What becomes due meanwhile is left to the next call, so that inputs are not kept waiting.
         time, steady = self._clocks.time(), self._steady()
         held: List[Watch] = []

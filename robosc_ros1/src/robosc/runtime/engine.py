@@ -279,7 +279,7 @@ class Engine(Generic[R]):
     def meet_deadlines(self) -> None:
         """Apply what is ready by the clock, beginning with what was due first, until nothing is;
         then send the open requests that a server can take."""
-        for ready in self._deadlines.ready():
+        for ready in self._deadlines.ready() if self._deadlines.any_ready() else ():
             if isinstance(ready, Timer):
                 self.role.delayed(ready)
             elif isinstance(ready, Watch):

@@ -61,17 +61,22 @@ class Pauses:
         self._number = 0
 
     def look(self) -> None:
-        """Hold commands from now on if there was a pause."""
-        if self.beat is None:
-            return
+        """Hold commands from now on if there was a pause; let the clocks follow."""
+        if self.beat is not None:
+            self._parts.clocks.look(self.notice())
+
+    def notice(self) -> float:
+        """Hold commands from now on if there was a pause; return the time of the machine."""
         now = self._parts.steady()
+        if self.beat is None:
+            return now
         pause = 0.0 if self._last is None else now - self._last
         self._last = now
         if pause > 2 * self.beat:
             self._begin(pause, now)
         elif self.holds and now >= self._until:
             self.holds = False
-        self._parts.clocks.look()
+        return now
 
     def _begin(self, pause: float, now: float) -> None:
         parts = self._parts

@@ -101,10 +101,10 @@ class EventRecorder:
         others that were recorded.
         """
         self.number += 1
+        # In the order of the fields: names would take longer than all else here.
         entry = Entry(
             self.number, self.now() if time is None else time, kind, name, tau, value, outcome,
-            detail, seen=seen, blocked_by=blocked_by,
-            correction=correction, reason=reason, effect=reordered, reordered=reordered is not None,
+            detail, False, reordered, seen, blocked_by, correction, reason, reordered is not None,
         )  # fmt: skip
         if self._controller is None or not (
             self._fresh or self._is_partial or not is_small(value) or len(detail or "") > _LONGEST

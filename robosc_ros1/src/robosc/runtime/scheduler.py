@@ -43,10 +43,10 @@ class ScheduledCommand:
     """A command with its methods bound to the controller, and its scheduling state."""
 
     __slots__ = (
-        "_state", "allowed", "apply", "authorised", "changed", "count", "data", "due", "index",
-        "is_cancel", "is_once", "key", "kind", "period", "reads", "ready", "replaces", "rising",
-        "round", "row", "sent", "sort", "suspended", "synchronisation", "turn", "waits_for", "was",
-        "writes",
+        "_during", "_state", "_unless", "allowed", "apply", "authorised", "changed", "count",
+        "data", "due", "index", "is_cancel", "is_once", "key", "kind", "period", "reads", "ready",
+        "replaces", "rising", "round", "row", "sent", "sort", "suspended", "synchronisation",
+        "turn", "waits_for", "was", "writes",
     )  # fmt: skip
 
     def __init__(
@@ -70,6 +70,7 @@ class ScheduledCommand:
         self.allowed = self.authorised
         self.synchronisation = synchronisation
         self.row = command
+        self._during, self._unless = command.during, command.unless
         self.key = command.key
         self.kind = command.kind
         self.sort = communication.sort
@@ -115,7 +116,14 @@ class ScheduledCommand:
     @property
     def possible(self) -> bool:
         """Whether the phase of its communication permits it."""
-        return self.row.possible(self._state)
+        state = self._state
+        for name in self._unless:
+            if state[name]:
+                return False
+        for name in self._during:
+            if state[name]:
+                return True
+        return not self._during
 
     def fits(self, *data: Any) -> bool:
         """Whether it is possible in the components with these data, whatever the requirements
@@ -126,9 +134,14 @@ class ScheduledCommand:
     @property
     def waits(self) -> bool:
         """Whether it is to be sent, now or in its time."""
-        is_repeated = not self.is_once and not self.is_replacing
-        is_new = is_repeated or self.sent is NOTHING or self.changed
-        return is_new and self.was and self.possible and not self.suspended
+        return self.was and not self.suspended and self.possible and self.is_new
+
+    @property
+    def is_new(self) -> bool:
+        """Whether it is sent again and again, or would say something that it has not said."""
+        if self.sent is NOTHING or self.changed:
+            return True
+        return not self.is_once and not self.is_replacing
 
     @property
     def is_replacing(self) -> bool:
@@ -146,8 +159,8 @@ class ScheduledCommand:
             self.sent = NOTHING
 
     def look(self) -> None:
-        """Look whether what would be sent has changed."""
-        if self.sent is not NOTHING and self.data is not None:
+        """Look whether what would be sent has changed since it was sent."""
+        if self.data is not None:
             with contextlib.suppress(Undefined):
                 self.changed = self.data() != self.sent
 
@@ -239,16 +252,18 @@ class CommandScheduler:
                 command.due += command.period * (1 + (now - command.due) // command.period)
             if not command.allowed():
                 command.was = command.rising = False
-                command.renew()
+                if command.sent is not NOTHING:
+                    command.renew()
                 continue
-            command.look()
+            if command.sent is not NOTHING:
+                command.look()
             possible = command.possible
             if not command.was:
                 command.was = True
                 if possible and not (key_ended and not command.is_cancel):
                     command.rising = True
                     self._rising.append(command)
-            if command.waits:
+            if possible and not command.suspended and command.is_new:
                 self._place(command, now)
 
     def failed(self, key: str) -> None:
@@ -265,7 +280,9 @@ class CommandScheduler:
 
     def next(self, now: float) -> Optional[ScheduledCommand]:
         """Return the command to perform now; None: no more in this round."""
-        self._release(now)
+        self._follow(now)
+        if self._waiting and self._waiting[0][0] <= now:
+            self._release(now)
         command = self._drawn() if self._order == "random" else self._first()
         if command is None:
             self._round += 1
@@ -328,7 +345,6 @@ class CommandScheduler:
 
     def _release(self, now: float) -> None:
         """Move the commands that have become due to the heap of due commands."""
-        self._follow(now)
         while self._waiting and self._waiting[0][0] <= now:
             due, index = heappop(self._waiting)
             command = self.commands[index]

@@ -215,7 +215,7 @@ class Supervising:
         return self._judge.reasons(key, kind, data)
 
     def passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
-        self._engine.pauses.look()  # the process may have been stopped since the cycle began
+        self._engine.pauses.notice()  # the process may have been stopped since the cycle began
         data = checked.data
         reasons = self.reasons(key, kind, data)
         name = self._names[key]

@@ -52,7 +52,7 @@ class TimeMonitor:
 
     def blinding(self) -> List[str]:
         """Return the faults with which it is not known now what time it is in the model."""
-        stood = self._clocks.look()
+        stood = self._clocks.look(self._steady())
         found = [] if self.replaced is None else [self.replaced]
         if not self._clocks.has_begun:
             found.append(_NOT_BEGUN)
@@ -62,7 +62,8 @@ class TimeMonitor:
 
     def _found(self) -> List[str]:
         found = []
-        stood, now = self._clocks.look(), self._steady()
+        now = self._steady()
+        stood = self._clocks.look(now)
         if stood > self._clocks.delays[0]:
             found.append(_STANDS if self._clocks.has_begun else _NOT_BEGUN)
         if not self._steps or self._clocks.steps_back != self._steps[-1][1]:
