@@ -98,7 +98,8 @@ def test_only_what_the_code_uses_is_imported() -> None:
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_package_says_what_made_it_from_what_and_under_which_licence(target: str) -> None:
     files = package_of("lantern", target).files
-    source = next(file.content for path, file in files.items() if path.endswith("/model.py"))
+    own = "lantern_controller/model.py"
+    source = next(file.content for path, file in files.items() if path.endswith(own))
     found: dict[str, Any] = {}
     exec(source, found)
     assert found["GENERATOR"] == f"robosc {robosc.__version__}"
