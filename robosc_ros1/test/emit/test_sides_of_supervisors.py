@@ -10,6 +10,7 @@ import pytest
 from emit.golden_packages import package_of
 
 from robosc.emit.write.writer import write
+from robosc.runtime.settings import Settings
 
 NAMES = ("scan", "odom", "vel", "horn", "lamp", "door", "go", "order")
 
@@ -20,7 +21,7 @@ def tables(tmp_path_factory: pytest.TempPathFactory) -> Any:
     write(package_of("gauntlet", mode="supervisor"), folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(folder / "gauntlet_supervisor" / "src"))
-        module: Any = import_module("gauntlet_supervisor.ros_tables")
+        module: Any = import_module("gauntlet_supervisor.supervisor_tables")
     for name in [n for n in sys.modules if n.split(".")[0] == "gauntlet_supervisor"]:
         del sys.modules[name]
     rows = {name: ("supervised/" + name, name, None, ()) for name in NAMES}
@@ -57,8 +58,14 @@ def test_the_sides_of_a_supervisor_stay_apart(
         return "/" + (new if name == old else name)
 
     if told is None:
-        made.demand_apart(resolved)
+        made.demand_fit(Settings(), resolved)
         return
     with pytest.raises(module.ParameterError, match="is the same on both sides") as raised:
-        made.demand_apart(resolved)
+        made.demand_fit(Settings(), resolved)
     assert str(raised.value).startswith(told + " is")
+
+
+def test_a_supervisor_is_no_shadow(tables: Any) -> None:
+    module, made = tables
+    with pytest.raises(module.ParameterError, match="a shadow is a mode of the monitor"):
+        made.demand_fit(Settings(shadow=True), lambda name: "/" + name)
