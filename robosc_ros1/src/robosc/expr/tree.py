@@ -83,6 +83,7 @@ class RosParameter:
 
     ``key`` is the name shown to users, qualified by that of the component or library. One that is
     ``required`` must be given when the node starts; what only plays a robot takes the default.
+    ``bounds`` are the least and the greatest value of a double.
     """
 
     key: str
@@ -90,6 +91,7 @@ class RosParameter:
     default: Value = field(compare=False)
     span: Span = field(compare=False, repr=False)
     required: bool = field(default=False, compare=False)
+    bounds: tuple[float, float] | None = None
 
     @property
     def name(self) -> str:
