@@ -70,12 +70,13 @@ class BddCareSet:
         return replace(self, allowed=self.allowed & some, refused=self.refused & none)
 
     def separates(self, condition: Expr) -> bool:
-        false = self.encoding.manager.false
+        encoding, false = self.encoding, self.encoding.manager.false
         try:
-            holds = self.encoding.holds(condition)
+            if encoding.where(self.refused, condition) != false:
+                return False
+            return encoding.where(self.allowed, condition) == self.allowed
         except StateSpaceError:
             return False
-        return self.allowed & ~holds == false and self.refused & holds == false
 
     @property
     def size(self) -> int:

@@ -16,7 +16,7 @@ from math import prod
 
 from robosc.expr.evaluation import evaluate
 from robosc.expr.identity_cache import IdentityCache
-from robosc.expr.traversal import fold, walk
+from robosc.expr.traversal import fold, may_be_undefined, walk
 from robosc.expr.tree import Binary, Expr, Leaf, Operation, Unary, ValueRef
 from robosc.expr.types import Value
 from robosc.plant.automaton import Plant, PlantState
@@ -41,7 +41,9 @@ class _Block:
 class Encoding:
     """The boolean variables of one plant, and the sets of states of values and expressions."""
 
-    def __init__(self, plant: Plant, memory: int, reverse: bool = False) -> None:
+    def __init__(
+        self, plant: Plant, memory: int, reverse: bool = False, piecewise: bool = False
+    ) -> None:
         self.plant = plant
         self._blocks: dict[LeafSource, _Block] = {}
         self._known: dict[tuple[Expr, int | None], Partition] = {}
@@ -50,6 +52,7 @@ class Encoding:
         self._partitions: defaultdict[int | None, IdentityCache[Partition]] = defaultdict(
             IdentityCache
         )
+        self._piecewise = piecewise
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
         for item in ordered(plant)[:: -1 if reverse else 1]:
@@ -254,6 +257,25 @@ class Encoding:
         Results are cached: copies of a component share requirements, and warnings query them again.
         """
         return self._where[event].of(expr, lambda expr: self._new_holds(expr, event))
+
+    def where(self, states: Bdd, condition: Expr) -> Bdd:
+        """Return the states of a set in which a condition is true."""
+        if self._piecewise and not may_be_undefined(condition):
+            return self._narrowed(states, condition)
+        return states & self.holds(condition)
+
+    def _narrowed(self, states: Bdd, condition: Expr) -> Bdd:
+        """Return the same; parts are applied one after the other, since all of them together can
+        have a far larger diagram than what is left of the set."""
+        match condition:
+            case Binary(operator="and", left=left, right=right):
+                return self._narrowed(self._narrowed(states, left), right)
+            case Binary(operator="or", left=left, right=right):
+                first = self._narrowed(states, left)
+                return first | self._narrowed(states & ~first, right)
+            case Unary(operator="!", operand=operand):
+                return states & ~self._narrowed(states, operand)
+        return states & self.holds(condition)
 
     def _new_holds(self, expr: Expr, event: int | None) -> Bdd:
         if isinstance(expr, Binary) and expr.operator == "and":

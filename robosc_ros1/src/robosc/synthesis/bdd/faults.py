@@ -23,7 +23,7 @@ class SymbolicFaults:
         self._engine = solution.engine
         self._encoding = solution.engine.encoding
         self._manager = solution.engine.manager
-        self._avoided = solution.plant_reach & ~solution.good
+        self._avoided = solution.explored & ~solution.good
         self._time = time
         self._stepper = Stepper(solution.engine.plant)
         self._faulty: dict[Fault, Bdd] = {}
@@ -128,10 +128,11 @@ class SymbolicFaults:
 
     def _wrong(self, fault: Fault) -> Bdd:
         engine, encoding = self._engine, self._encoding
-        reach, good = self._solution.plant_reach, self._solution.good
+        reach, good = self._solution.explored, self._solution.good
         match fault:
             case "requirement":
-                return self._manager.union(~encoding.holds(e) for e, _ in engine.plant.invariants)
+                found = [~encoding.holds(expr) for expr, _ in engine.plant.invariants]
+                return self._manager.union(self._avoided & failing for failing in found)
             case "range":
                 return engine.leaving_range()
             case "blocked":

@@ -70,10 +70,10 @@ class SymbolicSystem:
         return self.encoding.pick(self.encoding.initial & ~self.solution.good)
 
     def reaches(self, condition: Expr) -> bool:
-        return self.encoding.holds(condition) & self.solution.states != self._false
+        return self.encoding.where(self.solution.states, condition) != self._false
 
     def plant_reaches(self, condition: Expr) -> bool | None:
-        return self.encoding.holds(condition) & self.solution.plant_reach != self._false
+        return self.encoding.where(self.solution.plant_reach, condition) != self._false
 
     def longest_completion(self) -> int | None:
         return self.engine.longest_completion(self.solution.states)
@@ -90,7 +90,7 @@ class SymbolicSystem:
         If even a longer one is, the path is only the state.
         """
         self.encoding.manager.make_room()
-        wanted = self.encoding.holds(condition) & self.solution.states
+        wanted = self.encoding.where(self.solution.states, condition)
         if wanted == self._false:
             return None
         number = 0

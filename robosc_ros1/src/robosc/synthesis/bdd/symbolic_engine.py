@@ -9,10 +9,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from robosc import limits
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Plant
+from robosc.plant.support import support
 from robosc.progress import Progress
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
@@ -37,12 +39,14 @@ class SymbolicSolution:
     ``good`` is the supremal safe, controllable and nonblocking set. If it does not contain the
     initial states, ``states`` is empty, and ``good`` is an intermediate set of the fixpoint, enough
     to explain the loss of an initial state by uncontrollable events. ``plant_reach`` is what the
-    plant reaches without its requirements. ``restricted`` says whether something is forbidden
+    plant reaches without its requirements, ``explored`` the part of it that the fixpoint is about.
+    ``restricted`` says whether something is forbidden
     beyond the requirements.
     """
 
     engine: SymbolicEngine
     plant_reach: Bdd
+    explored: Bdd
     states: Bdd
     good: Bdd
     restricted: bool
@@ -102,17 +106,19 @@ class SymbolicEngine:
         most_disjuncts: int = MOST_DISJUNCTS,
         reverse: bool = False,
         most_nodes: int | None = None,
+        invariants_first: bool = False,
     ) -> None:
         self.plant = plant
         self._most_nodes = most_nodes
-        self.encoding = Encoding(plant, memory, reverse)
+        self._invariants_first = invariants_first
+        self.encoding = Encoding(plant, memory, reverse, piecewise=invariants_first)
         self.manager = self.encoding.manager
         self.relations = Relations(self.encoding, most_disjuncts)
         self.events = self.relations.events
         self._required = tuple(_guarded(event.disjuncts, event.required) for event in self.events)
         self._permitted: tuple[Sequence[Disjunct], ...] = self._required
         self._progress = progress
-        self._plant_reach = self.manager.false
+        self._plant_reach = self._explored = self.manager.false
         self._rounds: list[tuple[Bdd, Bdd]] = []
 
     def place(self, event: EventRelation) -> int:
@@ -123,35 +129,95 @@ class SymbolicEngine:
         """Return the controlled system."""
         true = self.manager.true
         good, starts = supremal(self)
-        plant_reach = self._plant_reach
         if not starts:
-            none, rounds = self.manager.false, tuple(self._rounds)
-            return SymbolicSolution(self, plant_reach, none, good, True, rounds)
-        if good == plant_reach:
-            reach = plant_reach
+            return self._solution(self.manager.false, good, True)
+        if good == self._plant_reach:
+            reach = good
             if any(event.required != true for event in self.events):
                 reach = self._forward(self._required, true)
-            return SymbolicSolution(self, plant_reach, reach, good, False)
+            return self._solution(reach, good, False)
         self._permitted = self._inside(good)
         reach = self._forward(self._permitted, good)
         restricted = self._leaves(reach)
         if not restricted:
             self._permitted = self._required
+        return self._solution(reach, good, restricted)
+
+    def _solution(self, states: Bdd, good: Bdd, restricted: bool) -> SymbolicSolution:
         rounds = tuple(self._rounds)
-        return SymbolicSolution(self, plant_reach, reach, good, restricted, rounds)
+        return SymbolicSolution(
+            self, self._plant_reach, self._explored, states, good, restricted, rounds
+        )
 
     def reachable(self) -> Bdd:
         """Return the states that the plant reaches without its requirements.
 
-        What it reaches under them would do as well, and can have a far larger diagram.
+        What it reaches under them would do as well, and can have a far larger diagram; or a far
+        smaller one, so that it is tried where all that violates requirements has too many nodes.
         """
-        self._plant_reach = self._forward(
-            [event.disjuncts for event in self.events], self.manager.true
-        )
-        return self._plant_reach
+        plain = [event.disjuncts for event in self.events]
+        self._plant_reach = self._explored = self._forward(plain, self.manager.true)
+        if not self._invariants_first:
+            return self._plant_reach
+        found = self._inside_invariants()
+        self._explored = found | self._next(self._required, found)
+        return found
+
+    def _inside_invariants(self) -> Bdd:
+        """Return what the plant reaches under its requirements over states that violate none.
+
+        An event applies those that it may come to violate, one after the other, to what it reaches:
+        all of them together can have a far larger diagram. What waits for others may stand on
+        either side of them in the order, so that rounds go down and up.
+        """
+        found, before = self.encoding.initial, self.manager.false
+        down = sorted(self.events, key=self.place)
+        while found != before:
+            before = found
+            for event in (*down, *reversed(down)):
+                self._check_nodes()
+                for disjunct in self._required[event.number]:
+                    if not disjunct.stays:
+                        found = self._closed_under(disjunct, self._touched[event.number], found)
+        return found
+
+    def _closed_under(self, disjunct: Disjunct, conditions: Sequence[Bdd], states: Bdd) -> Bdd:
+        while True:
+            after = self.manager.run(lambda s=states: self.relations.image(disjunct, s))  # type: ignore[misc]
+            for condition in conditions:
+                after = after & condition
+            if after | states == states:
+                return states
+            states = states | after
+
+    @cached_property
+    def _touched(self) -> list[list[Bdd]]:
+        """Per event, where the state requirements hold that it may come to violate."""
+        holds = self.encoding.holds
+        read = [(holds(expr), support(self.plant, expr)) for expr, _ in self.plant.invariants]
+        return [
+            [condition for condition, of in read if not event.writes.isdisjoint(of)]
+            for event in self.events
+        ]
 
     def safe(self, states: Bdd) -> Bdd:
+        if self._invariants_first:
+            return states & ~self._leading_to_unsafe(states)
         return states & ~self.unsafe()
+
+    def _leading_to_unsafe(self, states: Bdd) -> Bdd:
+        """Return the states of a set that are unsafe, or that an uncontrollable event may lead to
+        an unsafe state outside."""
+        found = [self.leaving_range()]
+        found += [states & ~self.encoding.holds(expr) for expr, _ in self.plant.invariants]
+        for event in self.events:
+            if not self.plant.events[event.number].controllable:
+                found += [
+                    self.relations.preimage(disjunct, ~condition) & states
+                    for disjunct in event.disjuncts
+                    for condition in self._touched[event.number]
+                ]
+        return self.manager.union(found)
 
     def controllable(self, states: Bdd, before: Bdd) -> Bdd:
         bad = before & ~states
@@ -198,7 +264,11 @@ class SymbolicEngine:
         """Return the states that violate a state requirement or leave a range, reachable or not."""
         found = [self.leaving_range()]
         found.extend(~self.encoding.holds(expr) for expr, _ in self.plant.invariants)
-        return self.manager.union(found)
+        while len(found) > 1:
+            self._check_nodes()
+            pairs = [a | b for a, b in zip(found[::2], found[1::2], strict=False)]
+            found = pairs + found[len(pairs) * 2 :]
+        return found[0]
 
     def leaving_range(self) -> Bdd:
         """Return the states in which an uncontrollable event would leave a range."""
@@ -210,10 +280,13 @@ class SymbolicEngine:
 
     def successors(self, states: Bdd) -> Bdd:
         """Return the image of ``states`` under one step of the plant under its requirements."""
+        return self._next(self._permitted, states)
+
+    def _next(self, disjuncts: Sequence[Sequence[Disjunct]], states: Bdd) -> Bdd:
         return self.manager.union(
             self.manager.run(lambda m=disjunct: self.relations.image(m, states))  # type: ignore[misc]
-            for disjuncts in self._permitted
-            for disjunct in disjuncts
+            for several in disjuncts
+            for disjunct in several
             if not disjunct.stays
         )
 
@@ -291,6 +364,14 @@ class SymbolicEngine:
         inside = self._inside(good)
         return self._closure("nonblocking states", marked, good, inside, self.relations.preimage)
 
+    def _check_nodes(self) -> None:
+        if self._most_nodes is None or self.manager.nodes <= self._most_nodes:
+            return
+        if self._invariants_first:  # many images of small sets: what is in use counts
+            self.manager.collect_garbage()
+        if self.manager.nodes > self._most_nodes:
+            raise TooManyNodes
+
     def _closure(
         self,
         what: str,
@@ -303,8 +384,7 @@ class SymbolicEngine:
 
         def report(part: Bdd, level: int) -> None:
             nonlocal latest, again
-            if self._most_nodes is not None and self.manager.nodes > self._most_nodes:
-                raise TooManyNodes
+            self._check_nodes()
             # Counting takes longer than closing a small part.
             if self._progress is not None and (now := time.monotonic()) >= again:
                 again = now + _SECONDS

@@ -65,22 +65,27 @@ def synthesize_bdd(
 
 
 def _solved(plant: Plant, progress: Progress | None, memory: int) -> SymbolicSolution:
-    """Return the controlled system, found in the reverse order of variables if the first is slow.
+    """Return the controlled system, found in another way if the first is slow.
 
-    One direction can take a hundred times the nodes of the other, and no rule known tells which: a
-    lift with eight robots ends in one only.
+    One direction of the order of variables can take a hundred times the nodes of the other, and no
+    rule known tells which: a lift with eight robots ends in one only. Robots in zones of which each
+    holds one end only if what all requirements forbid is never computed.
     """
-    for reverse in (False, True):
-        engine = SymbolicEngine(plant, progress, memory, reverse=reverse, most_nodes=_MANY_NODES)
-        try:
-            return engine.solve()
-        except TooManyNodes:
-            del engine
-        except MemoryError:
-            if not reverse:
-                raise
-            del engine
-        gc.collect()  # frees the diagrams before there are others
+    for invariants_first in (False, True) if plant.invariants else (False,):
+        for reverse in (False, True):
+            engine = SymbolicEngine(
+                plant,
+                progress,
+                memory,
+                reverse=reverse,
+                most_nodes=_MANY_NODES,
+                invariants_first=invariants_first,
+            )
+            try:
+                return engine.solve()
+            except (TooManyNodes, MemoryError):
+                del engine
+            gc.collect()  # frees the diagrams before there are others
     return SymbolicEngine(plant, progress, memory).solve()
 
 

@@ -1,0 +1,38 @@
+"""Going forward only over states that violate no requirement gives the same controlled system."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from random_models import random_model
+from synthesis.plants import plant_of
+
+from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
+
+pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
+
+SMALL = 2**25
+
+
+@pytest.mark.parametrize("seeds", [range(100), range(100, 200)])
+def test_the_same_controlled_system(seeds: range) -> None:
+    restricted = empty = 0
+    for seed in seeds:
+        plant = plant_of(random_model(random.Random(seed), 1 + seed % 3))
+        usual = SymbolicEngine(plant, memory=SMALL).solve()
+        other = SymbolicEngine(plant, memory=SMALL, invariants_first=True).solve()
+        assert other.empty == usual.empty
+        empty += usual.empty
+        if usual.empty:
+            continue
+        restricted += usual.restricted
+        assert other.restricted == usual.restricted
+        assert other.plant_states == usual.plant_states
+        assert other.controlled_states == usual.controlled_states
+        assert other.controlled_transitions == usual.controlled_transitions
+        for one, same in zip(usual.engine.events, other.engine.events, strict=True):
+            if plant.events[one.number].controllable:
+                counted = usual.engine.encoding.count(usual.enabled(one))
+                assert other.engine.encoding.count(other.enabled(same)) == counted
+    assert restricted > 10 and empty > 5
