@@ -32,9 +32,11 @@ control of a class of discrete event processes", SIAM J. Control Optim. 25(1), 1
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Final
 
 from robosc import limits
+from robosc.errors import StateSpaceError
 from robosc.progress import Progress
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import usable
@@ -43,6 +45,8 @@ from robosc.synthesis.verify.explicit import ExplicitVerifier
 from robosc.synthesis.verify.verify_report import Check, Findings, VerifyReport, event_phrase
 
 _MANY_STEPS: Final = 1 << 22  # above, symbolic search is faster, as measured
+_FEW_STEPS: Final = 1 << 17
+"""Up to which a system is searched one by one, however many states its plant has."""
 
 
 def verify(
@@ -79,6 +83,11 @@ def verify(
 def _findings(supervisor: Supervisor, limit: int, progress: Progress) -> Findings:
     large = supervisor.plant_states > limit or supervisor.controlled_transitions > _MANY_STEPS
     if large and usable():
+        # What synthesis searched one by one is sparse in its plant, which sets may not hold.
+        few = supervisor.controlled_transitions <= _FEW_STEPS
+        if few and supervisor.engine == "explicit":
+            with suppress(StateSpaceError):
+                return ExplicitVerifier(supervisor, min(limit, _FEW_STEPS)).found()
         from robosc.synthesis.verify.symbolic import search_by_sets  # imported on demand
 
         return search_by_sets(supervisor, progress)
