@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 
 import pytest
 import steep_families
@@ -17,6 +19,7 @@ from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE
 from robosc.report import verify_text
 from robosc.supervisor import Supervisor
+from robosc.synthesis.verify import symbolic
 from robosc.synthesis.verify.verification import verify
 from robosc.synthesis.verify.verify_report import VerifyReport, verify_document
 
@@ -126,3 +129,20 @@ def test_very_many_transitions_are_taken_by_sets() -> None:
 
 def test_small_systems_are_visited_state_by_state() -> None:
     assert verify(supervisor_of(steep_families.crew(4))).method == "explicit"
+
+
+@pytest.mark.slow
+def test_the_other_direction_of_the_order_proves_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each direction alone, and in turn where a try takes longer than it may."""
+    monkeypatch.setattr(symbolic, "_LEAST_SECONDS", 1e-7)
+    for seed in range(4):
+        right = pipeline.synthesize(robot_of(random_model(random.Random(7_300 + seed))))
+        for judged in (right, *islice(wrong(right), 3)):
+            forth, back = (
+                symbolic._Proof(judged, None, reverse, math.inf).found()
+                for reverse in (False, True)
+            )
+            assert forth == back
+            assert symbolic.search_by_sets(replace(judged, seconds=0.0)) == forth

@@ -45,4 +45,4 @@ def test_a_wrong_guard_is_found(supervisor: Supervisor, value: bool, failing: st
     first, *others = supervisor.guards
     wrong = replace(first, expr=Literal(value, BooleanType()))
     report = verify(replace(supervisor, guards=(wrong, *others)))
-    assert [check.name for check in report.checks if not check.holds][0] == failing
+    assert next(check.name for check in report.checks if not check.holds) == failing

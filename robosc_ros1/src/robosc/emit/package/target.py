@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -173,7 +174,7 @@ def _licence(source: str) -> str:
     """The licence of what robosc adds to the model."""
     text = (templates_folder() / "common" / "LICENSE").read_text(encoding="utf-8")
     head = f"This package was {MARKER} {__version__} from {source}. Of what is not from that model:"
-    return f"{head}\n\n{text}"
+    return f"{textwrap.fill(head, 100)}\n\n{text}"
 
 
 def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:

@@ -94,11 +94,16 @@ def _parts(event: Event) -> Iterator[Event]:
 
 
 class StateSets:
-    """Sets of states of a plant, and the transition relations of its events."""
+    """Sets of states of a plant, and the transition relations of its events.
 
-    def __init__(self, plant: Plant) -> None:
+    With ``reverse`` the variables have the opposite order.
+    """
+
+    def __init__(self, plant: Plant, reverse: bool = False) -> None:
         self.plant = plant
         self._order = [item for item in ordered(plant) if isinstance(item, int)]
+        if reverse:
+            self._order.reverse()
         self._bits: list[tuple[int, ...]] = [()] * len(plant.variables)
         first = 0
         for index in self._order:

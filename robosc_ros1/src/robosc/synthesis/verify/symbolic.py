@@ -12,6 +12,7 @@ computed as well: their conditions read many variables, the plant's events few.
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -30,6 +31,9 @@ from robosc.synthesis.verify.verify_report import MISSING, Check, Findings, even
 _SECONDS: Final = 0.05
 """Between two reports of progress."""
 
+_LEAST_SECONDS: Final = 2.0
+"""Of processor time for a first try, or twice what synthesis took: one direction of the order of
+variables may take a hundred times the nodes of the other, and no rule known tells which."""
 _Take: TypeAlias = Callable[[Relation, Bdd, Bdd], Bdd]
 """From a relation, those of its steps that count, and a set: what they lead to, or come from."""
 
@@ -40,16 +44,32 @@ def search_by_sets(supervisor: Supervisor, progress: Progress | None = None) -> 
     Raises:
         StateSpaceError: an event or a condition reads too much, or the diagrams grow too large.
     """
-    try:
-        return _Proof(supervisor, progress).found()
-    except MemoryError:
-        raise StateSpaceError("verification ran out of the memory that it may use") from None
+    seconds = max(_LEAST_SECONDS, 2 * supervisor.seconds)
+    directions = [False, True]
+    while directions:
+        for reverse in tuple(directions):
+            try:
+                return _Proof(supervisor, progress, reverse, seconds).found()
+            except _TooSlowError:
+                pass
+            except MemoryError:
+                directions.remove(reverse)
+            gc.collect()  # frees the diagrams before there are others
+        seconds *= 4
+    raise StateSpaceError("verification ran out of the memory that it may use")
+
+
+class _TooSlowError(Exception):
+    """The other direction of the order of variables may be faster."""
 
 
 class _Proof:
-    def __init__(self, supervisor: Supervisor, progress: Progress | None) -> None:
+    def __init__(
+        self, supervisor: Supervisor, progress: Progress | None, reverse: bool, seconds: float
+    ) -> None:
+        self._end = time.process_time() + seconds
         self.plant: Plant = supervisor.plant
-        self.sets = StateSets(self.plant)
+        self.sets = StateSets(self.plant, reverse)
         self.manager, self.relations = self.sets.manager, self.sets.relations
         self.false = self.manager.false
         self._progress = progress
@@ -66,8 +86,12 @@ class _Proof:
         self.unsafe = self.manager.union([*failing, *(r.escapes for r in self.relations)])
 
     def tick(self, part: Bdd, place: int) -> None:
-        if self._progress is not None and (now := time.monotonic()) >= self._again:
-            self._again = now + _SECONDS
+        if (now := time.monotonic()) < self._again:
+            return
+        self._again = now + _SECONDS
+        if time.process_time() > self._end:
+            raise _TooSlowError
+        if self._progress is not None:
             self._progress("verification", self.sets.count_from(place, part), self.sets.most)
 
     def found(self) -> Findings:
