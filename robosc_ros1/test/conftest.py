@@ -129,6 +129,9 @@ def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
     item.user_properties.append(("processor", costs.processor() - item.stash[BEGUN]))
 
 
+NESTED = "PYTEST_CURRENT_TEST" in os.environ
+"""Whether a test of the suite runs this. It is asked now: pytest takes the variable away behind its
+own tests."""
 BEGUN = pytest.StashKey[float]()
 
 
@@ -143,8 +146,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
     if os.environ.get("CI") and reporter is not None and reporter.stats.get("skipped"):
         session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
-    is_own = "PYTEST_CURRENT_TEST" not in os.environ  # a test of the suite may run it, too
-    if os.environ.get("CI") and reporter is not None and is_own:
+    if os.environ.get("CI") and reporter is not None and not NESTED:
         stats = reporter.stats
         # Side by side, pytest-xdist appends the group.
         failed = {
