@@ -25,6 +25,10 @@ from robosc.emit.package.package_context import PackageContext, TopicView, escap
 from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
+from robosc.emit.package.robot_under_test import (
+    commands_under_test,
+    communications_under_test,
+)
 from robosc.emit.supervisor.listening import heard_by_shadow, monitor_context, monitor_readme
 from robosc.emit.supervisor.supervisor_package import relay_context
 from robosc.emit.write.line_breaks import break_long_lines
@@ -80,11 +84,17 @@ _NODES: Mapping[Mode, str] = {
 
 
 def package_of(
-    target: Target, supervisor: Supervisor, package: str, config: Config, mode: Mode
+    target: Target,
+    supervisor: Supervisor,
+    package: str,
+    config: Config,
+    mode: Mode,
+    runs: Mapping[str, str],
 ) -> Package:
     """The package, ready to be written and built.
 
-    ``package`` is a legal package name; the node has the same.
+    ``package`` is a legal package name; the node has the same. ``runs`` are further files, by path:
+    those of its test.
 
     Raises:
         ModelError: a supervisor cannot do what it must with the topics of the model.
@@ -117,8 +127,13 @@ def package_of(
         f"{modules}/controller.py": render("common/node/controller.py.jinja", controller),
         f"{modules}/model.py": _model_module(supervisor, source),
         f"{modules}/node.py": render(f"common/node/{_NODES[mode]}.jinja", context),
-        "test/plant_data.py": plant_module(configured, source, whole_guards(supervisor)),
+        **runs,
     }
+    if mode == "controller":
+        texts["test/robot_under_test.py"] = _robot_module(target, robot, context)
+    else:
+        guards = whole_guards(supervisor)
+        texts["test/plant_data.py"] = plant_module(configured, source, guards)
     for path, template in {**target.templates, **target.of_mode[mode]}.items():
         shown = escaped(context) if template.endswith(_XML) else context
         text = render(f"{target.name}/{template}.jinja", readme if path == "README.md" else shown)
@@ -140,6 +155,31 @@ def _model_module(supervisor: Supervisor, source: str) -> str:
     sentence = "The model as data, as it is published on ~model."
     model = assignment("MODEL", model_document(supervisor, source))
     return _data_module(source, sentence, f"\n{model}")
+
+
+def _robot_module(target: Target, robot: Robot, context: PackageContext) -> str:
+    """What the package's test knows of the package and of the robot."""
+    parameters = {
+        name: value
+        for p in context.parameters
+        if p.example is not None
+        for name, value in parts_by_name(p.name, p.example)
+    }
+    names = robot.display_names
+    messages = [names[c.key] for c in robot.communications.values() if c.kind is Kind.OUTGOING]
+    own = f"from {context.package} import ros_messages, ros_parameters\n" if target.has_qos else ""
+    offered = ["COMMANDS", "COMMUNICATIONS", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES"]
+    offered += ["ros_messages", "ros_parameters"] if target.has_qos else []
+    body = f"\n{own}from {context.package}.node import TABLES\n\n"
+    body += assignment("__all__", offered)
+    body += f'\nPACKAGE = "{context.package}"\n'
+    body += assignment("PARAMETERS", parameters)
+    body += assignment("MESSAGES", messages)
+    body += assignment("COMMUNICATIONS", communications_under_test(robot))
+    body += assignment("COMMANDS", commands_under_test(robot))
+    return _data_module(
+        context.source, "What the test uses of the package, and knows of the robot.", body
+    )
 
 
 def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:

@@ -148,6 +148,11 @@ class Execution:
     def stopped(self) -> str | None:
         return self._engine.stopped
 
+    @property
+    def next_deadline(self) -> float | None:
+        """Seconds until something happens by the clock alone; None: never."""
+        return self._engine.time_to_deadline()
+
     def restart(self) -> None:
         self._past.clear()
         self._begin()
