@@ -318,7 +318,6 @@ def _package(model: Model, options: Options, output: Output) -> _Made:
     from robosc.emit.package import ros1_target, ros2_target
     from robosc.emit.package.original_config import load_config
     from robosc.emit.package.package import namesake
-    from robosc.simulate.start import supervisor_with
     from robosc.traces.scripts import test_files
 
     supervises = options.supervises or output.mode != "controller"
@@ -342,8 +341,7 @@ def _package(model: Model, options: Options, output: Output) -> _Made:
     emit = {"ros1": ros1_target.emit, "ros2": ros2_target.emit}[output.target]
     runs = {}
     if output.mode == "controller":
-        configured = supervisor_with(supervisor, config.parameters)
-        runs = test_files(configured, Path(path), output.target, config.untested)
+        runs = test_files(supervisor, _path_of(model), output.target, config)
     package = emit(supervisor, name, config.of_package(name), output.mode, runs)
     folder = output.folder or config.output.get(output.target) or Path()
     location = None if output.folder else config.locations.get((output.target, output.mode))

@@ -28,11 +28,8 @@ class PlayScripts(unittest.TestCase):
 
 
 for path in SCRIPTS:
-    setattr(
-        PlayScripts,
-        "test_" + path.stem,
-        lambda self, path=path: self.run_script(path),
-    )
+    test = lambda self, path=path: self.run_script(path)  # noqa: E731
+    setattr(PlayScripts, "test_" + path.stem, test)
 
 if __name__ == "__main__":
     PlayScripts.robot = Robot()

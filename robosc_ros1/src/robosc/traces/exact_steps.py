@@ -7,8 +7,9 @@ A state is a dict: component to the name of its location, ``Component.variable``
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from robosc.emit.controller.whole_guards import whole_guards
@@ -50,6 +51,8 @@ Carried: TypeAlias = Mapping[Any, Any]
 Function: TypeAlias = Callable[[State, Carried], Any]
 
 NOTHING: Carried = {}
+LATE: Carried = {(): None, REASON: "timeout"}
+"""What an error carries that time has caused."""
 
 
 def function(expr: Expr) -> Function:
@@ -267,10 +270,21 @@ def _data(data: Data) -> Function:
 
 
 class Steps:
-    """All events of a supervised plant, compiled."""
+    """All events of a supervised plant, compiled.
 
-    def __init__(self, supervisor: Supervisor) -> None:
+    ``by_time`` are events, by identity, that only time can cause on the robot; ``rates`` are
+    parameters of the node.
+    """
+
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        by_time: Collection[Any] = (),
+        rates: Mapping[str, float] = MappingProxyType({}),
+    ) -> None:
         self.supervisor = supervisor
+        self.by_time = frozenset(by_time)
+        self.rates = rates
         self.plant = supervisor.plant
         self.robot = self.plant.robot
         self.guards = {g.event.identity: g for g in whole_guards(supervisor)}
@@ -348,6 +362,10 @@ class Steps:
             elif variable.kind in (VariableKind.LOCATION, VariableKind.ASSUMPTION):
                 found[variable.name] = str(variable.values[index])
         return found
+
+    def comes_by_time(self, step: ExactStep) -> bool:
+        """Whether time brings an event, and nothing else."""
+        return step.event.kind.clocked or step.event.identity in self.by_time
 
     def refusal_of(self, step: ExactStep) -> ExactStep | None:
         """The error as which an answer counts that is not as expected; None: none is expected."""

@@ -8,11 +8,11 @@ ends.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from robosc.expr.tree import Literal, ParameterRef
+from robosc.expr.tree import ParameterRef
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.language.events import EventKind, Kind
 from robosc.runtime.places import places
@@ -23,12 +23,16 @@ from robosc.simulate.machines.machine import Happening, label
 from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import NOTHING, Carried, ExactStep, State, Steps, refused
+from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample
 from robosc.traces.search import Move
 
 PATIENCE = 100000
 """Seconds of deadlines that no run is to meet: calls are answered by scripts."""
+SILENCE = 1.0
+"""Seconds: the timeout of messages, unless that is a parameter of the model."""
+OVERDUE = 1.5
+"""Seconds: the timeout of services that can fail by time alone, unless it is such a parameter."""
 RATE = 4.0
 """Hertz: how often commands are repeated, unless the model says so."""
 MARGIN = 0.01
@@ -82,21 +86,29 @@ class Recorder:
             (s.event.kind.word, s.event.name, s.event.index if s.event.kind.of_component else 0): s
             for s in steps.steps
         }
-        self._timeouts = {
-            f"~{key}": found
-            for key, c in self._robot.communications.items()
-            if c.kind is Kind.OUTGOING and (found := _seconds(c.timeout)) is not None
-        }
-        calls = [
-            c for c in self._robot.communications.values() if c.kind in (Kind.SERVICE, Kind.ACTION)
-        ]
         names = {k: parameter_name(n) for k, n in self._robot.display_names.items()}
-        parameters: dict[str, Any] = {"rate": RATE}
-        parameters |= {f"timeout/{names[p[1:]]}": time for p, time in self._timeouts.items()}
-        parameters |= {f"timeout/{names[c.key]}": PATIENCE for c in calls}
-        parameters |= {
-            f"goal_timeout/{names[c.key]}": PATIENCE for c in calls if c.kind is Kind.ACTION
-        }
+        self._timeouts: dict[str, float] = {}
+        self._overdue: dict[str, float] = {}
+        self._due: dict[str, float] = {}
+        """When calls of services end that are not answered, by key."""
+        parameters: dict[str, Any] = {"rate": RATE, **steps.rates}
+        for key, communication in self._robot.communications.items():
+            given = communication.timeout
+            if communication.kind is Kind.OUTGOING and given is not None:
+                seconds = _parameter(given)
+                if seconds is None:
+                    parameters[f"timeout/{names[key]}"] = seconds = SILENCE
+                self._timeouts[f"~{key}"] = seconds
+            elif communication.kind in (Kind.SERVICE, Kind.ACTION):
+                overdue = _parameter(given)
+                if overdue is None:
+                    by_time = steps.by_time & {(EventKind.ERROR, key, 0)}
+                    overdue = OVERDUE if by_time else PATIENCE
+                    parameters[f"timeout/{names[key]}"] = overdue
+                if communication.kind is Kind.SERVICE:
+                    self._overdue[key] = overdue
+                if communication.kind is Kind.ACTION and _parameter(communication.within) is None:
+                    parameters[f"goal_timeout/{names[key]}"] = PATIENCE
         self._fields = {
             label(s.event): self._robot.commands[s.event.command].field or ""
             for s in steps.commands
@@ -114,7 +126,7 @@ class Recorder:
     def play(self, move: Move) -> None:
         """Do an input."""
         step, sample = move
-        if step.event.kind.clocked:
+        if self._steps.comes_by_time(step):
             self._await(step)
         else:
             self._fire(step, sample)
@@ -132,56 +144,64 @@ class Recorder:
         self._record(text, step, sample.parts, happened)
 
     def beat(self) -> None:
-        """Let time pass until the clock brings something, but no silence."""
-        delay = self.machine.next_deadline
-        if delay is None or delay > LONGEST_BEAT:
+        """Let time pass until a command is repeated, or a clock brings something else, but no
+        silence."""
+        delay = self._next(set(self._fresh()))
+        if delay is None or delay > LONGEST_BEAT or not self._refresh(delay, ""):
             return
-        self._keep_fresh(delay, None)
-        delay = self.machine.next_deadline
-        if not self.is_over and delay is not None:
+        delay = self._next(())
+        if not self.is_over and delay is not None and delay <= LONGEST_BEAT:
             self._wait(_up(delay))
 
-    def _keep_fresh(self, time: float, target: str | None) -> None:
-        """Send again what would fall silent within a time."""
-        for phase, (step, sample, heard) in list(self._heard.items()):
-            ends = heard + self._timeouts[phase]
-            near = ends <= self.machine.time + time + MARGIN
-            if phase != target and self.state[phase] == "fresh" and near and not self.is_over:
-                self._fire(step, sample)
+    def _fresh(self, but: str = "") -> Iterator[str]:
+        """The messages that fall silent some time."""
+        return (p for p in self._heard if self.state[p] == "fresh" and p != but)
+
+    def _left(self, phase: str) -> float:
+        """The seconds until a message falls silent."""
+        return self._heard[phase][2] + self._timeouts[phase] - self.machine.time
+
+    def _next(self, without: Collection[str]) -> float | None:
+        """The seconds until time brings something, but the silence of some messages."""
+        times = [self._left(phase) for phase in self._fresh() if phase not in without]
+        silences = {self._robot.display_names[p[1:]] for p in self._timeouts}
+        times += [t for n, t in self.machine.clocks.items() if n not in silences]
+        times += [due - self.machine.time for due in self._due.values()]
+        times += [self.machine.next_command or 0.0]
+        # What is due, and has not happened, waits for something else.
+        return min((t for t in times if t > 0.0), default=None)
+
+    def _refresh(self, time: float, target: str) -> bool:
+        """Send again what would fall silent within a time; whether nothing does then."""
+        for phase in list(self._fresh(target)):
+            if self._left(phase) > time + MARGIN or self.is_over:
+                continue
+            step, sample, heard = self._heard[phase]
+            if heard == self.machine.time:
+                return False
+            self._fire(step, sample)
+        return True
 
     def _await(self, step: ExactStep) -> None:
         """Let time pass until an event that it causes, while messages stay fresh."""
-        target = step.phase
+        target = step.phase or ""
         begun = self.machine.time
-        waited = 0.0
         for _ in range(BEATS):
             if self.is_over or not step.in_phase(self.state):
                 return
-            delay = self.machine.next_deadline
+            delay = self._next(set(self._fresh(target)))
             if delay is None or self.machine.time + delay - begun > LONGEST:
                 return
-            delay = _up(delay)
-            sent = self._heard_within(delay, target)
-            if sent:
-                self._keep_fresh(delay, target)
-                continue
-            waited += delay
-            if self._wait(delay, step):
+            if not self._refresh(delay, target):
+                # What was heard just now would be silent before: it is sent again in between.
+                delay = min(self._left(phase) for phase in self._fresh(target)) / 2
+            if not self.is_over and self._wait(_up(delay), step):
                 return
-
-    def _heard_within(self, time: float, target: str | None) -> bool:
-        return any(
-            phase != target
-            and self.state[phase] == "fresh"
-            and heard + self._timeouts[phase] <= self.machine.time + time + MARGIN
-            and heard < self.machine.time
-            for phase, (_, _, heard) in self._heard.items()
-        )
 
     def _wait(self, time: float, until: ExactStep | None = None) -> bool:
         """Let time pass; whether an event happened then."""
         happened = self.machine.wait(time)
-        while (more := self.machine.next_deadline) is not None and more < TOGETHER:
+        while (more := self._next(())) is not None and more < TOGETHER:
             time += _up(more)
             happened += self.machine.wait(_up(more))
         self._record(f"wait {time:.6f}".rstrip("0").rstrip("."), None, NOTHING, happened)
@@ -230,7 +250,7 @@ class Recorder:
             if found is step and refusal is not None:
                 return self._coverage.of_refusal(step, self.state, parts)
             raise Disagreement
-        carried = parts if found is step else refused(parts) if found is refusal else NOTHING
+        carried = parts if found is step else refused(parts) if found is refusal else LATE
         if found.event.controllable:
             if not found.event.kind.of_component and not self._steps.enabled(found, self.state):
                 raise Disagreement
@@ -241,6 +261,10 @@ class Recorder:
                 raise Disagreement from None
             if found.event.kind is not EventKind.TAU:
                 sent.append((found, data))
+        key = found.event.key
+        self._due.pop(key, None)
+        if found.event.kind is EventKind.REQUEST and key in self._overdue:
+            self._due[key] = happening.time + self._overdue[key]
         after = found.after(self.state, carried)
         if after is None:
             sent[:] = [one for one in sent if one[0] is not found]
@@ -333,14 +357,9 @@ def _assigned(step: ExactStep, state: State, parts: Carried) -> Iterator[str]:
             yield from (key for key, *_ in edge.assigned)
 
 
-def _seconds(expr: Any) -> float | None:
-    """The default of a duration; None if there is none."""
-    match expr:
-        case Literal(value=int() | float() as value):
-            return float(value)
-        case ParameterRef(parameter=parameter):
-            return float(parameter.default)
-    return None
+def _parameter(expr: Any) -> float | None:
+    """The value of a duration that is a parameter of the model; None: it is none."""
+    return float(expr.parameter.default) if isinstance(expr, ParameterRef) else None
 
 
 def _up(delay: float) -> float:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from robosc.emit.controller.naming import file_of, place
 from robosc.emit.controller.python_literals import assignment
+from robosc.emit.package.config import Config
 from robosc.expr.tree import FALSE
+from robosc.language.events import EventKind, Kind
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.simulate.machines.machine import label
+from robosc.simulate.start import supervisor_with
 from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage
@@ -43,9 +47,15 @@ class Traces:
     """Why cases are not shown."""
 
 
-def choose(supervisor: Supervisor, narrow: Narrow = as_it_is, budget: int = BUDGET) -> Traces:
-    """Choose the runs of a supervised robot."""
-    steps = Steps(supervisor)
+def choose(
+    supervisor: Supervisor,
+    narrow: Narrow = as_it_is,
+    by_time: Collection[Any] = (),
+    rates: Mapping[str, float] = MappingProxyType({}),
+    budget: int = BUDGET,
+) -> Traces:
+    """Choose the runs of a supervised robot; ``by_time`` and ``rates`` are as in Steps."""
+    steps = Steps(supervisor, by_time, rates)
     coverage = Coverage(steps)
     samples = Samples(steps.robot, [s.event for s in steps.steps], narrow)
     search = InputGraph(steps, coverage, samples)
@@ -127,13 +137,19 @@ def _forbids(cases: set[Case]) -> bool:
 
 
 def test_files(
-    supervisor: Supervisor, model: Path, target: str, untested: Collection[str]
+    supervisor: Supervisor, model: Path, target: str, config: Config
 ) -> dict[str, str]:
     """The files of the test of a controller's package, by path; ``target`` is ``ros1`` or
     ``ros2``, ``model`` the file of the model."""
+    configured = supervisor_with(supervisor, config.parameters)
+    robot = configured.plant.robot
     definitions = MessageDefinitions.for_model(model, ros_version=target[-1])
-    narrow = narrowing(supervisor.plant.robot, definitions)
-    return files(supervisor, choose(supervisor, narrow), untested)
+    services = [c.key for c in robot.communications.values() if c.kind is Kind.SERVICE]
+    # A service of ROS 2 cannot tell that it has failed.
+    by_time = [(EventKind.ERROR, key, 0) for key in services if target == "ros2"]
+    rates = {n: float(v) for n, v in config.parameters.items() if n.startswith("rate/")}
+    traces = choose(configured, narrowing(robot, definitions), by_time, rates)
+    return files(configured, traces, config.untested)
 
 
 def files(supervisor: Supervisor, traces: Traces, untested: Collection[str]) -> dict[str, str]:

@@ -16,7 +16,7 @@ from robosc.expr.types import domain
 from robosc.language.events import Kind
 from robosc.runtime.values import Undefined
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import NOTHING, ExactStep, State, Steps, refused
+from robosc.traces.exact_steps import LATE, NOTHING, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
 BUDGET = 8000
@@ -125,8 +125,8 @@ class InputGraph:
 
     def _distinct(self, step: ExactStep) -> list[Sample]:
         """The samples of an event that differ in what they do at the start."""
-        if step.event.kind.clocked:
-            return [SILENT]
+        if self.steps.comes_by_time(step):
+            return [SILENT if step.event.kind.clocked else Sample("", {}, LATE)]
         start = dict(self.steps.initial)
         if step.phase is not None and step.sources:
             start[step.phase] = step.sources[0]

@@ -2,7 +2,8 @@
 """Plays the robot by scripts against the running node, and judges what the node sends.
 
 The clock of ROS stands, but for what a script waits: so a run takes no longer than its messages,
-and nothing depends on how fast the machine is. Whatever must come is waited for.
+and nothing depends on how fast the machine is. Whatever must come is waited for; that nothing comes
+is known once the node has reported again.
 """
 
 import threading
@@ -15,279 +16,300 @@ from scripts import EVENT, SENT, Condition, Fault, part_of, put, read, same, val
 from shown import REQUIREMENTS
 
 PATIENCE = 30.0
-"""Seconds after which what must come is missing."""
-SLICE = 0.05
-"""Seconds of the clock that pass at once."""
+"""Seconds of the machine after which what must come is missing."""
+AGAIN = 0.2
+"""Seconds of the machine after which the time is told again: a message of it may be lost."""
+BEGUN = 1000 * 10**9
+"""Nanoseconds: the time at which each node begins."""
 CALLED = ("service", "action")
 SERVED = ("outgoing service", "outgoing action")
 SCRIPTS = sorted(Path(__file__).resolve().parent.joinpath("scripts").glob("*.sim"))
 
 
 class Player:
-    """One run. ``robot`` are its connections (``ros_robot.py``), for one start of the node."""
+    """One run. ``robot`` are its connections (``ros_player.py``), for one start of the node."""
 
-    def __init__(self, robot):
+    def __init__(self, robot, steps):
         self.robot = robot
-        self.changed = threading.Condition()
-        self.events, self.states = [], deque(maxlen=1)
-        self.arrived = defaultdict(deque)
-        """What came to the robot: by key of a communication, or by topic."""
-        self._judged, self._early, self._begun, self._crept = 0, 0, 0, 0.0
+        self.steps = steps
+        self.time = 0
+        self._changed = threading.Condition()
+        self._events, self._state, self._reported = [], None, 0
+        self._arrived = defaultdict(deque)
+        """What came to the robot: messages, each with the call that it is (None), by place."""
+        self._open = {}
+        """The calls that wait for their answers, by key."""
         self._topics = {key: topic for topic, _, keys in TABLES.publications for key in keys}
-        self._last, self._coming = [], []
-        robot.player = self
+        self._step = steps[0]
+        self._judged = 0
+        self._last = []
+        """What was sent last: the events, with the messages that arrived."""
 
     # --- what the connections report, from any thread -----------------------------------------
 
-    def see(self, put_, document):
-        with self.changed:
-            put_(document)
-            self.changed.notify_all()
+    def on_arrival(self, place, message, call=None):
+        with self._changed:
+            self._arrived[place].append((message, call))
+            self._changed.notify_all()
 
-    def wait(self, condition, what):
-        """Wait until a condition is true. Raises Fault."""
-        end = time.monotonic() + PATIENCE
-        with self.changed:
-            while not condition():
-                if time.monotonic() > end:
-                    raise Fault("%s did not come" % what if isinstance(what, str) else what())
-                self.changed.wait(0.02)
-                if time.monotonic() > self._crept + 0.1:
-                    self._crept = time.monotonic()
-                    self.robot.creep()
+    def on_event(self, document):
+        with self._changed:
+            self._events.append(document)
+            self._changed.notify_all()
+
+    def on_state(self, document):
+        with self._changed:
+            self._state = document
+            self._changed.notify_all()
+
+    def on_report(self, stamp):
+        """Take the time, in nanoseconds, at which the node reported that it lives."""
+        with self._changed:
+            self._reported = max(stamp, self._reported)
+            self._changed.notify_all()
 
     # --- a run ---------------------------------------------------------------------------------
 
+    def wait(self, condition, what):
+        """Wait until a condition is true. Raises Fault."""
+        end, told = time.monotonic() + PATIENCE, 0.0
+        with self._changed:
+            while not condition():
+                now = time.monotonic()
+                if now > end:
+                    raise Fault("%s did not come" % what if isinstance(what, str) else what())
+                if now > told + AGAIN and self.time:
+                    told = now
+                    self.robot.turn_clock(self.time)
+                self._changed.wait(0.02)
+
     def rejects(self, keys):
         """Whether the script lets the goal that came be rejected."""
-        for step in self._coming:
+        for step in self.steps[self.steps.index(self._step) + 1 :]:
             if step.text and not step.text.startswith("wait "):
-                name, _, parts = self._event(step.text)
+                name, _, parts = _event(step.text)
                 if COMMUNICATIONS[name]["key"] in keys:
                     return parts.get("reason") == "rejected"
         return False
 
-    def play(self, steps):
-        for number, step in enumerate(steps):
-            at = step.number
-            self._coming = steps[number + 1 :]
+    def play(self):
+        """Do all steps. Raises Fault, which tells the line."""
+        for self._step in self.steps:
+            line = self._step.number
             try:
-                begun = len(self.events)
-                self._do(step)
-                for at, text in step.expectations:  # noqa: B007
-                    self._expect(text, begun if step.number else 0, not step.number)
+                count = len(self._events)
+                self._do(self._step.text)
+                for line, text in self._step.expectations:  # noqa: B007
+                    self._expect(text, count)
+                if len(self._events) == count:
+                    self._settle()
             except Fault as fault:
-                raise Fault("line %d: %s" % (at, fault)) from None
-        return len(self.events)
+                step = fault.step or self._step
+                line = line if step is self._step else step.number
+                raise Fault(_told(step, line, fault)) from None
+        self._settle()
+        if self._sent():
+            raise Fault("at the end: sent: %s; expected: nothing" % ", ".join(self._sent()))
 
-    def _do(self, step):
-        word, _, rest = step.text.partition(" ")
-        if not step.text:
-            self.wait(lambda: self.states, "the node's state")
+    def _settle(self):
+        """Wait until the node has reported at this time."""
+        self.time += 1
+        self.robot.turn_clock(self.time)
+        self.wait(lambda: self._reported >= self.time, "a report of the node")
+
+    def _do(self, text):
+        word, _, rest = text.partition(" ")
+        if not text:
+            self.robot.connect()
+            self._pass_time(BEGUN)
+            self.wait(lambda: self._state, "the node's state")
         elif word == "wait":
-            self._pass_time(float(rest.rstrip("s")))
+            self._pass_time(round(float(rest.rstrip("s")) * 1e9))
         else:
-            self._let_happen(step.text)
+            self._let_happen(text)
 
-    def _pass_time(self, seconds):
-        while seconds > 0.0:
-            self.robot.turn_clock(min(seconds, SLICE))
-            seconds -= SLICE
-            if seconds > 0.0:
-                with self.changed:
-                    self.changed.wait(0.002)
+    def _pass_time(self, nanoseconds):
+        self.time += nanoseconds
+        self.robot.turn_clock(self.time)
 
     def _let_happen(self, text):
-        name, kind, parts = self._event(text)
+        name, kind, parts = _event(text)
         communication = COMMUNICATIONS[name]
         key, sort = communication["key"], communication["kind"]
-        reason = parts.pop("reason", "failed")
+        parts.pop("reason", None)
         fields = {}
         for path, part in parts.items():
             field = communication["fields"].get(kind) or ""
             if part is not None:
                 put(fields, path or field or "data", part)
-        number = len(self.events)
+        count = len(self._events)
         if sort == "outgoing message":
             self.robot.publish(key, fields)
         elif sort in CALLED:
-            self.wait(lambda: self.robot.is_called(key), "the call of %s" % name)
-            self.robot.answer(key, kind, fields, reason)
+            if key not in self._open:
+                raise Fault("%s was not called" % name)
+            call = self._open[key] if kind == "feedback" else self._open.pop(key)
+            self.robot.answer(call, kind, fields)
         elif kind == "request":
             self.robot.call(key, fields)
         else:
             self.robot.recall(key)
-        self.wait(
-            lambda: any(
-                (e["event"]["name"], e["event"]["kind"]) == (name, kind)
-                for e in self.events[number:]
-            ),
-            "%s.%s" % (name, kind),
-        )
+        self.wait(lambda: self._happened(name, kind, count) is not None, "%s.%s" % (name, kind))
+        at = self._happened(name, kind, count)
+        early = self._sent(at)
+        if early:
+            fault = Fault("then also sent: %s" % ", ".join(early))
+            fault.step = self.steps[self.steps.index(self._step) - 1]
+            raise fault
 
-    @staticmethod
-    def _event(text):
-        found = EVENT.match(text)
-        if found is None:
-            raise Fault("cannot read '%s'" % text)
-        name = found.group(1).replace("^", "")
-        parts = value(found.group(2) or found.group(3) or "")
-        for whole in COMMUNICATIONS:
-            if name == whole:
-                sort = COMMUNICATIONS[whole]["kind"]
-                return whole, "request" if sort in SERVED else "response", parts
-            if name.startswith(whole + ".") and "." not in name[len(whole) + 1 :]:
-                return whole, name[len(whole) + 1 :], parts
-        raise Fault("there is no event '%s'" % name)
+    def _happened(self, name, kind, count):
+        """Return the index of an event since so many; None if it has not happened."""
+        for index, entry in enumerate(self._events[count:], count):
+            if (entry["event"]["name"], entry["event"]["kind"]) == (name, kind):
+                return index
+        return None
 
     # --- what is expected ----------------------------------------------------------------------
 
-    def _expect(self, text, begun, at_start):
+    def _expect(self, text, count):
         word, _, rest = text.partition(" ")
         if word == "sent":
-            self._expect_sent(rest, begun, at_start)
+            self._expect_sent(rest)
         elif word == "data":
             self._expect_data(rest)
         elif word in ("enabled", "disabled"):
             self._expect_enabled(rest, word == "enabled")
         elif text in ("applied", "mismatch"):
-            wrong = [e["detail"] for e in self.events[begun:] if e["outcome"] == "mismatch"]
+            wrong = [e["detail"] for e in self._events[count:] if e["outcome"] == "mismatch"]
             if bool(wrong) is (text == "applied"):
                 raise Fault("%s" % (wrong or "there was no mismatch"))
         elif text == "stopped":
-            self.wait(lambda: self.states[0]["stopped"] is not None, "a safe stop")
+            self.wait(lambda: self._state["stopped"] is not None, "a safe stop")
         else:
             condition = Condition(text)
             self.wait(
-                lambda: condition.holds(self.states[0]),
-                lambda: "%s does not hold: %s" % (text, self._shown()),
+                lambda: condition.holds(self._state),
+                lambda: "expected: %s; came: %s" % (text, condition.told(self._state)),
             )
 
-    def _shown(self):
-        state = self.states[0]
-        return {**state["components"], **state["variables"], **state["communications"]}
+    def _entries(self, until=None):
+        """Return the commands that were sent since it was judged last."""
+        return [
+            entry
+            for entry in self._events[self._judged : until]
+            if (entry["event"]["name"], entry["event"]["kind"]) in COMMANDS
+            and entry["outcome"] == "applied"
+        ]
 
-    def _sent_since(self, begun):
-        found = []
-        for entry in self.events[begun:]:
-            if entry["number"] <= self._begun:
-                continue
-            name, kind = entry["event"]["name"], entry["event"]["kind"]
-            if (name, kind) in COMMANDS and entry["outcome"] == "applied":
-                found.append("%s.%s" % (name, kind))
-        return found
+    def _sent(self, until=None):
+        return ["%(name)s.%(kind)s" % entry["event"] for entry in self._entries(until)]
 
-    def _expect_sent(self, text, begun, at_start):
+    def _expect_sent(self, text):
         wanted = []
         for item in [] if text == "nothing" else text.split(","):
             found = SENT.match(item.strip())
             if found is None:
                 raise Fault("cannot read '%s'" % item)
-            name = found.group(1)
-            name = name if name not in COMMUNICATIONS else name + ".request"
-            wanted += [name] * int(found.group(2) or 1)
+            wanted += [_whole(found.group(1))] * int(found.group(2) or 1)
 
-        def sent():
-            if not at_start:
-                return self._sent_since(self._judged)
-            # The node may have sent before anybody could hear it: its state counts.
-            commands = self.states[0]["commands"]
-            counts = {"%(name)s.%(kind)s" % c["event"]: c["count"] for c in commands}
-            return [name for name, count in counts.items() for _ in range(count)]
+        def told():
+            return "expected to be sent: %s; sent: %s" % (text, ", ".join(self._sent()) or "nothing")
 
-        self.wait(
-            lambda: sorted(sent()) == sorted(wanted),
-            lambda: "sent: %s; expected: %s" % (", ".join(sent()) or "nothing", text),
-        )
-        entries, self._judged = self.events[self._judged :], len(self.events)
-        if at_start:
-            self._begun = self.states[0]["number"]
-            self._early = len(wanted)
-            for name in wanted:  # calls wait until they are heard
-                key = COMMUNICATIONS[name.rpartition(".")[0]]["key"]
-                if key in self.robot.place:
-                    place = self.robot.place[key]
-                    self.wait(lambda place=place: self.arrived[place], name)
-                    self.arrived[place].popleft()
-        self._last = [] if at_start else [self._arrival(e) for e in entries if self._is_sent(e)]
-
-    def _is_sent(self, entry):
-        event = entry["event"]
-        return (
-            entry["number"] > self._begun
-            and (event["name"], event["kind"]) in COMMANDS
-            and entry["outcome"] == "applied"
-        )
+        self.wait(lambda: self._sent() != wanted[: len(self._sent())] or self._sent() == wanted, told)
+        if self._sent() != wanted:
+            raise Fault(told())
+        entries, self._judged = self._entries(), len(self._events)
+        self._last = [self._arrival(entry) for entry in entries]
 
     def _arrival(self, entry):
         """Wait for what the node says that it has sent; return the event with what arrived."""
-        name, kind = entry["event"]["name"], entry["event"]["kind"]
+        name, kind, told = (entry["event"][part] for part in ("name", "kind", "value"))
         key = COMMUNICATIONS[name]["key"]
-        key = self.robot.place.get(key, key)
-        place = (key, kind) if kind != "request" else self._topics.get(key, key)
-        arrived = self.arrived[place]
-        self.wait(lambda: arrived, "%s.%s at the robot" % (name, kind))
-        message = arrived.popleft()
-        told = entry["event"]["value"]
-        while key in self._topics and self._early and told and not same(message, told):
-            # What was sent at the start may have arrived, or not.
-            self._early -= 1
-            self.wait(lambda: arrived, "%s.%s at the robot" % (name, kind))
-            message = arrived.popleft()
+        place = self._topics.get(key) or self.robot.place.get(key, key)
+        place = place if kind == "request" else (place, kind)
+        arrived = self._arrived[place]
+        self.wait(lambda: arrived, "%s.%s, which the node says that it has sent," % (name, kind))
+        # Calls of one service may overtake each other.
+        index = next((n for n, (message, _) in enumerate(arrived) if same(message, told)), 0)
+        message, call = arrived[index]
+        del arrived[index]
+        if call is not None:
+            self._open[key] = call
         return "%s.%s" % (name, kind), message
 
     def _expect_data(self, text):
         name, _, rest = text.partition(" ")
-        name = name if name not in COMMUNICATIONS else name + ".request"
+        name = _whole(name)
         found = [message for sent, message in self._last if sent == name]
         if not found:
-            return  # it was sent before the robot was connected
+            raise Fault("%s was not sent" % name)
         for path, wanted in value(rest).items():
             field = COMMUNICATIONS[name.rpartition(".")[0]]["fields"].get("request") or "data"
             told = part_of(found[-1], path or field)
             if not same(told, wanted):
-                raise Fault("%s of %s was %r, not %r" % (path, name, told, wanted))
+                raise Fault("%s of %s: expected: %r; sent: %r" % (path, name, wanted, told))
 
     def _expect_enabled(self, text, wanted):
         text, _, because = text.partition(" because ")
-        name, kind, _ = self._event(text.strip())
+        name, kind, _ = _event(text.strip())
         kind = "request" if text.strip() == name else kind
 
         def command():
             event = {"kind": kind, "name": name, "value": None}
-            return next(c for c in self.states[0]["commands"] if c["event"] == event)
+            return next(c for c in self._state["commands"] if c["event"] == event)
 
         def told():
             return "; ".join(reason["text"] for reason in command()["blocked_by"])
 
         self.wait(
             lambda: command()["enabled"] is wanted and (not because or told() == because),
-            lambda: "%s.%s is %s" % (name, kind, told() or "enabled"),
+            lambda: "%s.%s is disabled because: %s; expected: %s"
+            % (name, kind, told() or "(it is enabled)", because or "enabled"),
         )
 
-    def finish(self):
-        """Check, after the node has ended, that nothing came that no line expects."""
-        surplus = self._sent_since(self._judged)
-        if surplus:
-            raise Fault("at the end: sent: %s; expected: nothing" % ", ".join(surplus))
+
+def _whole(name):
+    return name if name not in COMMUNICATIONS else name + ".request"
 
 
-def play(script, robot_of):
+def _told(step, line, fault):
+    """Return a fault with its line, and with what the step is to show."""
+    shows = "".join("\n    to be shown: " + comment for comment in step.comments)
+    return "line %d (after '%s'): %s%s" % (line, step.text or "the start", fault, shows)
+
+
+def _event(text):
+    """Return what a line lets happen: the name of a communication, the kind, and what it carries."""
+    found = EVENT.match(text)
+    if found is None:
+        raise Fault("cannot read '%s'" % text)
+    name = found.group(1).replace("^", "")
+    parts = value(found.group(2) or found.group(3) or "")
+    for whole in COMMUNICATIONS:
+        if name == whole:
+            sort = COMMUNICATIONS[whole]["kind"]
+            return whole, "request" if sort in SERVED else "response", parts
+        if name.startswith(whole + ".") and "." not in name[len(whole) + 1 :]:
+            return whole, name[len(whole) + 1 :], parts
+    raise Fault("there is no event '%s'" % name)
+
+
+def play(script, robot):
     """Play a script against a node of its own. Raises Fault."""
     parameters, steps = read(script.read_text(encoding="utf-8").splitlines())
-    with robot_of(parameters) as robot:
-        player = Player(robot)
-        player._coming = steps
-        robot.connect()
-        player.play(steps)
-        robot.end()
-        player.finish()
+    player = Player(robot, steps)
+    with robot.node(player, parameters):
+        try:
+            player.play()
+        except Fault as fault:
+            raise Fault("%s, %s" % (script.name, fault)) from None
 
 
 def report(passed):
-    """Return the table of requirements, and which commands no run has shown."""
-    rows = []
-    for text, place, shown, forbidden in REQUIREMENTS:
-        told = ["shown" if set(names) & passed else why for names, why in (shown, forbidden)]
-        rows.append("%-24s true: %-28s false: %-28s %s" % (place, told[0], told[1], text))
-    return rows
+    """Return the table of requirements, with what the scripts that passed have shown."""
+    rows = [("requirement", "met", "violated", "")]
+    for text, place, *sides in REQUIREMENTS:
+        told = ["shown" if set(names) & passed else why for names, why in sides]
+        rows.append((place, *told, text))
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]

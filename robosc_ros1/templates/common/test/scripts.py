@@ -13,20 +13,27 @@ FOR_SIMULATE = ("goto", "random", "undo", "restart", "play", "save", "show", "wh
 
 
 class Fault(Exception):
-    """A line that cannot be done, or an expectation that is not met."""
+    """A line that cannot be done, or an expectation that is not met; ``step`` is that of it, if it
+    is not the latest one."""
+
+    step = None
 
 
 class Step:
-    """A line that does something, with its number, and the expectations behind it."""
+    """A line that does something, with its number, the comments before it, and the expectations
+    behind it."""
 
-    def __init__(self, number, text):
-        self.number, self.text, self.expectations = number, text, []
+    def __init__(self, number, text, comments):
+        self.number, self.text, self.comments, self.expectations = number, text, comments, []
 
 
 def read(lines):
     """Return the parameters that a script sets, and its steps; the first is the start."""
-    parameters, steps = {}, [Step(0, "")]
+    parameters, steps, comments = {}, [Step(0, "", [])], []
     for number, line in enumerate(lines, 1):
+        if line.startswith("# "):
+            comments.append(line[2:])
+            continue
         text = re.match(r'(?:"(?:[^"\\]|\\.)*"|(?!#|//).)*', line.strip()).group().strip()
         word, _, rest = text.partition(" ")
         if word == "set" and len(steps) == 1:
@@ -41,7 +48,8 @@ def read(lines):
                 "line %d: '%s' is for robosc simulate, not for a running node" % (number, word)
             )
         elif text:
-            steps.append(Step(number, text))
+            steps.append(Step(number, text, comments))
+            comments = []
     return parameters, steps
 
 
@@ -125,6 +133,13 @@ class Condition:
 
     def holds(self, state):
         return self._value(self._tree, state) is True
+
+    def told(self, state):
+        """Return what a state has of it."""
+        document = {**state["components"], **state["variables"], **state["communications"]}
+        words = set(re.findall(r"[\w.]+", ast.dump(self._tree)))
+        names = [n for n in document if words.issuperset(n.split("."))]
+        return ", ".join("%s is %s" % (name, json.dumps(document[name])) for name in names)
 
     def _value(self, node, state):
         if isinstance(node, ast.BoolOp):

@@ -7,6 +7,18 @@ from typing import Any
 from robosc.language.events import EventKind
 from robosc.model.entities import Communication, Robot
 
+USUAL = {
+    "event_log": "",
+    "exit_on_stop": False,
+    "on_mismatch": "ignore",
+    "order": "rotate",
+    "server_lost_after": 1e5,
+    "state_rate": 200.0,
+    "stop_command": "",
+    "whole_values": True,
+}
+"""The parameters of a node under test, but for those of the model and those that a script sets."""
+
 _FIELDS = {
     EventKind.RESPONSE: "response_field",
     EventKind.ERROR: "response_field",

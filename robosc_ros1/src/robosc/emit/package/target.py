@@ -26,6 +26,7 @@ from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
 from robosc.emit.package.robot_under_test import (
+    USUAL,
     commands_under_test,
     communications_under_test,
 )
@@ -167,13 +168,14 @@ def _robot_module(target: Target, robot: Robot, context: PackageContext) -> str:
     }
     names = robot.display_names
     messages = [names[c.key] for c in robot.communications.values() if c.kind is Kind.OUTGOING]
-    own = f"from {context.package} import ros_messages, ros_parameters\n" if target.has_qos else ""
-    offered = ["COMMANDS", "COMMUNICATIONS", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES"]
-    offered += ["ros_messages", "ros_parameters"] if target.has_qos else []
-    body = f"\n{own}from {context.package}.node import TABLES\n\n"
-    body += assignment("__all__", offered)
+    modules = ["ros_messages", "ros_parameters"] if target.has_qos else ["ros_messages"]
+    offered = ["COMMANDS", "COMMUNICATIONS", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES", "USUAL"]
+    body = f"\nfrom {context.package} import {', '.join(modules)}\n"
+    body += f"from {context.package}.node import TABLES\n\n"
+    body += assignment("__all__", offered + modules)
     body += f'\nPACKAGE = "{context.package}"\n'
     body += assignment("PARAMETERS", parameters)
+    body += assignment("USUAL", USUAL)
     body += assignment("MESSAGES", messages)
     body += assignment("COMMUNICATIONS", communications_under_test(robot))
     body += assignment("COMMANDS", commands_under_test(robot))

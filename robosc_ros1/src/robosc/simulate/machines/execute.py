@@ -153,6 +153,17 @@ class Execution:
         """Seconds until something happens by the clock alone; None: never."""
         return self._engine.time_to_deadline()
 
+    @property
+    def next_command(self) -> float | None:
+        """Seconds until a command is due; None: none is."""
+        return None if self.stopped is not None else self._engine._time_to_command(self.time)
+
+    @property
+    def clocks(self) -> Mapping[str, float]:
+        """Seconds until each running clock of the model is due, by its message or state."""
+        left: Mapping[str, float] = self._engine.snapshot()["clocks"]
+        return left
+
     def restart(self) -> None:
         self._past.clear()
         self._begin()
