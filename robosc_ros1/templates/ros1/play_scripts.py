@@ -7,7 +7,7 @@ import unittest
 
 import rostest
 from player import SCRIPTS, play, report
-from robot_under_test import PACKAGE
+from robot_tables import PACKAGE
 from ros_player import Robot
 from shown import UNTESTED
 

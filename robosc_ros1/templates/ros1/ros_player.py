@@ -12,8 +12,8 @@ import threading
 import actionlib
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
-from node_under_test import PROGRAM
-from robot_under_test import PACKAGE, PARAMETERS, TABLES, USUAL, ros_messages
+from node_program import PROGRAM
+from robot_tables import PACKAGE, PARAMETERS, TABLES, USUAL, ros_messages
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
@@ -58,7 +58,7 @@ class Robot:
         for name, type_, keys in _by_name(TABLES.actions):
             self.place.update(dict.fromkeys(keys, keys[0]))
             on_goal = functools.partial(self._begin, keys)
-            on_cancel = functools.partial(self._arrive, (keys[0], "cancel"))
+            on_cancel = functools.partial(self._cancelled, (keys[0], "cancel"))
             server = actionlib.ActionServer(name, type_, on_goal, on_cancel, auto_start=False)
             server.start()
             self._servers.append(server)
@@ -122,8 +122,6 @@ class Robot:
     def turn_clock(self, nanoseconds):
         self._time = rospy.Time(0, nanoseconds)
         self._clock.publish(Clock(self._time))
-        for server in self._servers:
-            server.publish_status()
 
     # --- what the robot does -------------------------------------------------------------------
 
@@ -197,6 +195,9 @@ class Robot:
             handle.set_accepted()
         call = self._asked(keys, handle.get_goal())
         threading.Thread(target=self._act, args=(handle, call, rejected), daemon=True).start()
+
+    def _cancelled(self, place, _):
+        self._arrive(place, None)
 
     @staticmethod
     def _act(handle, call, rejected):

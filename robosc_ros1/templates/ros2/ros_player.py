@@ -19,11 +19,11 @@ import rclpy
 from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from node_under_test import PROGRAM
+from node_program import PROGRAM
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
-from robot_under_test import (
+from robot_tables import (
     MESSAGES,
     PACKAGE,
     PARAMETERS,
@@ -146,7 +146,7 @@ class Robot:
             value = float(value) if type(value) is int and name not in PARAMETERS else value
             words += ["-p", "%s:=%s" % (name.replace("/", "."), json.dumps(value))]
         for name in MESSAGES:
-            words += ["-p", "qos.%s.reliability:=reliable" % name]
+            words += ["-p", "qos.%s.reliability:=reliable" % name.replace("/", ".")]
         self._unanswered = set()
         self._process = subprocess.Popen([sys.executable, PROGRAM, *words])
         self._player = player

@@ -219,7 +219,7 @@ def test_packages_and_their_tests_say_so() -> None:
     assert "    # A.home: {" in two.files["config/tour.yaml"].content
     assert "| `route` | array | none |" in one.files["README.md"].content
     for package in (one, two):
-        under_test = package.files["test/robot_under_test.py"].content
+        under_test = package.files["test/robot_tables.py"].content
         assert "route" in under_test and "home" in under_test
     # The configuration may give it for all that run the package.
     configured = emit_ros1(supervisor, "tour", Config(parameters={"route": [{"x": 1.0}]}))

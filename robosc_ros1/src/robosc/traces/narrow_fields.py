@@ -11,6 +11,7 @@ from robosc.model.entities import Communication, Robot
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.interfaces import Definition, Missing
 from robosc.plant.automaton import Event
+from robosc.simulate.faults import InvalidLine
 from robosc.traces.samples import Narrow
 
 _PARTS = {
@@ -48,25 +49,43 @@ def _field(communication: Communication, attribute: str) -> str:
 def _narrowed(raw: Any, part: Definition, field: str, definitions: MessageDefinitions) -> Any:
     if isinstance(raw, dict):
         return {
-            path: _rounded(v) if _is_narrow(part, path or field, definitions) else v
-            for path, v in raw.items()
+            path: _as_in(v, _base(part, path or field, definitions)) for path, v in raw.items()
         }
-    return _rounded(raw) if _is_narrow(part, field, definitions) else raw
+    return _as_in(raw, _base(part, field, definitions))
 
 
-def _is_narrow(part: Definition, path: str, definitions: MessageDefinitions) -> bool:
+def _base(part: Definition, path: str, definitions: MessageDefinitions) -> str:
+    """The primitive type of a field, or of the elements of one; empty if it is not known."""
     names = re.findall(r"[A-Za-z_]\w*", path)
     for number, name in enumerate(names):
         field = part.field(name)
         if field is None:
-            return False
+            return ""
+        base = str(field.type.base)
         if number == len(names) - 1:
-            return field.type.base == "float32"
+            return base
+        if base in ("time", "duration"):
+            return "uint32" if base == "time" else "int32"
         inner = definitions.fields(field.type.element)
         if not isinstance(inner, Definition):
-            return False
+            return ""
         part = inner
-    return False
+    return ""
+
+
+def _as_in(value: Any, base: str) -> Any:
+    """A value as it arrives in a field of this type. Raises InvalidLine if it cannot."""
+    if base == "float32":
+        return _rounded(value)
+    found = re.fullmatch(r"(u?)int(8|16|32|64)", {"byte": "int8", "char": "uint8"}.get(base, base))
+    for number in value if isinstance(value, list) else [value]:
+        if found is None or not isinstance(number, int) or isinstance(number, bool):
+            continue
+        bits = int(found[2])
+        low, high = (0, 2**bits) if found[1] else (-(2 ** (bits - 1)), 2 ** (bits - 1))
+        if not low <= number < high:
+            raise InvalidLine(f"{number} does not fit {base}")
+    return value
 
 
 def _rounded(value: Any) -> Any:

@@ -41,6 +41,8 @@ LONGEST = 60.0
 """Seconds: longer times of the model are not waited for."""
 LONGEST_BEAT = 1.0
 """Seconds: what is sent more seldom is not waited for."""
+SHORTEST = 1e-6
+"""Seconds: no wait is shorter."""
 TOGETHER = 0.002
 """Seconds: what the clock brings within this time comes with one wait."""
 BEATS = 400
@@ -167,20 +169,20 @@ class Recorder:
         silences = {self._robot.display_names[p[1:]] for p in self._timeouts}
         times += [t for n, t in self.machine.clocks.items() if n not in silences]
         times += [due - self.machine.time for due in self._due.values()]
-        times += [self.machine.next_command or 0.0]
         # What is due, and has not happened, waits for something else.
-        return min((t for t in times if t > 0.0), default=None)
+        times = [time for time in times if time > 0.0]
+        command = self.machine.next_command
+        times += [] if command is None else [max(command, SHORTEST)]
+        return min(times, default=None)
 
     def _refresh(self, time: float, target: str) -> bool:
         """Send again what would fall silent within a time; whether nothing does then."""
         for phase in list(self._fresh(target)):
-            if self._left(phase) > time + MARGIN or self.is_over:
-                continue
             step, sample, heard = self._heard[phase]
-            if heard == self.machine.time:
-                return False
-            self._fire(step, sample)
-        return True
+            if self._left(phase) <= time + MARGIN and heard < self.machine.time:
+                if not self.is_over:
+                    self._fire(step, sample)
+        return all(self._left(phase) > time + MARGIN for phase in self._fresh(target))
 
     def _await(self, step: ExactStep) -> None:
         """Let time pass until an event that it causes, while messages stay fresh."""
@@ -201,7 +203,8 @@ class Recorder:
     def _wait(self, time: float, until: ExactStep | None = None) -> bool:
         """Let time pass; whether an event happened then."""
         happened = self.machine.wait(time)
-        while (more := self._next(())) is not None and more < TOGETHER:
+        end = self.machine.time + TOGETHER
+        while (more := self._next(())) is not None and self.machine.time + more < end:
             time += _up(more)
             happened += self.machine.wait(_up(more))
         self._record(f"wait {time:.6f}".rstrip("0").rstrip("."), None, NOTHING, happened)
@@ -364,7 +367,7 @@ def _parameter(expr: Any) -> float | None:
 
 def _up(delay: float) -> float:
     """A time in microseconds that is not shorter."""
-    return max(math.ceil(round(delay * 1e6, 3)) / 1e6, 1e-6)
+    return max(math.ceil(round(delay * 1e6, 3)) / 1e6, SHORTEST)
 
 
 def _is_busy(command: ExactStep, state: State) -> bool:

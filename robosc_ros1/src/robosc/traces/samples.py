@@ -235,6 +235,8 @@ class Samples:
         usual = items[:2]
         for item in items:
             yield [item] * longest
+        for item in usual:
+            yield [item]
         for place in dict.fromkeys([*map(int, indexes), longest // 2, 0]):
             for item in items[:12]:
                 for rest in usual:

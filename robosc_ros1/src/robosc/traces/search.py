@@ -124,21 +124,32 @@ class InputGraph:
                 break
 
     def _distinct(self, step: ExactStep) -> list[Sample]:
-        """The samples of an event that differ in what they do at the start."""
+        """The samples of an event that differ in what they do, wherever its components are."""
         if self.steps.comes_by_time(step):
             return [SILENT if step.event.kind.clocked else Sample("", {}, LATE)]
-        start = dict(self.steps.initial)
-        if step.phase is not None and step.sources:
-            start[step.phase] = step.sources[0]
+        states = self._places_of(step)
         found: dict[Any, Sample] = {}
         for sample in self._samples.of(step.event):
-            after = step.after(start, sample.parts)
-            found.setdefault(None if after is None else self._key(after)[1], sample)
+            ends = (step.after(state, sample.parts) for state in states)
+            keys = tuple(None if end is None else self._key(end)[1] for end in ends)
+            found.setdefault(keys, sample)
         if self._samples.converts(step.event):
             more = self._samples.of(step.event)[:CONVERTED]
             self._converted.add(step.number)
             return list(dict.fromkeys([*found.values(), *more]))
         return list(found.values())
+
+    def _places_of(self, step: ExactStep) -> list[State]:
+        """States in which each component is at each place that it leaves with an event."""
+        start = dict(self.steps.initial)
+        if step.phase is not None and step.sources:
+            start[step.phase] = step.sources[0]
+        leaving = [(p.place, list(p.edges)) for p in step.partners if p.edges]
+        count = max((len(places) for _, places in leaving), default=1)
+        return [
+            start | {place: places[n % len(places)] for place, places in leaving}
+            for n in range(count)
+        ]
 
     def expand(self, node: Node) -> None:
         """Try the inputs of a node."""

@@ -8,7 +8,7 @@ come when a script says so, however fast or busy the machine is.
 import time
 from importlib import import_module
 
-from robot_under_test import TABLES
+from robot_tables import TABLES
 
 HEARD = [*(topic for topic, _, _ in TABLES.publications), "~/events", "~/state"]
 """The topics of the node that the player listens to."""

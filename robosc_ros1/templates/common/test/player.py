@@ -11,7 +11,7 @@ import time
 from collections import defaultdict, deque
 from pathlib import Path
 
-from robot_under_test import COMMANDS, COMMUNICATIONS, TABLES
+from robot_tables import COMMANDS, COMMUNICATIONS, TABLES
 from scripts import EVENT, SENT, Condition, Fault, part_of, put, read, same, value
 from shown import REQUIREMENTS
 
@@ -73,15 +73,17 @@ class Player:
     def wait(self, condition, what):
         """Wait until a condition is true. Raises Fault."""
         end, told = time.monotonic() + PATIENCE, 0.0
-        with self._changed:
-            while not condition():
-                now = time.monotonic()
-                if now > end:
-                    raise Fault("%s did not come" % what if isinstance(what, str) else what())
-                if now > told + AGAIN and self.time:
-                    told = now
-                    self.robot.turn_clock(self.time)
+        while True:
+            with self._changed:
+                if condition():
+                    return
                 self._changed.wait(0.02)
+            now = time.monotonic()
+            if now > end:
+                raise Fault("%s did not come" % what if isinstance(what, str) else what())
+            if now > told + AGAIN and self.time:
+                told = now
+                self.robot.turn_clock(self.time)
 
     def rejects(self, keys):
         """Whether the script lets the goal that came be rejected."""

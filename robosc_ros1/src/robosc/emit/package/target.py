@@ -25,7 +25,7 @@ from robosc.emit.package.package_context import PackageContext, TopicView, escap
 from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
-from robosc.emit.package.robot_under_test import (
+from robosc.emit.package.robot_tables import (
     USUAL,
     commands_under_test,
     communications_under_test,
@@ -37,7 +37,7 @@ from robosc.language.events import Kind
 from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Communication, Robot
 from robosc.names import package_name, rostest_name
-from robosc.runtime.settings import dotted
+from robosc.runtime.settings import dotted, parameter_name
 from robosc.runtime.shapes import parts_by_name
 from robosc.supervisor import Guard, Supervisor
 
@@ -131,7 +131,7 @@ def package_of(
         **runs,
     }
     if mode == "controller":
-        texts["test/robot_under_test.py"] = _robot_module(target, robot, context)
+        texts["test/robot_tables.py"] = _robot_module(target, robot, context)
     else:
         guards = whole_guards(supervisor)
         texts["test/plant_data.py"] = plant_module(configured, source, guards)
@@ -167,7 +167,8 @@ def _robot_module(target: Target, robot: Robot, context: PackageContext) -> str:
         for name, value in parts_by_name(p.name, p.example)
     }
     names = robot.display_names
-    messages = [names[c.key] for c in robot.communications.values() if c.kind is Kind.OUTGOING]
+    outgoing = (c for c in robot.communications.values() if c.kind is Kind.OUTGOING)
+    messages = [parameter_name(names[c.key]) for c in outgoing]
     modules = ["ros_messages", "ros_parameters"] if target.has_qos else ["ros_messages"]
     offered = ["COMMANDS", "COMMUNICATIONS", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES", "USUAL"]
     body = f"\nfrom {context.package} import {', '.join(modules)}\n"

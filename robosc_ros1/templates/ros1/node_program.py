@@ -4,7 +4,7 @@
 from importlib import import_module
 
 from clocked_engine import HEARD, use
-from robot_under_test import PACKAGE
+from robot_tables import PACKAGE
 from rospy import resolve_name
 from rospy.topics import get_topic_manager
 
