@@ -29,22 +29,24 @@ from robosc.traces.search import Move
 
 PATIENCE = 100000
 """Seconds of deadlines that no run is to meet: calls are answered by scripts."""
-SILENCE = 1.0
+SILENCE = 1.5
 """Seconds: the timeout of messages, unless that is a parameter of the model."""
-OVERDUE = 1.5
+OVERDUE = 2.5
 """Seconds: the timeout of services that can fail by time alone, unless it is such a parameter."""
-RATE = 4.0
+RATE = 1.0
 """Hertz: how often commands are repeated, unless the model says so."""
 MARGIN = 0.01
 """Seconds before a message would be silent in which it is sent again."""
 LONGEST = 60.0
 """Seconds: longer times of the model are not waited for."""
-LONGEST_BEAT = 1.0
+LONGEST_BEAT = 1.1
 """Seconds: what is sent more seldom is not waited for."""
 SHORTEST = 1e-6
 """Seconds: no wait is shorter."""
 TOGETHER = 0.002
 """Seconds: what the clock brings within this time comes with one wait."""
+PARTS = 4
+"""The most parts of a period that pass one by one, since messages are to be sent in between."""
 BEATS = 400
 """The most moments of a clock that one wait may have."""
 
@@ -148,12 +150,15 @@ class Recorder:
     def beat(self) -> None:
         """Let time pass until a command is repeated, or a clock brings something else, but no
         silence."""
-        delay = self._next(set(self._fresh()))
-        if delay is None or delay > LONGEST_BEAT or not self._refresh(delay, ""):
-            return
-        delay = self._next(())
-        if not self.is_over and delay is not None and delay <= LONGEST_BEAT:
-            self._wait(_up(delay))
+        is_whole = False
+        for _ in range(PARTS):
+            delay = self._next(set(self._fresh()))
+            if self.is_over or is_whole or delay is None or delay > LONGEST_BEAT:
+                return
+            part = self._kept_fresh(delay, "")
+            is_whole = part == delay
+            if not self.is_over:
+                self._wait(_up(part))
 
     def _fresh(self, but: str = "") -> Iterator[str]:
         """The messages that fall silent some time."""
@@ -175,14 +180,16 @@ class Recorder:
         times += [] if command is None else [max(command, SHORTEST)]
         return min(times, default=None)
 
-    def _refresh(self, time: float, target: str) -> bool:
-        """Send again what would fall silent within a time; whether nothing does then."""
+    def _kept_fresh(self, time: float, target: str) -> float:
+        """Send again what would fall silent within a time. Return how much of it may pass before
+        there is more to be sent again, since it was heard just now."""
         for phase in list(self._fresh(target)):
             step, sample, heard = self._heard[phase]
             if self._left(phase) <= time + MARGIN and heard < self.machine.time:
                 if not self.is_over:
                     self._fire(step, sample)
-        return all(self._left(phase) > time + MARGIN for phase in self._fresh(target))
+        left = min(map(self._left, self._fresh(target)), default=math.inf)
+        return time if left > time + MARGIN else left / 2
 
     def _await(self, step: ExactStep) -> None:
         """Let time pass until an event that it causes, while messages stay fresh."""
@@ -194,10 +201,8 @@ class Recorder:
             delay = self._next(set(self._fresh(target)))
             if delay is None or self.machine.time + delay - begun > LONGEST:
                 return
-            if not self._refresh(delay, target):
-                # What was heard just now would be silent before: it is sent again in between.
-                delay = min(self._left(phase) for phase in self._fresh(target)) / 2
-            if not self.is_over and self._wait(_up(delay), step):
+            part = self._kept_fresh(delay, target)
+            if not self.is_over and self._wait(_up(part), step):
                 return
 
     def _wait(self, time: float, until: ExactStep | None = None) -> bool:

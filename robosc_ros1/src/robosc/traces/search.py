@@ -9,23 +9,29 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter, deque
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from robosc.expr.types import domain
+from robosc.expr.traversal import walk
+from robosc.expr.tree import VariableRef
+from robosc.expr.types import IntegerType, domain
 from robosc.language.events import Kind
 from robosc.runtime.values import Undefined
 from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import LATE, NOTHING, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
-BUDGET = 8000
+BUDGET = 20000
 """The most inputs that are tried."""
 USUAL, TRIES = 8, 80
 """So many samples of an event are tried in each node, and more where there are few events."""
 
 CONVERTED, FIRST = 16, 8
 """So many samples are tried in the first nodes where enums convert them."""
+
+COUNTED = 6
+"""So far states differ in what a model counts."""
 
 SILENT = Sample("", {}, NOTHING)
 """What time brings."""
@@ -68,6 +74,7 @@ class InputGraph:
         robot = steps.robot
         self._atoms = list({id(a): a for a in coverage.atoms()}.values())
         self._finite = [k for k, v in robot.variables.items() if domain(v.type) is not None]
+        self._counters = [k for k in dict.fromkeys(_counters(steps)) if k not in self._finite]
         self._places = [c.name for c in robot.components if c.behaviour is not None]
         calls = (Kind.OUTGOING, Kind.INCOMING)
         phases = {f"~{k}": c.kind in calls for k, c in robot.communications.items()}
@@ -104,7 +111,11 @@ class InputGraph:
                 atoms.append(atom(state, NOTHING))
             except Undefined:
                 atoms.append(None)
-        rest = (*(state[p] for p in self._messages), *(repr(state[k]) for k in self._finite))
+        rest = (
+            *(state[p] for p in self._messages),
+            *(repr(state[k]) for k in self._finite),
+            *(max(-COUNTED, min(COUNTED, state[k] or 0)) for k in self._counters),
+        )
         return kind, (kind, rest, tuple(atoms))
 
     def explore(self, budget: int = BUDGET) -> None:
@@ -241,6 +252,18 @@ class InputGraph:
             edges.append(edge)
             step = came[node.number]
         return edges[::-1]
+
+
+def _counters(steps: Steps) -> Iterator[str]:
+    """The integer variables that are assigned from themselves."""
+    for event in steps.plant.events:
+        for automaton in event.automata:
+            for edge in automaton.edges:
+                for assignment in edge.assignments:
+                    key = f"{automaton.component}.{assignment.variable}"
+                    reads = (p.key for p in walk(assignment.value) if isinstance(p, VariableRef))
+                    if key in reads and isinstance(steps.robot.variables[key].type, IntegerType):
+                        yield key
 
 
 Edge: TypeAlias = tuple[Move, Node, frozenset[Case]]
