@@ -113,6 +113,9 @@ class Robot:
             except Exception:
                 traceback.print_exc()  # an answer that cannot be delivered
 
+    def close(self):
+        rclpy.shutdown()
+
     def _hear(self, topic, type_, callback, profile):
         self._node.create_subscription(type_, topic, lambda message: callback(message), profile)
 

@@ -17,7 +17,9 @@ PASSED = set()
 
 @pytest.fixture(scope="module")
 def robot():
-    return Robot()
+    robot = Robot()
+    yield robot
+    robot.close()
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)

@@ -94,9 +94,8 @@ def test_the_controller_is_the_same_for_all_targets(model: str) -> None:
     shared = [f"{package}/{name}" for name in ("__init__.py", "controller.py", "model.py")]
     for path in shared:
         assert first[f"src/{path}"] == second[path], path
-    own = {"play_scripts.py", "test_play_scripts.py", "ros_player.py", "robot_under_test.py"}
-    own.add("message_fields.py")
-    own.add("operations.py")
+    own = {"play_scripts.py", "test_play_scripts.py", "ros_player.py", "robot_tables.py"}
+    own.add("node_program.py")
     checked, others = (
         {path for path in files if path.startswith("test/") and path.endswith(".py")}
         - {f"test/{name}" for name in own}

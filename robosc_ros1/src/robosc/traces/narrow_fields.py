@@ -48,9 +48,7 @@ def _field(communication: Communication, attribute: str) -> str:
 
 def _narrowed(raw: Any, part: Definition, field: str, definitions: MessageDefinitions) -> Any:
     if isinstance(raw, dict):
-        return {
-            path: _as_in(v, _base(part, path or field, definitions)) for path, v in raw.items()
-        }
+        return {path: _as_in(v, _base(part, path or field, definitions)) for path, v in raw.items()}
     return _as_in(raw, _base(part, field, definitions))
 
 

@@ -239,7 +239,7 @@ class Recorder:
             self.is_over = True
         expected = (
             *self._applied(step, before),
-            *self._expected(before, sent, assigned),
+            *self._expected(before, sent, assigned, self._stays(step, before)),
             *self._reasons(),
         )
         self.run.lines.append(RunLine(text, expected, frozenset(cases)))
@@ -272,7 +272,7 @@ class Recorder:
         key = found.event.key
         self._due.pop(key, None)
         if found.event.kind is EventKind.REQUEST and key in self._overdue:
-            self._due[key] = happening.time + self._overdue[key]
+            self._due[key] = (happening.time or 0.0) + self._overdue[key]
         after = found.after(self.state, carried)
         if after is None:
             sent[:] = [one for one in sent if one[0] is not found]
@@ -312,8 +312,23 @@ class Recorder:
                 self._told.add((command.number, reasons))
                 yield f"disabled {label(command.event)} because {'; '.join(reasons)}"
 
+    def _stays(self, step: ExactStep | None, before: State) -> set[str]:
+        """The components that take part in an event, where no run has told yet that they stay."""
+        found = set()
+        for partner in () if step is None else step.partners:
+            places = before[partner.place], self.state[partner.place]
+            stay = step and step.number, partner.component, places
+            if stay not in self._told:
+                self._told.add(stay)
+                found.add(partner.component)
+        return found
+
     def _expected(
-        self, before: State, sent: list[tuple[ExactStep, Any]], assigned: set[str]
+        self,
+        before: State,
+        sent: list[tuple[ExactStep, Any]],
+        assigned: set[str],
+        staying: set[str],
     ) -> Iterator[str]:
         names = [label(step.event) for step, _ in sent]
         yield f"sent {', '.join(_folded(names)) or 'nothing'}"
@@ -326,14 +341,14 @@ class Recorder:
             ]
             if fields:
                 yield f"data {name} {', '.join(fields)}"
-        yield from self._changes(before, assigned)
+        yield from self._changes(before, assigned, staying)
 
-    def _changes(self, before: State, assigned: set[str]) -> Iterator[str]:
+    def _changes(self, before: State, assigned: set[str], staying: set[str]) -> Iterator[str]:
         names = [c.name for c in self._robot.components if c.behaviour is not None]
         was = places({n: before[n] for n in names if n in before})
         now = places({n: self.state[n] for n in names if n in self.state})
         for name, place in now.items():
-            if place != was[name] or not self.run.lines:
+            if place != was[name] or name in staying or not self.run.lines:
                 yield f"{name}.{place}"
         for key, communication in self._robot.communications.items():
             phases, phase = communication.phases, self.state.get(f"~{key}")

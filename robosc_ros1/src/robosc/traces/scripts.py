@@ -136,9 +136,7 @@ def _forbids(cases: set[Case]) -> bool:
     return any(c[0] in ("blocked", "yields") or (c[0] == "demand" and not c[-2]) for c in cases)
 
 
-def test_files(
-    supervisor: Supervisor, model: Path, target: str, config: Config
-) -> dict[str, str]:
+def test_files(supervisor: Supervisor, model: Path, target: str, config: Config) -> dict[str, str]:
     """The files of the test of a controller's package, by path; ``target`` is ``ros1`` or
     ``ros2``, ``model`` the file of the model."""
     configured = supervisor_with(supervisor, config.parameters)

@@ -6,14 +6,15 @@ come when a script says so, however fast or busy the machine is.
 """
 
 import time
+from functools import partial
 from importlib import import_module
 
 from robot_tables import TABLES
 
 HEARD = [*(topic for topic, _, _ in TABLES.publications), "~/events", "~/state"]
 """The topics of the node that the player listens to."""
-LOOK = 0.01
-"""Seconds between two looks whether the clock has begun."""
+LOOK = 0.02
+"""Seconds of the machine between two looks whether the clock has begun, and between two reports."""
 
 
 def use(package, is_heard):
@@ -32,3 +33,5 @@ def use(package, is_heard):
             super().run()
 
     import_module(package + ".ros").RosPort.engine_type = ClockedEngine
+    node = import_module(package + ".ros_node")
+    node.Reporter = partial(node.Reporter, diagnostics_period=LOOK)

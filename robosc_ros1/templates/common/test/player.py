@@ -53,9 +53,14 @@ class Player:
             self._changed.notify_all()
 
     def on_event(self, document):
+        event = document["event"]
         with self._changed:
             self._events.append(document)
             self._changed.notify_all()
+            if event["kind"] == "error":  # nobody waits for the answer any more
+                call = self._open.pop(COMMUNICATIONS[event["name"]]["key"], None)
+                if call is not None:
+                    self.robot.answer(call, "error", {})
 
     def on_state(self, document):
         with self._changed:
@@ -215,9 +220,14 @@ class Player:
             wanted += [_whole(found.group(1))] * int(found.group(2) or 1)
 
         def told():
-            return "expected to be sent: %s; sent: %s" % (text, ", ".join(self._sent()) or "nothing")
+            return "expected to be sent: %s; sent: %s" % (
+                text,
+                ", ".join(self._sent()) or "nothing",
+            )
 
-        self.wait(lambda: self._sent() != wanted[: len(self._sent())] or self._sent() == wanted, told)
+        self.wait(
+            lambda: self._sent() != wanted[: len(self._sent())] or self._sent() == wanted, told
+        )
         if self._sent() != wanted:
             raise Fault(told())
         entries, self._judged = self._entries(), len(self._events)
@@ -265,8 +275,10 @@ class Player:
 
         self.wait(
             lambda: command()["enabled"] is wanted and (not because or told() == because),
-            lambda: "%s.%s is disabled because: %s; expected: %s"
-            % (name, kind, told() or "(it is enabled)", because or "enabled"),
+            lambda: (
+                "%s.%s is disabled because: %s; expected: %s"
+                % (name, kind, told() or "(it is enabled)", because or "enabled")
+            ),
         )
 
 

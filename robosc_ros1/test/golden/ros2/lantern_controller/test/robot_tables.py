@@ -11,12 +11,23 @@ __all__ = [
     "PACKAGE",
     "PARAMETERS",
     "TABLES",
+    "USUAL",
     "ros_messages",
     "ros_parameters",
 ]
 
 PACKAGE = "lantern_controller"
 PARAMETERS = {}
+USUAL = {
+    "event_log": "",
+    "exit_on_stop": False,
+    "on_mismatch": "ignore",
+    "order": "rotate",
+    "server_lost_after": 100000.0,
+    "state_rate": 200.0,
+    "stop_command": "",
+    "whole_values": True,
+}
 MESSAGES = ["brightness"]
 COMMUNICATIONS = {
     "brightness": {

@@ -11,13 +11,24 @@ __all__ = [
     "PACKAGE",
     "PARAMETERS",
     "TABLES",
+    "USUAL",
     "ros_messages",
     "ros_parameters",
 ]
 
 PACKAGE = "gauntlet_controller"
 PARAMETERS = {}
-MESSAGES = ["scan", "spots", "up", "down", "Left.slip", "Right.slip"]
+USUAL = {
+    "event_log": "",
+    "exit_on_stop": False,
+    "on_mismatch": "ignore",
+    "order": "rotate",
+    "server_lost_after": 100000.0,
+    "state_rate": 200.0,
+    "stop_command": "",
+    "whole_values": True,
+}
+MESSAGES = ["scan", "spots", "up", "down", "Left/slip", "Right/slip"]
 COMMUNICATIONS = {
     "scan": {"key": "Eye.scan", "kind": "outgoing message", "fields": {}},
     "spots": {"key": "Eye.spots", "kind": "outgoing message", "fields": {}},
