@@ -36,7 +36,7 @@ _MODEL_ERRORS = (
     # names
     "unknown-name", "unknown-member", "unknown-communication", "unknown-type", "unknown-interface",
     "unknown-state", "unknown-property", "unknown-component", "duplicate-name", "ambiguous-name",
-    "bad-index",
+    "bad-index", "duplicate-id",
     # types and data types
     "type-mismatch", "not-finite", "out-of-range", "empty-range", "variable-type",
     "none-not-allowed", "array-not-allowed", "recursive-datatype", "missing-default",

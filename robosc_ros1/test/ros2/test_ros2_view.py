@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 from collections.abc import Callable
@@ -9,7 +10,7 @@ from collections.abc import Callable
 import pytest
 from ros2.ros2_support import Graph, Process
 from ros2.viewing import address, viewing
-from ros_support import await_condition
+from ros_support import SOURCES, await_condition
 from view.browser import Browser
 from view.watching import Watcher, command_is, is_in, link_says
 
@@ -97,4 +98,13 @@ def test_a_viewer_of_ros_2_takes_part_in_nothing_and_leaves_in_order(
     assert found["serves"] == []
     viewer.signal(signal.SIGINT)
     assert viewer.wait() == 130
+    assert "Traceback" not in viewer.output
+
+
+def test_messages_of_ros_1_that_python_finds_first_are_told(graph: Graph) -> None:
+    path = os.pathsep.join((str(SOURCES), "/usr/lib/python3/dist-packages"))
+    command = (graph.bed.python, "-m", "robosc", "view", "--ros", NODE, "--port", "0")
+    viewer = graph.start(*command, PYTHONPATH=path)
+    assert viewer.wait() == 2
+    assert "std_msgs is that of ROS 1 here (/usr/lib/python3" in viewer.output.replace("\n", " ")
     assert "Traceback" not in viewer.output

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import permutations
+
 import pytest
 from syntax_support import read
 
+from robosc.errors import listing
 from robosc.language.attributes import ATTRIBUTES
 from robosc.model.resolve import load
 from robosc.source import Source
@@ -96,12 +100,12 @@ def hint_of(line: str) -> str | None:
     return diagnostics[0].hint
 
 
-def in_order(communication: str) -> str:
-    labels = ", ".join(f"{a.name}: …" for a in ATTRIBUTES if communication in a.communications)
-    return f"in this order: with {labels}"
+def none_of(attribute: str, communication: str) -> str:
+    labels = [f"'{a.name}:'" for a in ATTRIBUTES if communication in a.communications]
+    return f"there is no '{attribute}:' here, but {listing(labels, 'or')}"
 
 
-MESSAGE, SERVICE = in_order("outgoing"), in_order("service")
+COMMA, TWICE = "a ',' is missing before it", "leave one of them out"
 COMMAND = (
     "the controller sends it: only what it receives or requests has a timeout; what the robot"
     " publishes is an 'outgoing message'"
@@ -111,28 +115,21 @@ COMMAND = (
 @pytest.mark.parametrize(
     ("declaration", "hint"),
     [
-        ("outgoing message m with type: double, timeout: 3 s", MESSAGE),
-        ("outgoing message m with type: double timeout: 3 s", MESSAGE),
-        ("outgoing message m with type: double, timeout 3 s", MESSAGE),
-        ("outgoing message m with type: double, identifier: '/m'", MESSAGE),
-        ("outgoing message m with identifier: '/a', identifier: '/m', type: double", MESSAGE),
-        ("outgoing message m with request: double", f"there is no 'request:' here; {MESSAGE}"),
-        ("outgoing message m with rate: 10 Hz, type: double", f"there is no 'rate:' here; {MESSAGE}"),
-        ("incoming message m with type: none, identifier: '/m'",
-         in_order("incoming")),
-        ("service m with response: none, request: none", SERVICE),
-        ("service m with request: none, response: none, timeout: 3 s", SERVICE),
+        ("outgoing message m with type: double timeout: 3 s", COMMA),
+        ("outgoing message m with type: double, timeout 3 s", "write 'timeout:' with its colon"),
+        ("outgoing message m with identifier: '/a', identifier: '/m', type: double", TWICE),
+        ("outgoing message m with type: double, type: double", TWICE),
+        ("outgoing message m with request: double", none_of("request", "outgoing")),
+        ("outgoing message m with rate: 10 Hz, type: double", none_of("rate", "outgoing")),
         ("service m with request: none, response: none, feedback: none",
-         f"there is no 'feedback:' here; {SERVICE}"),
-        ("service m with type: p/T, timeout: 3 s",
-         SERVICE.replace("request: …, response: …", "type: …")),
-        ("action m with request: none, feedback: none, response: none", in_order("action")),
+         none_of("feedback", "service")),
+        ("service m with request: none, type: p/T", "leave 'request:' or 'type:' out"),
         ("incoming message m with type: none, timeout: 3 s", COMMAND),
         ("incoming message m with type: none timeout: 3 s", COMMAND),
         ("outgoing service m with type: p/T, timeout: 3 s",
          "the controller serves it: only what it receives or requests has a timeout"),
         ("outgoing action m with within: 3 s, type: p/T",
-         f"there is no 'within:' here; {in_order('outgoing action')}"),
+         none_of("within", "outgoing action")),
         ("outgoing message m with identifier: '/m' type: double", "a ',' is missing before it"),
         ("outgoing message m identifier: '/m', type: double", "'with' is missing before it"),
         # What comes before is another communication.
@@ -140,11 +137,34 @@ COMMAND = (
          "'with' is missing before it"),
     ],
 )  # fmt: skip
-def test_attributes_in_a_wrong_order(declaration: str, hint: str) -> None:
+def test_attributes_that_are_not_there(declaration: str, hint: str) -> None:
     interface = "interface l use Trigger from std_srvs"
     text = f"robot R {{ component C {{ {declaration} }} {interface} }}"
     _, found = load(Source("m.rscd", text))
     assert [diagnostic.hint for diagnostic in found if diagnostic.code == "syntax"] == [hint]
+
+
+@pytest.mark.parametrize(
+    ("before", "attributes"),
+    [
+        ("incoming message", ["identifier: '/m'", "rate: 2 Hz", "stop: none", "type: none"]),
+        ("outgoing message", ["identifier: '/m'", "timeout: 1 s", "max_age: 2 s", "type: double"]),
+        ("service", ["timeout: 1 s", "request: none", "response: double", "expect: value > 1.0"]),
+        ("action", ["within: 1 s", "goals: replace", "request: none", "response: none",
+                    "feedback: double"]),
+        ("outgoing service", ["identifier: '/m'", "request: none", "response: double"]),
+    ],
+)  # fmt: skip
+def test_attributes_stand_in_any_order(before: str, attributes: list[str]) -> None:
+    def tree(order: Sequence[str]) -> tuple[object, list[str]]:
+        text = f"robot R {{ component C {{ {before} m with {', '.join(order)} }} }}"
+        node, diagnostics = read(text)
+        return node, [d.code for d in diagnostics]
+
+    expected = tree(attributes)
+    assert expected[1] == []
+    for order in permutations(attributes):
+        assert tree(order) == expected
 
 
 @pytest.mark.parametrize("named", ["", 'identifier: "/go", '])
@@ -154,7 +174,7 @@ def test_a_timeout_of_a_command(named: str, kind: str) -> None:
     first = "incoming message a with type: none "
     message = f"{kind} message m with {named}{again}timeout: 3 s, type: none"
     _, (found, *_) = load(Source("m.rscd", f"robot R {{ component C {{ {first}{message} }} }}"))
-    assert found.hint == (COMMAND if kind == "incoming" else MESSAGE)
+    assert found.hint == (COMMAND if kind == "incoming" else TWICE)
 
 
 GOOD = """
@@ -262,8 +282,6 @@ SENT = "what the controller publishes comes into the part"
         ("provide move with 0.2", "provide move with { linear.x: 0.2 }", ".",
          "write 'linear: { x: … }'"),
         ("provide move with 0.2", "provide move with { x = 0.2 }", "=", "write ':'"),
-        ("provide move with 0.2", "provide move with {} else {}", "else",
-         "write one more 'provide', without 'if', for the rest"),
         ("requirement move needs", "-- slow\n    requirement move needs", "-",
          "a comment begins with '//'"),
     ],

@@ -40,7 +40,6 @@ robot Rover {
     stop with halt
 }
 """
-NO_NAME = "a requirement has no name: leave it out"
 NO_BRACES = "no braces: 'do' stands before what is assigned, 'goto' before a state"
 ENTERING = "what is done on entering a state stands at the transitions to it: on … do … goto …"
 NO_CONDITIONAL = "no conditional expression: write two transitions, 'on … if …' and 'on … else …'"
@@ -54,8 +53,8 @@ WITH_EDIT = [
     ("goto busy", "goto state busy", "state", "leave 'state' out"),
     ("y: 0.0 }", "y: 0.0, }", ",", "leave ',' out"),
     ("requirement move", "requirement: move", ":", "leave ':' out"),
-    ("requirement move", "requirement safe: move", "safe:", NO_NAME),
-    ("requirement move", 'requirement "safe": move', '"safe":', NO_NAME),
+    ("requirement move", "requirement safe: move", "safe:", "write '\"safe\"'"),
+    ("requirement move", 'requirement "safe": move', ":", "leave ':' out"),
     ("stop with halt", "stop halt", "halt", "write 'with halt'"),
     ("move over halt", "move, halt", ",", "write 'over'"),
     ("move over halt", "move > halt", ">", "write 'over'"),

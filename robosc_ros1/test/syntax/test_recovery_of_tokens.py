@@ -75,7 +75,7 @@ robot R {
 model.rscd:3:45: error[unterminated-string]: this string has no end
     3 |         outgoing message a with identifier: "/a, type: double
       |                                             ^^^^^^^^^^^^^^^^^ close it with "
-model.rscd:4:51: error[syntax]: expected 'timeout:', 'max_age:' or 'type:'
+model.rscd:4:51: error[syntax]: expected 'identifier:', 'timeout:', 'max_age:' or 'type:'
     4 |         outgoing message b with identifier: '/b', typ: double
       |                                                   ^^^ did you mean 'type'?
 """,

@@ -143,6 +143,7 @@ def test_phases_of_services_and_actions(browser: Browser) -> None:
 
 _DRAWN = """(id) => {
   const {width, height} = document.getElementById(id);
+  if (!width || !height) return [];  // it is not laid out yet
   const {data} = document.getElementById(id).getContext("2d").getImageData(0, 0, width, height);
   const found = new Set();
   for (let i = 0; i < data.length; i += 4) if (data[i + 3] === 255)

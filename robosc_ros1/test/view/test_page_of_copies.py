@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -128,8 +129,8 @@ def test_reasons_are_those_of_the_copy_that_is_chosen(told: Told, browser: Brows
         c["blocked_by"] for c in told.state["commands"] if c["event"]["name"] == f"{last}.serve"
     )
     shown = "[...document.querySelectorAll('[data-command=\"Station[i].serve.request\"] .why')]"
-    texts = browser.run(f"return {shown}.map((e) => e.lastChild.textContent)")
-    assert texts == [reason["text"] for reason in reasons]
+    texts = json.dumps("\n".join(reason["text"] for reason in reasons))
+    browser.sees(f"{shown}.map((e) => e.lastChild.textContent).join('\\n') === {texts}")
 
 
 def test_no_rule_of_accessibility_is_broken_by_copies(

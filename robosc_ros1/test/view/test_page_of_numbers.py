@@ -38,6 +38,7 @@ robot Cart {
 """
 COLOURS = """(canvas) => {
   const {width, height} = canvas;
+  if (!width || !height) return new Set();  // it is not laid out yet
   const {data} = canvas.getContext("2d").getImageData(0, 0, width, height);
   const found = new Set();
   for (let i = 0; i < data.length; i += 4) if (data[i + 3] === 255)

@@ -100,14 +100,28 @@ class Verdicts:
         with self._changed:
             return self._count
 
-    def await_verdict(self, since: int, names: Sequence[str], data: Json, timeout: float) -> Json:
+    def await_verdict(self, since: int, names: Sequence[str], data: Json) -> Json:
         """Return the first document after ``since`` that judges a request of one of these names,
         with these data; None if none comes in time."""
-        end = self._now() + timeout
+        return self._await(since, lambda document: _is_about(document, names, data))
+
+    def await_end(self, since: int, names: Sequence[str], data: Json) -> Json:
+        """Return the first document after ``since`` that says how a call of one of these names
+        ended: not begun, with these data, answered, or failed; None if none comes in time."""
+        return self._await(
+            since,
+            lambda document: (
+                _kind(document, names) in ("response", "error")
+                or (_is_about(document, names, data) and document.get("outcome") != "applied")
+            ),
+        )
+
+    def _await(self, since: int, wanted: Callable[[Json], bool]) -> Json:
+        end = self._now() + _VERDICT
         with self._changed:
             while True:
                 for count, document in self._told:
-                    if count > since and _is_about(document, names, data):
+                    if count > since and wanted(document):
                         return document
                 left = end - self._now()
                 if left <= 0:
@@ -166,7 +180,7 @@ class Running:
         with self._judging:
             since = self._verdicts.mark()
             self._caller.publish(self._name(tool), _fields(data))
-            verdict = self._verdicts.await_verdict(since, tool.alike, data, _VERDICT)
+            verdict = self._verdicts.await_verdict(since, tool.alike, data)
         return _outcome(verdict)
 
     def _call(self, tool: Tool, data: Json, watch: CallWatch) -> CallOutcome:
@@ -184,12 +198,19 @@ class Running:
         finally:
             with self._lock:
                 del self._busy[tool.key]
-        if word in ("failed", "refused"):
-            verdict = self._verdicts.await_verdict(since, tool.alike, None, 0.2)
-            if verdict is not None and "blocked_by" in verdict:
-                return _outcome(verdict)
-            return CallOutcome(word, {"why": [str(answer)]})
-        return CallOutcome(word, {"answer": answer})
+        # A service of ROS 2 always answers: that its call was blocked or failed, the node says.
+        end: Json = {}
+        if word != "cancelled":
+            end = self._verdicts.await_end(since, tool.alike, data) or {}
+        if "blocked_by" in end:
+            return _outcome(end)
+        ended_well = not end or _kind(end, tool.alike) == "response"
+        if word == "cancelled" or (word == "answered" and ended_well):
+            return CallOutcome(word, {"answer": answer})
+        if word == "answered":
+            word = "refused" if end.get("outcome") == "refused" else "failed"
+            answer = end.get("detail") or f"it ended with an error; the answer was {answer}"
+        return CallOutcome(word, {"why": [str(answer)]})
 
     def cancel(self, tool: Tool) -> CallOutcome:
         if tool.communication.kind not in (Kind.ACTION, Kind.SERVED_ACTION):
@@ -253,12 +274,17 @@ def _outcome(verdict: Json) -> CallOutcome:
 def _is_about(document: Json, names: Sequence[str], data: Json) -> bool:
     """Whether a document judges a request of these names; of other data it is another's."""
     event = document.get("event", {})
-    if event.get("kind") != "request" or event.get("name") not in ("", *names):
+    if _kind(document, ("", *names)) != "request":
         return False
     if data is None or document.get("corrected") or not isinstance(event.get("value"), dict):
         return True
     flat = dict(_leaves(data))
     return all(flat.get(path, value) == value for path, value in event["value"].items())
+
+
+def _kind(document: Json, names: Sequence[str]) -> str | None:
+    event = document.get("event", {})
+    return event.get("kind") if event.get("name") in names else None
 
 
 def _leaves(data: Mapping[str, Any], path: str = "") -> Iterable[tuple[str, Any]]:

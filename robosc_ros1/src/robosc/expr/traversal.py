@@ -29,7 +29,16 @@ from robosc.expr.tree import (
     VariableRef,
     condition_of,
 )
-from robosc.expr.types import ArrayType, EnumType, IntegerType, ObjectType, Type
+from robosc.expr.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    ObjectType,
+    StringType,
+    Type,
+)
 from robosc.source import Span
 
 T = TypeVar("T")
@@ -126,7 +135,31 @@ def part_of(
             return ValueRef((*before, *path), type_, span, whole.optional)
         case Part(operand=operand, path=before):
             return Part(operand, (*before, *path), type_, span)
+        case Made() if (part := _part_of_made(whole, path[0], type_, len(path) > 1)) is not None:
+            return part_of(part, path[1:], type_, span) if path[1:] else part
     return Part(whole, path, type_, span)
+
+
+def _part_of_made(made: Made, first: str | int, type_: Type, further: bool) -> Expr | None:
+    """What stands in an object or array at one place; of an object, what is not named is what a
+    message begins with. None: it is not known before it runs."""
+    if isinstance(first, int):
+        return made.operands[first] if first < len(made.operands) else None
+    if first in made.names:
+        return made.operands[made.names.index(first)]
+    inner = made.type.property(first) if isinstance(made.type, ObjectType) else None
+    if isinstance(inner, ObjectType) and (further or inner == type_):
+        return Made((), (), inner)
+    zero = _ZEROS.get(type(inner))
+    return None if inner is None or zero is None else Literal(zero, inner)
+
+
+_ZEROS: dict[type, bool | int | float | str] = {
+    BooleanType: False,
+    IntegerType: 0,
+    DoubleType: 0.0,
+    StringType: "",
+}
 
 
 def without_last(part: Expr) -> Expr | None:

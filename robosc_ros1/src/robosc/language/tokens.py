@@ -277,7 +277,7 @@ LOOKS = {
     for word, rest in {
         "component": "(?= NAME (?: '{' | '[' | from ) )",
         "requirement": "(?! and | or | needs | disables )"
-        " (?= QUALIFIED (?! ':' ) | '(' | '{' | '!' )",
+        " (?= QUALIFIED (?! ':' ) | '(' | '{' | '!' | STRING )",
         "provide": "(?= QUALIFIED with )",
         "datatype": "(?= (?: object | enum ) (?! ':' | '.' ) )",
         "interface": "(?= NAME use )",
@@ -296,8 +296,8 @@ LOOKS = {
         "parameter": "(?= NAME ':' WORD )",
         "condition": "(?= NAME '=' )",
         "function": "(?= NAME '(' NAME ':' )",
-        "prefer": "(?= QUALIFIED (?: over | except ) | '{' )",
-        "assume": "(?= (?: always | never | QUALIFIED needs ) )",
+        "prefer": "(?= QUALIFIED (?: over | except ) | '{' | STRING )",
+        "assume": "(?= STRING | (?: always | never | QUALIFIED needs ) )",
         "stop": "(?= with )",
         "for": "(?= NAME in )",
         "transition": "(?= if | goto )",

@@ -35,6 +35,7 @@ from robosc.syntax.nodes import (
     PropertyNode,
     ProvideNode,
     RequirementNode,
+    RequirementsNode,
     ServiceNode,
     StateNode,
     StopNode,
@@ -135,6 +136,11 @@ def _item(node: _Node) -> OutlineItem:
             if node.performs is not None:
                 words.append(f"performs {node.performs.communication.span.text}")
             return _named(node, "state", " ".join(words), node.states)
+        case RequirementsNode(title=title):
+            children = tuple(map(_item, node.statements))
+            return OutlineItem(
+                title.text, "requirement", "requirement", node.span, title.span, children
+            )
         case RequirementNode() | PossibleNode() | AssumeNode():
             label = " ".join(node.span.text.split()).removeprefix("requirement ")
             return OutlineItem(label, "requirement", "requirement", node.span, node.span)

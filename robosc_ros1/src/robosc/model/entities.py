@@ -201,7 +201,8 @@ class Requirement:
     ``text`` is its text on one line. ``to_start``: it restricts the request of an action, and is no
     reason to cancel it. ``to_cancel``: it is only such a reason. ``on_data``: it is about the data
     of its command. ``implied``: nobody has written it, it follows from what ROS is. ``repeated``:
-    which copy it is in a ``for``.
+    which copy it is in a ``for``. ``id`` is the first word of its title, empty without one; the
+    text begins with the title.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
@@ -212,6 +213,7 @@ class Requirement:
     to_cancel: bool = field(default=False, kw_only=True)
     on_data: bool = False
     implied: bool = False
+    id: str = field(default="", kw_only=True)
     repeated: Repeated | None = field(default=None, kw_only=True)
     span: Span = span_field()
 
@@ -231,13 +233,14 @@ class Goal:
 
     Under control, from every state in which ``origin`` holds (None: from every state) one in which
     ``condition`` holds can be reached; in the states before it ``along`` holds (None: it is not
-    asked). ``text`` is the requirement on one line.
+    asked). ``text`` is the requirement on one line, ``id`` as of other requirements.
     """
 
     condition: Expr
     origin: Expr | None
     along: Expr | None
     text: str
+    id: str = ""
     span: Span = span_field()
 
     @property
@@ -253,13 +256,14 @@ class Assumption:
     ``needs``: the outgoing message or answer ``communication`` (a key) comes only where
     ``condition`` holds, which may read its ``value``. Otherwise no response and no feedback leads
     from a state in which the condition holds to one in which it does not; ``never`` is ``always``
-    with the condition negated. ``text`` is the assumption on one line.
+    with the condition negated. ``text`` is the assumption on one line, ``id`` as of requirements.
     """
 
     kind: Literal["needs", "never", "always"]
     communication: str | None
     condition: Expr
     text: str
+    id: str = ""
     span: Span = span_field()
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeAlias, TypeVar
+from typing import Protocol, TypeVar
 
 from robosc.expr.tree import Expr, RosParameter
 from robosc.expr.types import EnumType, Type
@@ -30,6 +30,7 @@ from robosc.model.declarations.components import (
     join,
 )
 from robosc.model.declarations.datatypes import Given, TypeTable
+from robosc.model.declarations.initial_states import with_initial_states
 from robosc.model.declarations.lasting import with_lasting
 from robosc.model.declarations.named_values import NamedValueTyper
 from robosc.model.declarations.parameters import check_parameters
@@ -44,6 +45,7 @@ from robosc.model.declarations.statements import StatementResolver, Statements, 
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Muted, Report
 from robosc.model.entities import Component, Robot
+from robosc.model.names.qualifiers import qualifiers
 from robosc.model.names.scope import FileScope, report_duplicate
 from robosc.model.names.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
 from robosc.model.names.value_scope import ValueScope
@@ -60,6 +62,7 @@ from robosc.syntax.nodes import (
     ConstantNode,
     ExprNode,
     ImportNode,
+    Name,
     ParameterNode,
     StopNode,
 )
@@ -81,8 +84,13 @@ class FileContents:
         return self.component_table.instances
 
 
-FindLibrary: TypeAlias = Callable[[ImportNode, FileScope, Report], FileContents | None]
-"""Returns the library that an import names; None after a reported error."""
+class FindLibrary(Protocol):
+    """Returns the library of a name; None after a reported error, or if it is not ``imported`` and
+    there is none."""
+
+    def __call__(
+        self, library: Name, scope: FileScope, report: Report, *, imported: bool = True
+    ) -> FileContents | None: ...
 
 
 class FileResolver:
@@ -199,11 +207,16 @@ class FileResolver:
         """Read the imported libraries, before the constants and enum rules that may name them."""
         for node in self._scope.components.values():
             if isinstance(node, ImportNode):
-                library = self._find_library(node, self._scope, self._report)
+                library = self._find_library(node.library, self._scope, self._report)
                 if library is None:
                     self._scope.unresolved.add(node.library.text)
                 else:
                     self.types.libraries[node.library.text] = library.types
+        for name in qualifiers(self._scope.node.written or self._scope.node):
+            if name.text not in self.types.libraries and not self._scope.is_unresolved(name.text):
+                library = self._find_library(name, self._scope, self._report, imported=False)
+                if library is not None:
+                    self.types.libraries[name.text] = library.types
 
     def _declare_values(self) -> None:
         values = self.types.values
@@ -262,6 +275,7 @@ class FileResolver:
         if isinstance(node, ComponentNode):
             instance = Instance(node.name.text, node, self.types)
             self._own_values(instance, self._report)
+            instance.node = with_initial_states(instance, self._report)
             declare(instance, self._report)
         else:
             found = self._imported(node)
@@ -295,6 +309,7 @@ class FileResolver:
     def _check_aside(self, node: ComponentNode) -> None:
         instance = Instance(node.name.text, node, self.types)
         self._own_values(instance, self._report)
+        instance.node = with_initial_states(instance, self._report)
         declare(instance, self._report)
         self._bind(instance)
         self._find_performed(instance)
@@ -303,7 +318,7 @@ class FileResolver:
 
     def _imported(self, node: ImportNode) -> Instance | None:
         prefix = check_prefix(node.prefix, self._report) if node.prefix is not None else ""
-        library = self._find_library(node, self._scope, self._report)
+        library = self._find_library(node.library, self._scope, self._report)
         if library is None:
             return None
         self._scope.names.use(node.library, library.scope.node)
@@ -392,7 +407,8 @@ class FileResolver:
         report = self._report if instance.library is None else self._muted
         symbols = self._symbols(instance)
         resolver = StatementResolver(symbols, instance.types, self._binder, report)
-        statements.add(instance.node.items, resolver)
+        owner = instance.name if instance.imported is not None else ""
+        statements.add(instance.node.items, resolver, owner)
         statements.performed += performed_data(instance, resolver)
 
 

@@ -26,7 +26,7 @@ from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.object_types import RosTypes
 from robosc.remedies import followed
 from robosc.source import Source
-from robosc.syntax.nodes import ImportNode
+from robosc.syntax.nodes import Name
 from robosc.syntax.parser import parse, read_source
 
 
@@ -159,18 +159,27 @@ class _Loader:
         kept = tuple(d for d in report.diagnostics if d in syntax or not scope.is_cut_short(d.span))
         return ResolvedFile(contents, kept)
 
-    def _library(self, node: ImportNode, scope: FileScope, report: Report) -> FileContents | None:
-        """The library that an import names; None after an error, here or in the library."""
-        name = node.library.text
-        if not self._may_open(node, report):
+    def _library(
+        self, library: Name, scope: FileScope, report: Report, *, imported: bool = True
+    ) -> FileContents | None:
+        """The library of a name; None after an error, here or in the library.
+
+        Not ``imported``: the name may be another thing, so that nothing is wrong if there is none.
+        """
+        name = library.text
+        if not imported and name in (self._robot, *self._open):
             return None
         search = self._finder.find(name, scope.source.path)
+        if not imported and not search.files:
+            return None
+        if not self._may_open(library, report):
+            return None
         if not search.files:
             meant = report.suggest(name, self._finder.names(scope.source.path))
             looked = f"looked in: {first_of(search.folders)}\nadd a folder with --library-path"
             report.add(
                 "library-not-found",
-                node.library.span,
+                library.span,
                 f"there is no library '{name}'",
                 followed(meant, looked),
             )
@@ -180,7 +189,7 @@ class _Loader:
         if len(paths) > 1:
             report.add(
                 "library-clash",
-                node.library.span,
+                library.span,
                 f"library '{name}' is found several times, with different content",
                 "keep one of: " + first_of(paths.values()),
             )
@@ -188,16 +197,16 @@ class _Loader:
         if name not in self._libraries:
             (path,) = paths.values()
             self._paths[name] = paths
-            self._libraries[name] = self._read_library(path, node)
+            self._libraries[name] = self._read_library(path, library)
         file = self._libraries[name]
         return file.contents if file.is_sound else None
 
-    def _may_open(self, node: ImportNode, report: Report) -> bool:
-        name = node.library.text
+    def _may_open(self, library: Name, report: Report) -> bool:
+        name = library.text
         if name == self._robot:
             report.add(
                 "library-clash",
-                node.library.span,
+                library.span,
                 f"the library has the name of the robot, '{name}'",
                 "rename one of them",
             )
@@ -205,28 +214,28 @@ class _Loader:
             cycle = " -> ".join([*self._open[self._open.index(name) :], name])
             report.add(
                 "import-cycle",
-                node.library.span,
+                library.span,
                 f"library {name} imports itself: {cycle}",
                 "move what they share to a library of its own",
             )
         elif len(self._open) > limits.IMPORTS:
             report.add(
                 "too-deep",
-                node.library.span,
+                library.span,
                 f"libraries import libraries more than {limits.IMPORTS} levels deep",
             )
         else:
             return True
         return False
 
-    def _read_library(self, path: str, node: ImportNode) -> ResolvedFile:
+    def _read_library(self, path: str, library: Name) -> ResolvedFile:
         source, unreadable = self._reader(path)
         file = ResolvedFile(None, unreadable)
         if source is not None:
             file = self._file(source)
         errors = [d for d in sort_diagnostics(file.diagnostics) if d.severity is Severity.ERROR]
         if errors:
-            note = Note("the library is imported here", node.library.span)
+            note = Note("the library is imported here", library.span)
             first = replace(errors[0], notes=(*errors[0].notes, note))
             file = replace(file, diagnostics=(first, *errors[1:]))
         return file

@@ -29,7 +29,7 @@ from robosc.syntax.nodes import (
     TauNode,
     VariableNode,
 )
-from robosc.syntax.parse_state import ParseState
+from robosc.syntax.parse_state import Fault, ParseState
 
 
 def condition_part() -> ParserElement:
@@ -122,7 +122,7 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
 
     ``block`` returns that of its items, which may be states.
     """
-    named = t.name("a name for the state") - _performs() - _opens()
+    named = t.name("a name for the state") - maybe(condition_part()) - _performs() - _opens()
     plain = keyword("state", f"'state' after '{first}'") - named
     flag = choice("marked", "") if first == "initial" else terminal("initial", "", _late_initial)
     second = maybe(flag)
@@ -132,10 +132,13 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
         also = parts.pop(0) is not None if first != "state" else False
         is_initial = first == "initial" or (first == "marked" and also)
         is_marked = first == "marked" or (first == "initial" and also)
-        name, performs, _, *items = parts
+        name, when, performs, _, *items = parts
+        if when is not None and not is_initial:
+            message = "only an initial state has a condition: in which copies it is initial"
+            raise Fault(start, message, span=when.span, hint="write 'initial' before it")
         span = reading.span(start, end)
         inside = items[0] if items else ()
-        return StateNode(name, is_initial, is_marked, inside, performs, span=span)
+        return StateNode(name, is_initial, is_marked, inside, performs, when, span=span)
 
     grammar = {"initial": initial, "marked": second + plain, "state": named}[first]
     return Rule(grammar, build, block=lambda parts: _block_of(parts, block))

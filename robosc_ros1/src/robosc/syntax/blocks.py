@@ -265,7 +265,8 @@ class Block:
         word = reading.text(at)
         if self.items.free is None:
             return self.items.rules.get(word), at + 1
-        if reading.kind(at) == "{" or self._belongs_outside(reading, at, word):
+        opens = reading.kind(at) == "{" and not self.begins(reading, at)
+        if opens or self._belongs_outside(reading, at, word):
             return None, at
         return self.items.free, at
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 from typing import Any, cast
 
 from pyparsing import ParserElement, ZeroOrMore
@@ -54,7 +54,7 @@ from robosc.syntax.nodes import (
     ServedServiceNode,
     ServiceNode,
 )
-from robosc.syntax.parse_state import Build, ParseState
+from robosc.syntax.parse_state import Build, Fault, ParseState
 
 
 def object_rules() -> Block:
@@ -174,7 +174,7 @@ def _declared(noun: str, sort: str) -> ParserElement:
 
     def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> CommunicationNode:
         name, *pairs = parts
-        given = {"identifier": None, "links": None, **dict(pairs)}
+        given = {"identifier": None, "links": None, **_checked(reading, end, pairs, types)}
         if "type" in given and "type" not in types:
             definition = replace(given.pop("type"), folder=FOLDERS[sort])
             given |= {type_: replace(definition, part=n) for n, type_ in enumerate(types)}
@@ -186,32 +186,43 @@ def _declared(noun: str, sort: str) -> ParserElement:
 
 
 def _attributes(attributes: Sequence[Attribute]) -> ParserElement:
-    """The attributes; each leaves its name and its value. Those before the types have any order,
-    and each of them stands at most once."""
+    """The attributes, in any order; each leaves its name, its value and its last token."""
     elements = {attribute.name: _attribute(attribute) for attribute in attributes}
-    required = [attribute.name for attribute in attributes if attribute.required]
-    ending = elements[required[0]]
-    for name in required[1:]:
-        ending = ending - symbol(",", f"',' and '{name}:'") - elements[name]
-    links = keyword("links") - t.name("the name of an interface after 'links'")
-    types = {required[0]: ending - maybe(built(links, _named("links")), ("links", None))}
-    if required[0] != "type":
+    if "type" not in elements:
         definition = label("type") - t.ros_type("a ROS type 'package/Type' after 'type:'")
-        types["type"] = built(definition, _named("type"))
-    comma = symbol(",", f"',' and {_types(required)}")
+        elements["type"] = built(definition, _named("type"))
+    links = keyword("links") - t.name("the name of an interface after 'links'")
+    expected = listing((f"'{name}:'" for name in elements), "or")
+    several = [either(list(elements.values()), expected + where) for where in (" after 'with'", "")]
+    first, others = several
+    return first - ZeroOrMore(symbol(",") - others) - maybe(built(links, _named("links")))
 
-    @cache
-    def rest(names: tuple[str, ...], where: str = "") -> ParserElement:
-        """What may follow where these attributes are not given yet."""
-        choices = {
-            name: elements[name] - comma - rest(tuple(n for n in names if n != name))
-            for name in names
-        } | types
-        expected = listing((f"'{name}:'" for name in choices), "or")
-        return either(list(choices.values()), expected + where)
 
-    optional = tuple(attribute.name for attribute in attributes if not attribute.required)
-    return rest(optional, " after 'with'")
+def _checked(
+    reading: ParseState, end: int, pairs: Sequence[Any], types: Sequence[str]
+) -> dict[str, Any]:
+    """The attributes by name; a :class:`Fault` if one stands twice, or types are missing."""
+    given: dict[str, Any] = {}
+    behind = end
+    for pair in pairs:
+        if pair is None:
+            continue
+        name, value, first, after = pair
+        if name in given:
+            raise Fault(first, f"'{name}:' stands twice", hint="leave one of them out")
+        given[name] = value
+        behind = behind if name == "links" else after
+    missing = [name for name in types if name not in given]
+    if "type" in given and "type" not in types:
+        for name in types:
+            if name in given:
+                message = f"'type:' is the definition of all parts: there is no '{name}:' beside it"
+                raise Fault(behind - 1, message, hint=f"leave '{name}:' or 'type:' out")
+        return given
+    if missing:
+        either_of = _types(types) if missing == list(types) else f"'{missing[0]}:'"
+        raise reading.expected(behind, f"expected ',' and {either_of}")
+    return given
 
 
 def _types(names: Sequence[str]) -> str:
@@ -234,7 +245,7 @@ def _attribute(attribute: Attribute) -> ParserElement:
 
 
 def _named(name: str) -> Build:
-    return lambda reading, start, end, parts: (name, parts[0])
+    return lambda reading, start, end, parts: (name, parts[0], start, end)
 
 
 def _links_missing(node: Any) -> tuple[str, ...]:
@@ -275,7 +286,7 @@ def value_rules() -> dict[str, Rule]:
         - symbol(":", "':' and the type of the result")
         - t.type_("a type after ':'")
         - symbol("=", "'=' and an expression")
-        - Expression("an expression after '='")
+        - data_part()
     )
     return {
         "function": Rule(function, make_node(FunctionNode)),

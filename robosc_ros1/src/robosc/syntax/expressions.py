@@ -31,6 +31,7 @@ _OPERAND = pattern(
 _CALLED = pattern("(?! true | false | and | or ) QUALIFIED '('")
 _PARTS = pattern("(?: '.' WORD | '[' INTEGER ']' )+")
 _IN = pattern("in '{'")
+_ELSE_WITH = pattern("else with")  # of a provide statement
 _FOR = pattern("for NAME (?: ',' NAME )? in")
 _PREFIX = {kind_of(symbol): symbol for symbol in UNARY}
 _INFIX = {kind: symbol for symbol in BINARY for kind in kinds_of(symbol)}
@@ -139,7 +140,7 @@ class _Scanner:
         while True:
             kind = kinds[at : at + 1]
             what = self.brackets[-1][0] if self.brackets else ""
-            if kind in _INFIX:
+            if kind in _INFIX and (what or not _ELSE_WITH.match(kinds, at)):
                 self.steps.append(("operator", at, at + 1, _INFIX[kind]))
                 return at + 1, f"a value after '{_INFIX[kind]}'"
             if kind and kind == _CLOSING.get(what):

@@ -25,7 +25,7 @@ from robosc.language.tokens import pattern
 from robosc.remedies import write
 from robosc.syntax import terminals as t
 from robosc.syntax.behaviours import behaviour_rule, condition_part
-from robosc.syntax.blocks import Block, Child, Rule, items_of
+from robosc.syntax.blocks import Block, Child, Items, Rule, items_of
 from robosc.syntax.declarations import (
     communication_rule,
     data_part,
@@ -55,10 +55,12 @@ from robosc.syntax.nodes import (
     ComponentNode,
     ForNode,
     ImportNode,
+    OtherwiseNode,
     PossibleNode,
     PreferNode,
     ProvideNode,
     RequirementNode,
+    RequirementsNode,
     StopNode,
     StringNode,
 )
@@ -68,18 +70,20 @@ from robosc.syntax.parse_state import Fault, ParseState
 
 
 def _component_block() -> Block:
-    behaviour_block = behaviour_rule()
+    behaviour_block, group = behaviour_rule(), _requirements_block()
     rules = {
         **{word: communication_rule(word) for word in _COMMUNICATIONS},
         "behaviour": Rule(nothing(), make_node(BehaviourNode), block=lambda parts: behaviour_block),
         **value_rules(),
-        **_statement_rules(),
+        **_statement_rules(group),
     }
     meant = ((pattern("message"), "write 'incoming message' or 'outgoing message'"),)
-    return Block(
+    block = Block(
         items_of("component", rules, meant=meant),
         child=Child(behaviour_block, _adopt(BehaviourNode)),
     )
+    group.parent = block
+    return block
 
 
 _COMMUNICATIONS = ("incoming", "outgoing", "service", "action")
@@ -159,8 +163,38 @@ def _invariant() -> ParserElement:
     )
 
 
-def _requirement() -> Rule:
+def _title() -> ParserElement:
+    """``"SR-12 walking pace near people"``; what a condition begins with is none."""
+    return maybe(terminal(f"STRING (?! in | {_NAMED} )", "a title", t.build_string))
+
+
+_OPENS_GROUP = (
+    "(?= '{' (?: '{' | (?: (?! '}' ) . )* (?: needs | disables | never | always | possible ) ) )"
+)
+"""Before requirements in braces: communications in braces are names only."""
+
+
+def _requirements_block() -> Block:
+    """The requirements of a group: such declarations without their first word."""
+    begins = pattern("QUALIFIED | '{' | '(' | '!' ")
+    words = ("a requirement such as 'command needs condition'",)
+    free = Rule(_untitled(words[0]), _build_member, tail=_clauses_missing)
+    return Block(Items(words, {}, free=free, begins=begins, item=begins, lines=True))
+
+
+def _requirement(group: Block) -> Rule:
     expected = "a communication or a condition after 'requirement'"
+    opens = terminal(f"STRING {_OPENS_GROUP}", "a title", t.build_string)
+    return Rule(
+        either([opens, _title() - _untitled(expected)], expected),
+        _build_requirement,
+        block=lambda parts: group if len(parts) == 1 else None,
+        tail=_clauses_missing,
+    )
+
+
+def _untitled(expected: str) -> ParserElement:
+    """A requirement behind its first word and its title."""
     needs = choice("needs", "'needs'") - Expression("a condition after 'needs'")
     disables = choice("disables", "'disables'") - t.communications(
         "the name of a communication after 'disables'"
@@ -176,15 +210,15 @@ def _requirement() -> Rule:
     )
     to_start = keyword("to") - choice("start", "'start' after 'to'")
     on_commands = either([t.braced_communications() - needs, single], expected) - maybe(to_start)
-    return Rule(
-        either([_invariant(), goal, on_commands], expected),
-        _build_requirement,
-        tail=_clauses_missing,
-    )
+    return either([_invariant(), goal, on_commands], expected)
 
 
-def _clauses_missing(node: RequirementNode | PossibleNode) -> tuple[str, ...]:
+def _clauses_missing(
+    node: RequirementNode | PossibleNode | RequirementsNode,
+) -> tuple[str, ...]:
     """The clauses that could still be added at the end of a requirement, for messages."""
+    if isinstance(node, RequirementsNode):
+        return ()
     if isinstance(node, PossibleNode):
         if node.along is not None:
             return ()
@@ -193,6 +227,23 @@ def _clauses_missing(node: RequirementNode | PossibleNode) -> tuple[str, ...]:
 
 
 def _build_requirement(
+    reading: ParseState, start: int, end: int, parts: list[Any]
+) -> RequirementNode | PossibleNode | RequirementsNode:
+    title, *rest = parts
+    if len(rest) == 1 and isinstance(rest[0], tuple):
+        statements = tuple(replace(one, title=title) for one in rest[0])
+        return RequirementsNode(title, statements, span=reading.span(start, end))
+    return replace(_build_untitled(reading, start, end, rest), title=title)
+
+
+def _build_member(
+    reading: ParseState, start: int, end: int, parts: list[Any]
+) -> RequirementNode | PossibleNode:
+    """One in a group: no word before it."""
+    return replace(_build_untitled(reading, start - 1, end, parts), span=reading.span(start, end))
+
+
+def _build_untitled(
     reading: ParseState, start: int, end: int, parts: list[Any]
 ) -> RequirementNode | PossibleNode:
     span = reading.span(start, end)
@@ -227,24 +278,31 @@ def _assume() -> Rule:
         - choice("needs", "'needs'")
         - Expression("a condition after 'needs'")
     )
-    return Rule(either([_invariant(), on_message], expected), _build_assumption)
+    return Rule(_title() - either([_invariant(), on_message], expected), _build_assumption)
 
 
 def _build_assumption(reading: ParseState, start: int, end: int, parts: list[Any]) -> AssumeNode:
     span = reading.span(start, end)
+    title, *parts = parts
     if len(parts) == 2:
-        return AssumeNode(parts[0], None, parts[1], span=span)
+        return AssumeNode(parts[0], None, parts[1], title, span=span)
     communication, kind, condition = parts
-    return AssumeNode(kind, communication, condition, span=span)
+    return AssumeNode(kind, communication, condition, title, span=span)
 
 
 def _prefer() -> Rule:
     grammar = (
-        t.communications("the name of a communication after 'prefer'")
+        _title()
+        - t.communications("the name of a communication after 'prefer'")
         - keyword("over", "'over' and the name of a communication")
         - t.communications("the name of a communication after 'over'")
     )
-    return Rule(grammar, make_node(PreferNode))
+    return Rule(grammar, _build_preference)
+
+
+def _build_preference(reading: ParseState, start: int, end: int, parts: list[Any]) -> PreferNode:
+    title, preferred, over = parts
+    return PreferNode(preferred, over, title, span=reading.span(start, end))
 
 
 def _stop() -> Rule:
@@ -270,14 +328,31 @@ def _provide() -> Rule:
         - data_part()
         - maybe(condition_part())
     )
-    return Rule(
-        grammar, make_node(ProvideNode), tail=lambda node: () if node.condition else ("'if'",)
-    )
+    otherwise = keyword("else") - keyword("with", "'with' and the data") - data_part()
+    otherwise = built(otherwise - maybe(condition_part()), make_node(OtherwiseNode))
+    return Rule(grammar - ZeroOrMore(otherwise), _build_provide, tail=_rest_of_provide)
 
 
-def _statement_rules() -> dict[str, Rule]:
+def _build_provide(reading: ParseState, start: int, end: int, parts: list[Any]) -> ProvideNode:
+    communication, data, condition, *otherwise = parts
+    conditions = [condition, *(part.condition for part in otherwise)]
+    for missing, part in zip(conditions, otherwise, strict=False):
+        if missing is None:
+            message = "nothing comes to this: what stands before it has no condition"
+            raise Fault(start + 1, message, span=part.span, hint="give that an 'if'")
+    span = reading.span(start, end)
+    return ProvideNode(communication, data, condition, tuple(otherwise), span=span)
+
+
+def _rest_of_provide(node: ProvideNode) -> tuple[str, ...]:
+    """What could still follow at the end of a provide statement, for messages."""
+    last = node.otherwise[-1].condition if node.otherwise else node.condition
+    return ("'else'",) if last else ("'if'",)
+
+
+def _statement_rules(group: Block) -> dict[str, Rule]:
     """The rules of the statements that stand in robots and in components."""
-    return {"requirement": _requirement(), "provide": _provide(), "prefer": _prefer()}
+    return {"requirement": _requirement(group), "provide": _provide(), "prefer": _prefer()}
 
 
 # --- files ---------------------------------------------------------------------------------------
@@ -285,9 +360,10 @@ def _statement_rules() -> dict[str, Rule]:
 
 def _file_block(kind: str) -> Block:
     component_block, object_block, enum_block = _component_block(), object_rules(), enum_rules()
+    group = _requirements_block()
     rules = {
         "component": _component(component_block),
-        **_statement_rules(),
+        **_statement_rules(group),
         "datatype": datatype_rule(object_block, enum_block),
         "interface": interface_rule(),
         **value_rules(),
@@ -302,7 +378,7 @@ def _file_block(kind: str) -> Block:
             rules[word].refusal = f"a library itself cannot contain {plural}: {where}"
     items = replace(items_of(kind, rules), rules=rules)
     block = Block(items, child=Child(component_block, _adopt(ComponentNode)))
-    object_block.parent = enum_block.parent = for_block.parent = block
+    object_block.parent = enum_block.parent = for_block.parent = group.parent = block
     return block
 
 

@@ -276,7 +276,7 @@ class RateNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class StringNode(_Node):
-    """The string of an ``identifier:`` or ``prefix:``, escapes replaced."""
+    """The string of an ``identifier:`` or ``prefix:``, or a title, escapes replaced."""
 
     text: str
 
@@ -372,12 +372,12 @@ class ConditionNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class FunctionNode(_Node):
-    """``function name(argument: type, …): type = value``."""
+    """``function name(argument: type, …): type = value``; the value may be an object."""
 
     name: Name
     parameters: tuple[PropertyNode, ...]
     type: TypeNode
-    value: ExprNode
+    value: DataNode
 
 
 ValueNode: TypeAlias = ConstantNode | ParameterNode | ConditionNode
@@ -474,13 +474,18 @@ class RetryNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class StateNode(_Node):
-    """``initial marked state name { … }``; one that performs a command needs no braces."""
+    """``initial marked state name { … }``; one that performs a command needs no braces.
+
+    ``when`` is the condition of ``initial state name if index = 1``; what it says is in ``initial``
+    once the model is resolved.
+    """
 
     name: Name
     initial: bool
     marked: bool
     items: tuple[ResultTransitionNode | TauNode | AfterNode | RetryNode | StateNode, ...]
     performs: PerformsNode | None = None
+    when: ExprNode | None = None
 
     @property
     def states(self) -> tuple[StateNode, ...]:
@@ -518,6 +523,7 @@ class ComponentNode(_Node):
         | FunctionNode
         | RequirementNode
         | PossibleNode
+        | RequirementsNode
         | ProvideNode
         | PreferNode,
         ...,
@@ -584,12 +590,14 @@ class RequirementNode(_Node):
     """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications).
 
     ``to_start``: it ends with ``to start``. ``repeated`` says which copy of a statement it is.
+    ``title`` is the string behind ``requirement``, or that of the group around it.
     """
 
     kind: Literal["needs", "disables", "never", "always"]
     communications: Group
     condition: ExprNode
     to_start: bool = False
+    title: StringNode | None = None
     repeated: Repeated | None = None
 
 
@@ -597,25 +605,35 @@ class RequirementNode(_Node):
 class PossibleNode(_Node):
     """``requirement possible e from f while g``; ``origin`` is f and ``along`` is g.
 
-    ``repeated`` is as in :class:`RequirementNode`.
+    ``title`` and ``repeated`` are as in :class:`RequirementNode`.
     """
 
     condition: ExprNode
     origin: ExprNode | None
     along: ExprNode | None
+    title: StringNode | None = None
     repeated: Repeated | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RequirementsNode(_Node):
+    """``requirement "…" { … }``: requirements without the word, which have the title in common."""
+
+    title: StringNode
+    statements: tuple[RequirementNode | PossibleNode, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class AssumeNode(_Node):
     """``assume c needs e``, ``assume always e`` or ``assume never e`` (no communication).
 
-    ``repeated`` is as in :class:`RequirementNode`.
+    ``title`` and ``repeated`` are as in :class:`RequirementNode`.
     """
 
     kind: Literal["needs", "never", "always"]
     communication: Access | None
     condition: ExprNode
+    title: StringNode | None = None
     repeated: Repeated | None = None
 
 
@@ -638,12 +656,21 @@ DataNode: TypeAlias = DataObjectNode | ExprNode
 
 
 @dataclass(frozen=True, slots=True)
+class OtherwiseNode(_Node):
+    """``else with data if condition`` of a provide statement."""
+
+    data: DataNode
+    condition: ExprNode | None
+
+
+@dataclass(frozen=True, slots=True)
 class ProvideNode(_Node):
-    """``provide communication with data if condition``."""
+    """``provide communication with data if condition``, and what is sent ``otherwise``."""
 
     communication: Access
     data: DataNode
     condition: ExprNode | None
+    otherwise: tuple[OtherwiseNode, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -652,6 +679,7 @@ class PreferNode(_Node):
 
     preferred: Group
     over: Group
+    title: StringNode | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -673,6 +701,7 @@ class ForNode(_Node):
 StatementNode: TypeAlias = (
     RequirementNode
     | PossibleNode
+    | RequirementsNode
     | AssumeNode
     | ProvideNode
     | PreferNode

@@ -189,10 +189,11 @@ def none(expected: str) -> ParserElement:
 
 def string(expected: str) -> ParserElement:
     """A string; leaves a StringNode."""
-    return terminal("STRING", expected, _build_string)
+    return terminal("STRING", expected, build_string)
 
 
-def _build_string(reading: ParseState, start: int, end: int, parts: list[Any]) -> StringNode:
+def build_string(reading: ParseState, start: int, end: int, parts: list[Any]) -> StringNode:
+    """The node of a string."""
     return StringNode(make_string(reading, start), span=reading.span(start, end))
 
 

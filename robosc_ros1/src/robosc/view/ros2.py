@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import sys
 import threading
 import time
 import uuid
@@ -151,6 +152,11 @@ class Ros2:
         from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
         from std_msgs.msg import String
 
+        if not hasattr(String, "get_fields_and_field_types"):
+            raise UsageError(
+                f"std_msgs is that of ROS 1 here ({sys.modules['std_msgs'].__file__}):"
+                " start from a terminal in which only ROS 2 was sourced"
+            )
         heard = self.heard
         reliable = ReliabilityPolicy.RELIABLE
         latched = QoSProfile(

@@ -50,8 +50,7 @@ def performed_data(instance: Instance, resolver: StatementResolver) -> Iterator[
         if node.data is None:
             continue
         statement = ProvideNode(node.communication, node.data, None, span=node.data.span)
-        provide = resolver.provide(statement)
-        if provide is not None:
+        for provide in resolver.provides(statement):
             stages = (DUE, PERFORMING) if command.replaces else (DUE,)
             sends = [StateRef(instance.name, f"{path} {stage}", node.span) for stage in stages]
             condition = chain("or", sends, node.span)

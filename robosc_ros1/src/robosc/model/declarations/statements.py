@@ -10,6 +10,7 @@ from typing import TypeAlias, TypeVar
 
 from robosc.errors import Note
 from robosc.expr.identity_cache import IdentityCache
+from robosc.expr.quantified import chain
 from robosc.expr.tree import Expr
 from robosc.expr.types import NoneType
 from robosc.expr.undefined_data import condition_on_data, none_of
@@ -34,6 +35,7 @@ from robosc.model.ros.links import Binder
 from robosc.model.typing.command_values import (
     CommandTyper,
     may_read_value,
+    requirement_id,
     requirement_of,
     requirement_text,
 )
@@ -48,13 +50,16 @@ from robosc.syntax.nodes import (
     CommunicationNode,
     DataObjectNode,
     DeclarationNode,
+    OtherwiseNode,
     PossibleNode,
     PreferNode,
     ProvideNode,
     RequirementNode,
     StopNode,
+    StringNode,
 )
 
+_TITLED = (RequirementNode, PossibleNode, AssumeNode, PreferNode)
 _Node: TypeAlias = DeclarationNode | CommunicationNode | BehaviourNode
 _Entity = TypeVar("_Entity", Provide, Preference, Goal, Assumption)
 
@@ -70,10 +75,21 @@ class Statements:
     performed: list[Provide] = field(default_factory=list)
     """The data of commands that states perform, which go before all others."""
     assumptions: list[Assumption] = field(default_factory=list)
+    titles: dict[str, StringNode] = field(default_factory=dict)
+    """By id, the title that has it."""
 
-    def add(self, items: Iterable[_Node], resolver: StatementResolver) -> None:
-        """Resolve those of the nodes that are statements, and add them."""
+    def add(self, items: Iterable[_Node], resolver: StatementResolver, owner: str = "") -> None:
+        """Resolve those of the nodes that are statements, and add them.
+
+        ``owner`` is the name under which their component was imported; it stands before their ids.
+        """
         for item in items:
+            if isinstance(item, _TITLED) and item.title is not None:
+                title = item.title
+                if owner:
+                    title = replace(title, text=f"{owner}.{title.text}")
+                    item = replace(item, title=title)
+                resolver.claim(title, self.titles)
             match item:
                 case RequirementNode():
                     self.requirements += resolver.requirements(item)
@@ -82,7 +98,7 @@ class Statements:
                 case AssumeNode():
                     self.assumptions += _sound(resolver.assumption(item))
                 case ProvideNode():
-                    self.provides += _sound(resolver.provide(item))
+                    self.provides += resolver.provides(item)
                 case PreferNode():
                     self.preferences += _sound(resolver.preference(item))
 
@@ -121,6 +137,25 @@ class StatementResolver:
         )
         self._groups = GroupResolver(symbols, types.scope, report)
         self._read: IdentityCache[bool] = IdentityCache()
+
+    def claim(self, title: StringNode, taken: dict[str, StringNode]) -> None:
+        """Report a title without an id, or with one that another title has."""
+        words = title.text.split()
+        if not words:
+            self._report.add(
+                "duplicate-id", title.span, "this title is empty", 'begin it with an id: "SR-1 …"'
+            )
+            return
+        first = taken.setdefault(words[0], title)
+        if (first.span.source, first.span.start) != (title.span.source, title.span.start):
+            self._report.add(
+                "duplicate-id",
+                title.span,
+                f"another statement has the id {words[0]}",
+                "give one of them another id, or write both in one group: requirement"
+                f' "{words[0]}" {{ … }}',
+                [Note("the first one is here", first.span)],
+            )
 
     def requirements(self, node: RequirementNode) -> Sequence[Requirement]:
         """The requirements that a statement makes; none after an error.
@@ -166,7 +201,8 @@ class StatementResolver:
         given = sum(part is not None for part, _ in parts)
         if condition is None or sum(expr is not None for expr in found) < given:
             return None
-        return Goal(condition, origin, along, requirement_text(node), span=node.span)
+        text, own = requirement_text(node), requirement_id(node)
+        return Goal(condition, origin, along, text, own, span=node.span)
 
     def assumption(self, node: AssumeNode) -> Assumption | None:
         """What the robot is assumed not to do; None after an error."""
@@ -189,7 +225,8 @@ class StatementResolver:
         condition = condition_on_data(condition, self._read)
         if node.kind == "never":
             condition = none_of([condition], node.condition.span)
-        return Assumption(node.kind, key, condition, requirement_text(node), span=node.span)
+        text, own = requirement_text(node), requirement_id(node)
+        return Assumption(node.kind, key, condition, text, own, span=node.span)
 
     def preference(self, node: PreferNode) -> Preference | None:
         """The preference; None after an error."""
@@ -227,10 +264,28 @@ class StatementResolver:
         bare = access.root.text == NOTHING and access.index is None and access.path == ()
         return bare and not self._symbols.communications(NOTHING)
 
-    def provide(self, node: ProvideNode) -> Provide | None:
-        """The provide statement; None after an error."""
+    def provides(self, node: ProvideNode) -> list[Provide]:
+        """The provide statement, and one for each ``else`` of it; none after an error."""
         access = node.communication
         info = self._groups.command(access, "provide-for-outgoing", _CANNOT_PROVIDE, given=True)
+        found: list[Provide] = []
+        before: list[Expr] = []
+        parts: list[ProvideNode | OtherwiseNode] = [node, *node.otherwise]
+        for part in parts:
+            provide = self._provide(part, info, part.span if before else node.span)
+            if provide is None:
+                return []
+            condition = provide.condition
+            if before:
+                rest = none_of(before, part.span)
+                condition = rest if condition is None else chain("and", [rest, condition])
+            found.append(replace(provide, condition=condition))
+            before += () if provide.condition is None else (provide.condition,)
+        return found
+
+    def _provide(
+        self, node: ProvideNode | OtherwiseNode, info: CommunicationInfo | None, span: Span
+    ) -> Provide | None:
         typer = self._typer
         if info is not None and may_read_value(node):
             incoming = Incoming(info.sent, known=info.sent is not None)
@@ -246,12 +301,12 @@ class StatementResolver:
             return None
         if info.entity is not None and info.instance.imported is None:
             self._binder.sent.check(data, Command(info.entity, info.command))
-        return Provide(info.key, data, condition, span=node.span)
+        return Provide(info.key, data, condition, span=span)
 
     # --- data ------------------------------------------------------------------------------------
 
     def _data_for(
-        self, node: ProvideNode, info: CommunicationInfo | None, typer: Typer
+        self, node: ProvideNode | OtherwiseNode, info: CommunicationInfo | None, typer: Typer
     ) -> Data | None:
         if info is None or info.sent is None:
             return None

@@ -42,6 +42,7 @@ from robosc.syntax.nodes import (
     MemberNode,
     Name,
     RangeNode,
+    RequirementsNode,
     SliceNode,
     StringNode,
     UnaryNode,
@@ -49,17 +50,24 @@ from robosc.syntax.nodes import (
 
 
 def write_out(node: FileNode, report: Report) -> FileNode:
-    """The file with indexed components and ``for`` expanded; the same file if it has none."""
+    """The file with indexed components, ``for`` and groups of requirements expanded; the same file
+    if it has none."""
     several = {
         item.name.text: item.indexes
         for item in node.declarations
         if isinstance(item, ComponentNode | ImportNode) and item.indexes is not None
     }
-    if not several and not any(isinstance(item, ForNode) for item in node.declarations):
-        return node
+    single = _ungrouped(node.declarations)
+    repeats = several or any(isinstance(item, ForNode) for item in node.declarations)
+    if not repeats:
+        return (
+            node
+            if single is node.declarations
+            else replace(node, declarations=single, written=node)
+        )
     writer = _Writer(several, report)
     declarations: list[DeclarationNode] = []
-    for item in node.declarations:
+    for item in single:
         declarations += writer.declaration(item, Scope())
     return replace(
         node,
@@ -67,6 +75,25 @@ def write_out(node: FileNode, report: Report) -> FileNode:
         written=node,
         mentions=tuple(writer.mentions),
     )
+
+
+def _ungrouped(items: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Declarations with the members of groups of requirements in their places."""
+    found: list[Any] = []
+    for item in items:
+        if isinstance(item, RequirementsNode):
+            found += item.statements
+        elif isinstance(item, ComponentNode):
+            inside = _ungrouped(item.items)
+            found.append(item if inside is item.items else replace(item, items=inside))
+        elif isinstance(item, ForNode):
+            statements = _ungrouped(item.statements)
+            changed = statements is not item.statements
+            found.append(replace(item, statements=statements) if changed else item)
+        else:
+            found.append(item)
+    same = len(found) == len(items) and all(a is b for a, b in zip(found, items, strict=True))
+    return items if same else tuple(found)
 
 
 def over_copies(node: ExprNode, copies: Iterable[Copy], report: Report) -> ExprNode:

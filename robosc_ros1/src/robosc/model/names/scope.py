@@ -31,6 +31,7 @@ from robosc.syntax.nodes import (
     PreferNode,
     ProvideNode,
     RequirementNode,
+    RequirementsNode,
     StateNode,
     VariableNode,
 )
@@ -150,7 +151,13 @@ def _declared(node: DeclarationNode | BehaviourNode | StateNode) -> Iterator[str
                 if isinstance(item, BehaviourNode):
                     yield from _declared(item)
                 elif not isinstance(
-                    item, RequirementNode | PossibleNode | AssumeNode | ProvideNode | PreferNode
+                    item,
+                    RequirementNode
+                    | PossibleNode
+                    | RequirementsNode
+                    | AssumeNode
+                    | ProvideNode
+                    | PreferNode,
                 ):
                     yield item.name.text
         case BehaviourNode(items=items):

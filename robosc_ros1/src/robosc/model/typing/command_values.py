@@ -19,12 +19,19 @@ from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import Incoming
 from robosc.source import Span
-from robosc.syntax.nodes import AssumeNode, ExprNode, PossibleNode, ProvideNode, RequirementNode
+from robosc.syntax.nodes import (
+    AssumeNode,
+    ExprNode,
+    OtherwiseNode,
+    PossibleNode,
+    ProvideNode,
+    RequirementNode,
+)
 
 _VALUE = re.compile(r"(?<!\^)\bvalue\b")
 
 
-def may_read_value(node: ExprNode | ProvideNode) -> bool:
+def may_read_value(node: ExprNode | ProvideNode | OtherwiseNode) -> bool:
     """Whether the word ``value`` stands in a part of the model, be it as a name of something
     else."""
     return _VALUE.search(node.span.text) is not None
@@ -33,15 +40,26 @@ def may_read_value(node: ExprNode | ProvideNode) -> bool:
 def requirement_text(
     node: RequirementNode | PossibleNode | AssumeNode, part: Span | None = None
 ) -> str:
-    """A requirement or an assumption on one line; with one ``part`` of its condition, as if it were
-    the whole."""
-    text, whole = node.span.text, node.condition.span
-    if part is not None:
-        before = text[: whole.start - node.span.start]
-        after = text[whole.end - node.span.start :]
-        if before.count("(") == before.count(")"):
-            text = before + part.text + after
-    return fold_text(text) + (f" ({node.repeated})" if node.repeated else "")
+    """A requirement or an assumption on one line, its title first; with one ``part`` of its
+    condition, as if it were the whole."""
+    span, whole, title = node.span, node.condition.span, node.title
+    text = span.text
+    begin = 0 if title is None else max(0, title.span.end - span.start)
+    before = text[begin : whole.start - span.start]
+    if part is not None and before.count("(") == before.count(")"):
+        text = text[: whole.start - span.start] + part.text + text[whole.end - span.start :]
+    if title is None:
+        plain = fold_text(text)
+    else:
+        word = "assume" if isinstance(node, AssumeNode) else "requirement"
+        plain = f"{title.text}: {word} {fold_text(text[begin:])}"
+    return plain + (f" ({node.repeated})" if node.repeated else "")
+
+
+def requirement_id(node: RequirementNode | PossibleNode | AssumeNode) -> str:
+    """The first word of the title; empty without one."""
+    words = [] if node.title is None else node.title.text.split()
+    return words[0] if words else ""
 
 
 def requirement_of(
@@ -61,6 +79,7 @@ def requirement_of(
         text,
         node.to_start or on_data,
         on_data=on_data,
+        id=requirement_id(node),
         repeated=node.repeated,
         span=node.span,
     )

@@ -77,6 +77,8 @@ class DataTyper:
         expr = self._typer.check(node, expected_type(type_), place)
         if expr is None:
             return None
+        if isinstance(expr, Made):
+            return _as_data(expr, node.span)
         check_range(expr, type_, place, self._report)
         return coerce(expr, type_)
 
@@ -97,7 +99,7 @@ class DataTyper:
 
         def element() -> Expr | None:
             data = self.typed(node.element, type_.element, f"an element of {place}")
-            return None if data is None else _as_expression(data, type_.element)
+            return None if data is None else as_expression(data, type_.element)
 
         return self._typer.made(node, element)
 
@@ -179,15 +181,27 @@ def _is_made(node: DataNode) -> bool:
     return isinstance(node, AggregateNode) and node.function.text == "["
 
 
-def _as_expression(data: Data, type_: Type) -> Expr:
-    """Data within an array that is made."""
+def _as_data(expr: Expr, span: Span) -> Data:
+    """What a function makes, as if it were written where the function is called."""
+    match expr:
+        case Made(type=ArrayType()):
+            elements = tuple(_as_data(part, span) for part in expr.operands)
+            return DataArray(elements, span=span)
+        case Made(names=names):
+            parts = (_as_data(part, span) for part in expr.operands)
+            return DataObject(tuple(zip(names, parts, strict=True)))
+    return expr
+
+
+def as_expression(data: Data, type_: Type) -> Expr:
+    """Data within an array that is made, or that a function returns."""
     match data, type_:
         case DataObject(fields=fields), ObjectType(properties=properties):
             types = dict(properties)
-            parts = tuple(_as_expression(part, types[name]) for name, part in fields)
+            parts = tuple(as_expression(part, types[name]) for name, part in fields)
             return Made(tuple(name for name, _ in fields), parts, type_)
         case DataArray(elements=elements), ArrayType(element=inner):
-            return Made((), tuple(_as_expression(part, inner) for part in elements), type_)
+            return Made((), tuple(as_expression(part, inner) for part in elements), type_)
     assert not isinstance(data, DataObject | DataArray)
     if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
         return Binary("*", data, Literal(1.0, type_), type_, data.span)

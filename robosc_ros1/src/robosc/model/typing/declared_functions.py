@@ -19,10 +19,19 @@ from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Muted, Report
 from robosc.model.names.scope import report_duplicate
 from robosc.model.typing.compatibility import coerce
+from robosc.model.typing.data import DataTyper, as_expression
 from robosc.model.typing.expected import expected_type
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import no_value
-from robosc.syntax.nodes import Access, AggregateNode, ExprNode, FunctionNode, Name
+from robosc.syntax.nodes import (
+    Access,
+    AggregateNode,
+    ArrayNode,
+    DataNode,
+    DataObjectNode,
+    FunctionNode,
+    Name,
+)
 
 _ONLY = "a function reads its arguments, constants and parameters only"
 
@@ -98,7 +107,13 @@ class FunctionTyper:
         types = self.types.reporting_to(report)
         typer = Typer(report, types, None, no_value(_ONLY), given)
         self._level += 1
-        found = typer.check(node.value, expected_type(result), f"function '{node.name.text}'")
+        place = f"function '{node.name.text}'"
+        found: Expr | None = None
+        if isinstance(node.value, DataObjectNode | ArrayNode):
+            data = DataTyper(typer, types, report).typed(node.value, result, place)
+            found = None if data is None else as_expression(data, result)
+        else:
+            found = typer.check(node.value, expected_type(result), place)
         self._level -= 1
         if found is None or self._sizes.of(found, self._size) <= limits.CALL_TERMS:
             return None if found is None else coerce(found, result)
@@ -111,13 +126,13 @@ class FunctionTyper:
         return 1 + sum(self._sizes.of(operand, self._size) for operand in operands)
 
 
-def _apart(body: ExprNode, outside: Set[str]) -> ExprNode:
+def _apart(body: DataNode, outside: Set[str]) -> DataNode:
     """The body with other names for its aggregates' variables that have one of those outside."""
     inside = {name for node in _aggregates(body) for name in _bound(node)} if outside else set()
     names = {name: f"{name}_" for name in inside & outside}
     while clashes := {name for name, other in names.items() if other in inside | outside}:
         names |= {name: f"{names[name]}_" for name in clashes}
-    found: ExprNode = _renamed(body, names) if names else body
+    found: DataNode = _renamed(body, names) if names else body
     return found
 
 

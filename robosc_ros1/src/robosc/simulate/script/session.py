@@ -48,6 +48,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
         "what holds a command back now, its guard, and all that is known about it",
     ),
     "wait": ("wait SECONDS", "advance the clock (with --execute)"),
+    "every": ("every SECONDS EVENT", "send it now and again and again, until: stop EVENT"),
     "goto": ("goto CONDITION", "take a shortest path to a state: goto Motor.moving"),
     "random": ("random N [SEED]", "take N random steps; the same seed gives the same ones"),
     "undo": ("undo [N]", "undo the last N steps"),
@@ -61,6 +62,8 @@ WORDS: Mapping[str, tuple[str, str]] = {
 }
 """Word to how it is used and what it does."""
 
+_DIGITS = 9
+"""Of seconds: sums of periods are times that people write."""
 _USAGE = max(len(usage) for usage, _ in WORDS.values())
 _HELP = "\n".join(
     [
@@ -70,6 +73,16 @@ _HELP = "\n".join(
         *(f"  {usage:{_USAGE}}  {meaning}" for usage, meaning in WORDS.values()),
     ]
 )
+
+
+@dataclass
+class _Repeated:
+    """An event that happens every ``period`` seconds, next in ``due``."""
+
+    event: Event
+    given: Given
+    period: float
+    due: float
 
 
 @dataclass(frozen=True)
@@ -96,6 +109,8 @@ class Session:
         self.latest: tuple[Happening, ...] = tuple(self.machine.beginning)
         """What happened in the last line that did anything."""
         self._playing = 0
+        self._repeated: dict[str, _Repeated] = {}
+        """By name, what happens again and again while time goes on."""
 
     def do(self, line: str, *, numbers: bool = True) -> Done:
         """Do one line; numbers stand for what is shown, if they may.
@@ -107,6 +122,8 @@ class Session:
         word, _, rest = text.partition(" ")
         if not text:
             return Done()
+        if word == "stop" and self._repeated.pop(rest.strip(), None) is not None:
+            return Done()  # also where 'stop' is a command
         if word in WORDS:
             if rest.strip() and WORDS[word][0] == word:
                 raise InvalidLine(f"'{word}' takes no arguments")
@@ -177,6 +194,22 @@ class Session:
         return happenings
 
     def _wait_for(self, seconds: float) -> list[Happening]:
+        happenings: list[Happening] = []
+        left, repeated = seconds, self._repeated
+        while repeated and (due := min(one.due for one in repeated.values())) <= left:
+            happenings += self._pass(due)
+            left = round(left - due, _DIGITS)
+            for one in repeated.values():
+                if one.due == due:
+                    happenings += self._fire(one.event, one.given)
+                one.due = one.period if one.due == due else round(one.due - due, _DIGITS)
+        if left or not happenings:
+            happenings += self._pass(left)
+        for one in repeated.values():
+            one.due = round(one.due - left, _DIGITS)
+        return happenings
+
+    def _pass(self, seconds: float) -> list[Happening]:
         happenings = self.machine.wait(seconds)
         self.history.append(f"wait {Decimal(repr(seconds)):f}")  # never 1e-05
         return happenings
@@ -198,6 +231,26 @@ class Session:
 
     def _wait(self, rest: str) -> Done:
         return self._did(self._wait_for(_number(rest.removesuffix("s").strip(), "wait 0.5")))
+
+    def _every(self, rest: str) -> Done:
+        match = re.fullmatch(r"(\S+)(?:\s+s)?\s+(\S.*)", rest)
+        example = "every 0.5 battery percentage: 0.9"
+        if match is None:
+            raise InvalidLine(f"write how often and what: {example}")
+        period = _number(match[1].removesuffix("s"), example)
+        if not period:
+            raise InvalidLine("what happens all the time leaves no time: write more than 0 s")
+        written = event_and_value(match[2])
+        if written is None:
+            raise InvalidLine(f"cannot read '{match[2]}': {example}")
+        name, value = written
+        event = self.event(name)
+        given = complete(self.machine.plant.robot, event, parse_raw(value), label(event))
+        if self.machine.time is None:
+            raise InvalidLine("time does not matter for single events: every needs --execute")
+        happenings = self._fire(event, given)
+        self._repeated[name] = _Repeated(event, given, period, period)
+        return self._did(happenings)
 
     def _goto(self, rest: str) -> Done:
         wanted = condition(rest, self.machine.plant.robot)
@@ -243,6 +296,7 @@ class Session:
     def _restart(self, rest: str) -> Done:
         self.machine.restart()
         self.history.clear()
+        self._repeated.clear()
         return self._did(self.machine.beginning)
 
     def _set(self, rest: str) -> Done:
@@ -254,6 +308,7 @@ class Session:
         self.machine = self._make(parameters)
         self._parameters = parameters
         self.history.clear()
+        self._repeated.clear()
         return self._did(self.machine.beginning, f"{name} is {literal_text(value)}; restarted")
 
     def _expect(self, rest: str) -> Done:

@@ -46,30 +46,52 @@ def parse_raw(text: str) -> Raw:
         return None
     whole, at = _value_at(tokens, 0) or (None, 0)
     if at == len(tokens):
-        return whole
+        return _by_path(whole) if isinstance(whole, dict) else whole
     fields: dict[str, Raw] = {}
     if tokens.kinds[at : at + 2] == kind_of(",") + STRING:
         fields[""] = whole
         at += 1
     else:
         at = 0
-    while at < len(tokens):
-        field = _FIELD.match(tokens.kinds, at)
-        found = _value_at(tokens, field.end()) if field else None
-        if field is None or found is None:
-            raise _unread(text[tokens.offset(at) :])
+    given, at = _fields_at(tokens, at)
+    if at < len(tokens):
+        raise _unread(text[tokens.offset(at) :])
+    return {**fields, **_by_path(given)}
+
+
+def _fields_at(tokens: Tokens, at: int) -> tuple[dict[str, Raw], int]:
+    """``x: 1, pose: { x: 2 }`` from a token on, and the token behind it."""
+    fields: dict[str, Raw] = {}
+    while field := _FIELD.match(tokens.kinds, at):
+        found = _value_at(tokens, field.end())
+        if found is None:
+            break
         path = "".join(tokens.texts(at, field.end(1)))
         if path in fields:
             raise InvalidLine(f"'{path}' is given twice")
         fields[path], at = found
         at += tokens.kinds[at : at + 1] == kind_of(",")
-    return fields
+    return fields, at
+
+
+def _by_path(fields: Mapping[str, Raw]) -> dict[str, Raw]:
+    """The parts of objects in objects by their paths, as if each were written by its own."""
+    found: dict[str, Raw] = {}
+    for name, value in fields.items():
+        parts = {name: value}
+        if isinstance(value, dict):
+            parts = {f"{name}.{path}": part for path, part in _by_path(value).items()}
+        for path, part in parts.items():
+            if path in found:
+                raise InvalidLine(f"'{path}' is given twice")
+            found[path] = part
+    return found
 
 
 def _unread(text: str) -> InvalidLine:
     return InvalidLine(
         f"cannot read '{text}': a value is 0.4, true, a name, \"text\" or [0.4, NaN];"
-        " that of an object x: 0.4, y: 2"
+        " that of an object x: 0.4, y: 2, or pose: { x: 0.4 }"
     )
 
 
@@ -83,11 +105,30 @@ def _value_at(tokens: Tokens, at: int) -> tuple[Raw, int] | None:
     if tokens.text(at) == "[":
         try:
             array, end = json.JSONDecoder().raw_decode(tokens.source.text, tokens.offset(at))
-        except ValueError:
-            return None
+        except (ValueError, RecursionError):
+            return _array_at(tokens, at + 1)
         return array, tokens.before(end)
+    if tokens.text(at) == "{":
+        fields, end = _fields_at(tokens, at + 1)
+        return (fields, end + 1) if tokens.text(end) == "}" else None
     end = _end(_LITERAL, tokens, at)
     return None if end == at else (_literal(tokens, at, end), end)
+
+
+def _array_at(tokens: Tokens, at: int) -> tuple[Raw, int] | None:
+    """Elements as in the model, behind the bracket: ``[{ x: 1 }, free]``."""
+    elements: list[Raw] = []
+    while tokens.text(at) != "]":
+        found = _value_at(tokens, at)
+        if found is None:
+            return None
+        element, at = found
+        elements.append(element)
+        if tokens.text(at) == ",":
+            at += 1
+        elif tokens.text(at) != "]":
+            return None
+    return elements, at + 1
 
 
 def _literal(tokens: Tokens, start: int, end: int) -> Raw:

@@ -55,6 +55,7 @@ from robosc.syntax.nodes import (
     ProvideNode,
     RateNode,
     RequirementNode,
+    RequirementsNode,
     ResultTransitionNode,
     RetryNode,
     ServedActionNode,
@@ -78,7 +79,7 @@ _TIGHT = Line(flat="")
 _INDEXED = ("component {name}", "?[{indexes}]")
 _EFFECT = ("? | do {assignments}", "? | goto {goto}")
 _CLAUSES = ("? | if {guard}", *_EFFECT)
-_STATE = ("?{initial} ", "?{marked} ", "state {name}")
+_STATE = ("?{initial} ", "?{marked} ", "state {name}", "? if {when}")
 _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     FileNode: ("{kind} {name} {declarations}",),
     ComponentNode: (*_INDEXED, " {items}"),
@@ -106,8 +107,8 @@ _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     RetryNode: ("retry", "? {times} times", "? | every {every}", "? | goto {goto}", "?{finally_}"),
     EffectNode: (" | else", *_EFFECT),
     AssignmentNode: ("{target} := {value}",),
-    PossibleNode: ("requirement possible {condition}", "? | from {origin}", "? | while {along}"),
-    PreferNode: ("prefer {preferred} | over {over}",),
+    PreferNode: ("prefer", "? {title}", " {preferred} | over {over}"),
+    RequirementsNode: ("requirement {title} {statements}",),
     StopNode: ("stop with {communication}",),
     ForNode: ("for {variable} in {indexes} {statements}",),
     UnaryNode: ("-{operand}",),
@@ -127,22 +128,25 @@ is indented. A segment that begins with ``?`` is left out if its field is absent
 """
 
 _REQUIREMENTS = {
-    "needs": ("requirement {communications} | needs {condition}",),
-    "disables": ("requirement {condition} | disables {communications}",),
-    "never": ("requirement never {condition}",),
-    "always": ("requirement always {condition}",),
+    "needs": ("{communications} | needs {condition}",),
+    "disables": ("{condition} | disables {communications}",),
+    "never": ("never {condition}",),
+    "always": ("always {condition}",),
 }
 _ASSUMPTIONS = {
-    "needs": ("assume {communication} | needs {condition}",),
-    "never": ("assume never {condition}",),
-    "always": ("assume always {condition}",),
+    "needs": ("assume", "? {title}", " {communication} | needs {condition}"),
+    "never": ("assume", "? {title}", " never {condition}"),
+    "always": ("assume", "? {title}", " always {condition}"),
 }
+_POSSIBLE = ("possible {condition}", "? | from {origin}", "? | while {along}")
+_REQUIREMENT = ("requirement", "? {title}", " ")
 _ELSE = ("on {events} from {communications}", " | else", *_EFFECT)
 _PERFORMS = (" performs {communication}", "? {meanwhile}", "? with {data}")
 _THEN = (" | then", "? do {assignments}", "? goto {goto}")
 _DEFAULT_RULE = ("default | -> {value}",)
 _OBJECT_CONSTANT = ("constant {name}: {type} = {value}",)
 _OBJECT_PARAMETER = ("parameter {name}: {type} = {value}",)
+_OTHERWISE = (" | else with {data}", "? if {condition}")
 _PROVIDE, _PROVIDE_IF = ("provide {communication} with {data}",), ("? | if {condition}",)
 
 _PART = re.compile(r"\{(?P<field>\w+)\}|(?P<line> [|>] )|(?P<blank> )|(?P<token>[^ {]+)")
@@ -198,12 +202,17 @@ class Formatter:
             case ProvideNode():
                 docs = self._filled(node, _PROVIDE)
                 begin = self.words.index
-                return [*docs, self.words.group(begin, self._filled(node, _PROVIDE_IF))]
+                clauses = self._filled(node, _PROVIDE_IF)
+                for part in node.otherwise:
+                    clauses += self._filled(part, _OTHERWISE)
+                return [*docs, self.words.group(begin, clauses)]
             case AssumeNode(kind=kind):
                 docs = self._filled(node, _ASSUMPTIONS[kind])
-            case RequirementNode(kind=kind):
-                end = (" | to start",) if node.to_start else ()
-                docs = self._filled(node, (*_REQUIREMENTS[kind], *end))
+            case RequirementNode() | PossibleNode():
+                layout = _POSSIBLE if isinstance(node, PossibleNode) else _REQUIREMENTS[node.kind]
+                end = (" | to start",) if getattr(node, "to_start", False) else ()
+                first = _REQUIREMENT if self.words.next_is("requirement") else ()
+                docs = self._filled(node, (*first, *layout, *end))
             case ResultTransitionNode(guard=ElseNode()):
                 docs = self._filled(node, _ELSE)
             case EnumRuleNode(condition=None):

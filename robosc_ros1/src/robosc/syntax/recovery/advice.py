@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from difflib import get_close_matches
 
-from robosc.language.attributes import ATTRIBUTES, Value, attributes_of
+from robosc.errors import listing
+from robosc.language.attributes import ATTRIBUTES, attributes_of
 from robosc.language.functions import FUNCTIONS
 from robosc.language.keywords import FOREIGN_TYPES, UNITS, Role, words_of
 from robosc.language.tokens import Tokens, is_word, pattern
@@ -278,8 +279,6 @@ def _of_other_languages(tokens: Tokens, at: int, token: str, message: str) -> Hi
         return write(_CALLS[token])
     if token == "->" and "'goto'" in message:
         return write("goto")
-    if token == "else" and "'provide'" in message:
-        return "write one more 'provide', without 'if', for the rest"
     if token == "," and tokens.begins_line(at + 1):
         return Remedy("no separator stands between declarations", Change.REMOVE)
     if at and _NUMBER.match(tokens.kinds, at - 1) and token in _MEASURES:
@@ -304,10 +303,10 @@ def _attributes(tokens: Tokens, at: int, token: str, message: str) -> Hint | Non
         return f"{missing} is missing before it"
     if colon and token in _IDENTIFIERS and "'identifier:'" in message:
         return write("identifier")
-    return _order_of_attributes(tokens, at + (token == ","))
+    return _unknown_attribute(tokens, at + (token == ","))
 
 
-def _order_of_attributes(tokens: Tokens, at: int) -> str | None:
+def _unknown_attribute(tokens: Tokens, at: int) -> str | None:
     """The hint for an attribute that its communication cannot have here; None for another token."""
     name = tokens.text(at)
     if name not in _LABELS:
@@ -325,9 +324,7 @@ def _order_of_attributes(tokens: Tokens, at: int) -> str | None:
     if name == "timeout" and all(name != attribute.name for attribute in attributes):
         outside = _OUTSIDE.format("serves" if kind.startswith("outgoing ") else "sends")
         return f"{outside}; {_PUBLISHED}" if kind == "incoming" else outside
-    own = {attribute.name for attribute in attributes} | {"type"}
-    missing = "" if name in own else f"there is no '{name}:' here; "
-    names = [a.name for a in attributes if a.value is not Value.TYPE]
-    is_ros_type = "type" in tokens.texts(start, at)
-    names += ["type"] if is_ros_type else [a.name for a in attributes if a.value is Value.TYPE]
-    return f"{missing}in this order: with " + ", ".join(f"{name}: …" for name in names)
+    names = [attribute.name for attribute in attributes]
+    if name in names or name == "type":
+        return None if tokens.text(at - 1) == "," else "a ',' is missing before it"
+    return f"there is no '{name}:' here, but " + listing((f"'{n}:'" for n in names), "or")

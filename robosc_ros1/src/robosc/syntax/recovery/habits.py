@@ -85,14 +85,11 @@ def _superfluous(tokens: Tokens, at: int, message: str) -> Advised | None:
         return _left_out(tokens, at - 1, at)
     if before == "," and token == "}" and message.startswith("expected a property name"):
         return _left_out(tokens, at - 1, at)
-    unnamed = "a requirement has no name: leave it out"
     if message.startswith("expected a communication or a condition after 'requirement'"):
         if token == ":":
             return _left_out(tokens, at, at + 1)
         if following == ":":
-            return Remedy(unnamed, Change.REMOVE), at, at + 2
-    if token == ":" and before[:1] in ("'", '"') and _before(tokens, at, 2) == "requirement":
-        return Remedy(unnamed, Change.REMOVE), at - 1, at + 1
+            return write(f'"{token}"'), at, at + 2
     return None
 
 
