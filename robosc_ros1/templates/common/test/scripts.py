@@ -8,7 +8,7 @@ import re
 EVENT = re.compile(r"([\w.^\[\]-]+)\s*(?:\((.*)\)|\s(.*))?$", re.DOTALL)
 FIELD = re.compile(r"\s*,?\s*(\"[^\"]*\"|[\w.\[\]^]+)\s*[:=]\s*")
 SENT = re.compile(r"([\w.^\[\]]+)(?:\s*\*\s*(\d+))?$")
-FOR_SIMULATE = ("goto", "random", "undo", "restart", "play", "save", "show", "why", "help")
+FOR_SIMULATE = ("goto", "every", "random", "undo", "restart", "play", "save", "show", "why", "help")
 """Words that mean nothing to a node that runs."""
 
 
