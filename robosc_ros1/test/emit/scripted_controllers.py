@@ -32,13 +32,12 @@ def tells_apart(supervisor: Supervisor, scripts: list[str], source: str) -> list
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(execute, "make_controller", lambda _: kind())
         for text in scripts:
-            number = 0
-            try:
-                session = Session(machine_maker(supervisor, execute=True))
-                for number, line in enumerate(text.splitlines(), 1):
+            session = Session(machine_maker(supervisor, execute=True))
+            for number, line in enumerate(text.splitlines(), 1):
+                try:
                     session.do(line, numbers=False)
-            except LineFault as fault:
-                return [f"line {number}: {fault}"]
-            except Exception as error:  # of the mutant
-                return [f"line {number}: {type(error).__name__}: {error}"]
+                except LineFault as fault:
+                    return [f"line {number}: {fault}"]
+                except Exception as error:  # of a mutant
+                    return [f"line {number}: {type(error).__name__}: {error}"]
     return []

@@ -81,6 +81,9 @@ class Coverage:
             ]
             for step in steps.commands
         }
+        self.rules_by_number = {rule.step.number: rule for rule in self.rules}
+        self.outcomes: dict[Case, str] = {}
+        """By case of a demand: which part of it decides, and how."""
         self.cases: dict[Case, str] = dict(self._all())
 
     def _text(self, expr: Expr) -> str:
@@ -134,6 +137,8 @@ class Coverage:
         for index, demand in enumerate(rule.demands):
             for outcome, text in _outcomes(demand.condition):
                 told = f"{name}, {demand.text} ({demand.place}): {text} alone decides"
+                short = text.replace(", which is ", " is ").rstrip(",")
+                self.outcomes[("demand", number, index, *outcome)] = short
                 yield ("demand", number, index, *outcome), told
         for partner in rule.step.partners:
             if partner.blocking:

@@ -53,11 +53,15 @@ BEATS = 400
 
 @dataclass(frozen=True, eq=False)
 class RunLine:
-    """A line of a script: what is done, what is expected after it, and which cases it shows."""
+    """A line of a script: what is done, what is expected after it, and which cases it shows.
+
+    ``notes`` tell what of requirements no line before it has shown.
+    """
 
     text: str
     expected: tuple[str, ...]
     cases: frozenset[Case]
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(eq=False)
@@ -185,9 +189,9 @@ class Recorder:
         there is more to be sent again, since it was heard just now."""
         for phase in list(self._fresh(target)):
             step, sample, heard = self._heard[phase]
-            if self._left(phase) <= time + MARGIN and heard < self.machine.time:
-                if not self.is_over:
-                    self._fire(step, sample)
+            is_near = self._left(phase) <= time + MARGIN and heard < self.machine.time
+            if is_near and not self.is_over:
+                self._fire(step, sample)
         left = min(map(self._left, self._fresh(target)), default=math.inf)
         return time if left > time + MARGIN else left / 2
 

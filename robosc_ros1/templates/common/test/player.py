@@ -101,18 +101,18 @@ class Player:
 
     def play(self):
         """Do all steps. Raises Fault, which tells the line."""
-        for self._step in self.steps:
-            line = self._step.number
+        for step in self.steps:
+            self._step, line = step, step.number
             try:
                 count = len(self._events)
-                self._do(self._step.text)
-                for line, text in self._step.expectations:  # noqa: B007
+                self._do(step.text)
+                for line, text in step.expectations:  # noqa: B007
                     self._expect(text, count)
                 if len(self._events) == count:
                     self._settle()
             except Fault as fault:
-                step = fault.step or self._step
-                line = line if step is self._step else step.number
+                if fault.step is not None:
+                    step, line = fault.step, fault.step.number
                 raise Fault(_told(step, line, fault)) from None
         self._settle()
         if self._sent():
@@ -293,7 +293,7 @@ def _told(step, line, fault):
 
 
 def _event(text):
-    """Return what a line lets happen: the name of a communication, the kind, and what it carries."""
+    """Return what a line lets happen: the name of a communication, the kind, what it carries."""
     found = EVENT.match(text)
     if found is None:
         raise Fault("cannot read '%s'" % text)

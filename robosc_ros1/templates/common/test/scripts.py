@@ -39,7 +39,11 @@ def read(lines):
         if word == "set" and len(steps) == 1:
             name, _, value = rest.partition(" ")
             parameters[name] = literal(value)
+            comments = []
         elif word == "expect":
+            if len(steps) == 1:
+                steps[0].comments += comments
+                comments = []
             steps[-1].expectations.append((number, rest.strip()))
         elif word == "quit":
             break
