@@ -138,8 +138,9 @@ class Coverage:
             for outcome, text in _outcomes(demand.condition):
                 told = f"{name}, {demand.text} ({demand.place}): {text} alone decides"
                 short = text.replace(", which is ", " is ").rstrip(",")
-                self.outcomes[("demand", number, index, *outcome)] = short
-                yield ("demand", number, index, *outcome), told
+                case: Case = ("demand", number, index, *outcome)
+                self.outcomes[case] = short
+                yield case, told
         for partner in rule.step.partners:
             if partner.blocking:
                 yield (

@@ -224,6 +224,14 @@ class ExactStep:
             return False
         return self.after(state, carried) is not None
 
+    def has_data(self, state: State) -> bool:
+        """Whether there are data to send."""
+        try:
+            self.carried(state)
+        except Undefined:
+            return False
+        return True
+
     def carried(self, state: State) -> Carried:
         """What a command carries, as far as the model reads it. Raises Undefined."""
         if not self.provides:
@@ -397,17 +405,20 @@ class Steps:
     def settled(self, state: State) -> Iterator[tuple[ExactStep, State, State]]:
         """Yield all that a controller does by itself in a state, each command once."""
         sent: set[int] = set()
-        while True:
+        going_on = True
+        while going_on:
+            going_on = False
             for taken in self.completed(state):
                 yield taken
                 state = taken[2]
             for step in self.commands:
-                if step.number not in sent and self.enabled(step, state):
-                    sent.add(step.number)
-                    after = step.after(state, step.carried(state))
-                    assert after is not None
-                    yield step, state, after
-                    state = after
-                    break
-            else:
-                return
+                if step.number in sent or not self.enabled(step, state):
+                    continue
+                sent.add(step.number)
+                after = step.after(state, step.carried(state))
+                assert after is not None
+                yield step, state, after
+                state, going_on = after, True
+                for taken in self.completed(state):
+                    yield taken
+                    state = taken[2]

@@ -9,7 +9,7 @@ from typing import Any
 from robosc.language.events import EventKind
 from robosc.model.entities import Communication, Robot
 from robosc.model.ros.definitions import MessageDefinitions
-from robosc.model.ros.interfaces import Definition, Missing
+from robosc.model.ros.interfaces import Definition, FieldType, Missing
 from robosc.plant.automaton import Event
 from robosc.simulate.faults import InvalidLine
 from robosc.traces.samples import Narrow
@@ -52,30 +52,35 @@ def _narrowed(raw: Any, part: Definition, field: str, definitions: MessageDefini
     return _as_in(raw, _base(part, field, definitions))
 
 
-def _base(part: Definition, path: str, definitions: MessageDefinitions) -> str:
-    """The primitive type of a field, or of the elements of one; empty if it is not known."""
+def _base(part: Definition, path: str, definitions: MessageDefinitions) -> FieldType | None:
+    """The type of a field, or of the array of which it is an element; None if it is not known."""
     names = re.findall(r"[A-Za-z_]\w*", path)
     for number, name in enumerate(names):
         field = part.field(name)
         if field is None:
-            return ""
+            return None
         base = str(field.type.base)
         if number == len(names) - 1:
-            return base
+            return field.type
         if base in ("time", "duration"):
-            return "uint32" if base == "time" else "int32"
+            return FieldType("uint32" if base == "time" else "int32")
         inner = definitions.fields(field.type.element)
         if not isinstance(inner, Definition):
-            return ""
+            return None
         part = inner
-    return ""
+    return None
 
 
-def _as_in(value: Any, base: str) -> Any:
+def _as_in(value: Any, type_: FieldType | None) -> Any:
     """A value as it arrives in a field of this type. Raises InvalidLine if it cannot."""
+    if type_ is None:
+        return value
+    if isinstance(value, list) and type_.length not in (None, len(value)):
+        raise InvalidLine(f"{len(value)} elements do not fit {type_}")
+    base = {"byte": "int8", "char": "uint8"}.get(type_.base, type_.base)
     if base == "float32":
         return _rounded(value)
-    found = re.fullmatch(r"(u?)int(8|16|32|64)", {"byte": "int8", "char": "uint8"}.get(base, base))
+    found = re.fullmatch(r"(u?)int(8|16|32|64)", base)
     for number in value if isinstance(value, list) else [value]:
         if found is None or not isinstance(number, int) or isinstance(number, bool):
             continue

@@ -126,6 +126,8 @@ class Recorder:
         self.machine = Execution(supervisor, read_settings(self._robot, parameters))
         self.state: State = steps.initial
         self.is_over = False
+        self._also: Mapping[Any, Carried] = {}
+        """What the other events carry that the latest message is, by identity."""
         self._heard: dict[str, tuple[ExactStep, Sample, float]] = {}
         self._record("", None, SILENT_PARTS, self.machine.beginning)
 
@@ -146,9 +148,10 @@ class Recorder:
             return
         happened = self.machine.fire(event, sample.given)
         text = f"{label(event)} {sample.text}".strip()
-        phase = f"~{event.key}"
-        if phase in self._timeouts:
-            self._heard[phase] = step, sample, self.machine.time
+        for key in (event.key, *(other.key for other, _ in sample.also)):
+            if f"~{key}" in self._timeouts:
+                self._heard[f"~{key}"] = step, sample, self.machine.time
+        self._also = {other.identity: parts for other, parts in sample.also}
         self._record(text, step, sample.parts, happened)
 
     def beat(self) -> None:
@@ -259,10 +262,13 @@ class Recorder:
         found = self._by_name[happening.kind, happening.name, happening.index]
         refusal = None if step is None else self._steps.refusal_of(step)
         if happening.outcome != "applied":
+            if found.event.controllable and not found.allowed(self.state):
+                return set()  # there are no data for it
             if found is step and refusal is not None:
                 return self._coverage.of_refusal(step, self.state, parts)
             raise Disagreement
         carried = parts if found is step else refused(parts) if found is refusal else LATE
+        carried = self._also.get(found.event.identity, carried)
         if found.event.controllable:
             if not found.event.kind.of_component and not self._steps.enabled(found, self.state):
                 raise Disagreement
@@ -295,7 +301,8 @@ class Recorder:
             if id(command) in known or command.event.name in ended:
                 continue
             is_new = self._steps.enabled(command, self.state) and not command.allowed(before)
-            phase_was = command.in_phase(before)
+            # Without data it was allowed all the same, and waits for its next period.
+            phase_was = command.in_phase(before) and command.has_data(before)
             if is_new and phase_was and not _is_busy(command, self.state):
                 sent.append((command, command.provided(self.state)[1]))
                 raise Disagreement

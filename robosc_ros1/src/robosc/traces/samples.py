@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, TypeAlias
 
+from robosc.emit.package.config import shared_topics
 from robosc.expr.traversal import path_text
 from robosc.expr.tree import (
     REASON,
@@ -45,6 +46,8 @@ MOST = 300
 """The most samples of one event that are looked at."""
 BASES = 16
 """So many objects differ in all their parts; others in one from one of these."""
+LENGTHS = (1, 2, 3, 4, 6, 9, 36)
+"""Lengths of arrays, one of which may be that of the message."""
 PLAYED = (FAILED, "rejected", REFUSED)
 """The reasons of errors that a server can be made to cause; time causes ``timeout``."""
 
@@ -59,6 +62,8 @@ class Sample:
     parts: Mapping[Any, Any]
     raw: Any = None
     rounded: Mapping[Any, Any] | None = None
+    also: tuple[tuple[Event, Mapping[Any, Any]], ...] = ()
+    """The events that the same message is besides, with the parts that they read."""
 
 
 Narrow: TypeAlias = Callable[[Event, Any], Any]
@@ -76,6 +81,11 @@ class Samples:
         self.robot = robot
         self._narrow = narrow
         self.events = tuple(events)
+        self._together: dict[str, list[Event]] = {}
+        for _, keys in shared_topics(robot):
+            for key in keys if len(keys) > 1 else ():
+                others = [e for e in self.events if e.key in keys and e.key != key]
+                self._together[key] = [e for e in others if e.kind is EventKind.RESPONSE]
         self._expressions = list(expressions(robot, self.events))
         self._read_by = origins(self.events)
 
@@ -117,10 +127,15 @@ class Samples:
             given = complete(self.robot, event, raw, label(event))
             narrow = self._narrow(event, raw)
             arrived = given if narrow == raw else complete(self.robot, event, narrow, label(event))
+            also = []
+            for other in self._together.get(event.key, ()) if event.kind.word == "response" else ():
+                others = complete(self.robot, other, raw, label(other))
+                also.append((other, self._parts(other, others)))
+                given = {**others, **given}
         except InvalidLine:
             return None
         rounded = None if narrow == raw else self._parts(event, arrived)
-        return Sample(text, given, self._parts(event, given), raw, rounded)
+        return Sample(text, given, self._parts(event, given), raw, rounded, tuple(also))
 
     def _parts(self, event: Event, given: Given) -> Mapping[Any, Any]:
         parts = {p.path: part_given(given, p.path, p.type) for p in event.parameters if not p.test}
@@ -235,8 +250,9 @@ class Samples:
         usual = items[:2]
         for item in items:
             yield [item] * longest
-        for item in usual:
-            yield [item]
+        for length in LENGTHS:
+            for item in usual:
+                yield [item] * length
         for place in dict.fromkeys([*map(int, indexes), longest // 2, 0]):
             for item in items[:12]:
                 for rest in usual:

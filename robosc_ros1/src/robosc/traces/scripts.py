@@ -23,12 +23,12 @@ from robosc.traces.exact_steps import Steps
 from robosc.traces.narrow_fields import narrowing
 from robosc.traces.recorder import Recorder, ScriptedRun
 from robosc.traces.samples import Narrow, Samples, as_it_is
-from robosc.traces.search import BUDGET, Edge, InputGraph
+from robosc.traces.search import Edge, InputGraph
 
 LONGEST_RUN = 120
 """The most inputs of a run, unless it is on its way to something."""
-RUNS = 60
-"""The most runs."""
+RUNS, INPUTS, LOOKS = 60, 2000, 1_000_000
+"""The most runs, the most inputs of all of them, and the most cases that are looked at for these."""
 BEATS = 2
 """The most periods that pass after an input."""
 ATTEMPTS = 2
@@ -52,20 +52,20 @@ def choose(
     narrow: Narrow = as_it_is,
     by_time: Collection[Any] = (),
     rates: Mapping[str, float] = MappingProxyType({}),
-    budget: int = BUDGET,
 ) -> Traces:
     """Choose the runs of a supervised robot; ``by_time`` and ``rates`` are as in Steps."""
     steps = Steps(supervisor, by_time, rates)
     coverage = Coverage(steps)
     samples = Samples(steps.robot, [s.event for s in steps.steps], narrow)
     search = InputGraph(steps, coverage, samples)
-    search.explore(budget)
+    search.explore()
     wanted = set(search.seen)
     told: set[Any] = set()
     attempts: dict[Case, int] = {}
     runs: list[ScriptedRun] = []
     shown: set[Case] = set()
-    while wanted and len(runs) < RUNS:
+    left = min(INPUTS, LOOKS // max(1, len(coverage.cases)))
+    while wanted and len(runs) < RUNS and left > 0:
         recorder = Recorder(supervisor, steps, coverage, told)
         shown |= recorder.run.cases
         wanted -= shown
@@ -75,6 +75,7 @@ def choose(
                 runs.append(recorder.run)
             break
         runs.append(recorder.run)
+        left -= len(recorder.run.lines)
     _annotate(runs, coverage)
     why = f"not found in {search.tried:,} inputs"
     shown &= coverage.cases.keys()

@@ -22,8 +22,8 @@ from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import LATE, NOTHING, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
-BUDGET = 20000
-"""The most inputs that are tried."""
+BUDGET, LOOKS = 20000, 6_000_000
+"""The most inputs that are tried, and the most cases that are looked at for them all."""
 USUAL, TRIES = 8, 80
 """So many samples of an event are tried in each node, and more where there are few events."""
 
@@ -118,9 +118,10 @@ class InputGraph:
         )
         return kind, (kind, rest, tuple(atoms))
 
-    def explore(self, budget: int = BUDGET) -> None:
+    def explore(self) -> None:
         """Expand nodes until all cases are seen, or the budget is spent."""
         wanted = self.coverage.cases.keys()
+        budget = min(BUDGET, LOOKS // max(1, len(wanted)))
         self.expand(self.start)
         while self.tried < budget and not wanted <= self.seen:
             if self._promising:
@@ -212,10 +213,16 @@ class InputGraph:
         if after is None:
             return None
         if rounded is not None:
-            other = step.after(state, rounded)
-            if other is None or self._key(other)[1] != self._key(after)[1]:
+            near = step.after(state, rounded)
+            if near is None or self._key(near)[1] != self._key(after)[1]:
                 return None
         cases |= self.coverage.of_step(step, state, parts, after)
+        for event, others in sample.also:
+            other = self.steps.by_event[event.identity]
+            before, then = after, other.after(after, others)
+            if then is not None:
+                after = then
+                cases |= self.coverage.of_step(other, before, others, after)
         if step.number in self._converted:
             cases.add(("value", step.number, sample.text))
         state = after

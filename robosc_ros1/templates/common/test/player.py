@@ -136,7 +136,7 @@ class Player:
             self._let_happen(text)
 
     def _pass_time(self, nanoseconds):
-        self.time += nanoseconds
+        self.time += nanoseconds + 1  # what is due then is, however the node rounds
         self.robot.turn_clock(self.time)
 
     def _let_happen(self, text):
@@ -246,6 +246,9 @@ class Player:
         message, call = arrived[index]
         del arrived[index]
         if call is not None:
+            replaced = self._open.pop(key, None)
+            if replaced is not None:
+                self.robot.answer(replaced, "error", {})
             self._open[key] = call
         return "%s.%s" % (name, kind), message
 

@@ -167,17 +167,18 @@ class Condition:
 
     @staticmethod
     def _named(name, state):
-        head, _, rest = name.partition(".")
         if name in state["variables"]:
             return state["variables"][name]
-        place = state["components"].get(head)
-        if place is not None and (place == rest or place.startswith(rest + ".")):
-            return True
+        heads = [h for h in state["components"] if name.startswith(h + ".")]
+        for head in heads:
+            place, rest = state["components"][head], name[len(head) + 1 :]
+            if place == rest or place.startswith(rest + "."):
+                return True
         communication, _, phase = name.rpartition(".")
         if communication in state["communications"]:
             now = state["communications"][communication]
             return now == phase or (phase == "heard" and now in ("fresh", "silent"))
-        return False if place is not None else name.rpartition(".")[2]
+        return False if heads else name.rpartition(".")[2]
 
 
 def _dotted(node):
