@@ -123,17 +123,29 @@ def same(told, wanted):
     return told == wanted
 
 
+PART = re.compile(
+    r'"(?:[^"\\]|\\.)*"|\d[\w.]*(?:(?<=[eE])[+-]\d+)?|[A-Za-z_^][\w.^]*(?:\[\d+\][\w.^]*)?|[<>!=]=|!|='
+)
+SPELLED = {"!": " not ", "=": "==", "true": "True", "false": "False"}
+
+
 class Condition:
     """A condition over a document of ``~state``."""
 
     def __init__(self, text):
-        text = re.sub(r"!(?!=)", " not ", text)
-        text = re.sub(r"(?<![<>!=])=(?!=|>)", "==", text)
-        text = re.sub(r"\b(true|false)\b", lambda m: m.group().capitalize(), text)
+        self._names = []
         try:
-            self._tree = ast.parse(text.strip(), mode="eval").body
+            self._tree = ast.parse(PART.sub(self._spelled, text).strip(), mode="eval").body
         except SyntaxError:
             raise Fault("cannot read '%s'" % text) from None
+
+    def _spelled(self, found):
+        """Return a part as Python has it; names may be words of Python, so they get others."""
+        word = found.group()
+        if not word[0].isalpha() or word in ("and", "or", "not", "true", "false"):
+            return SPELLED.get(word, word)
+        self._names.append(word)
+        return "name_%d" % (len(self._names) - 1)
 
     def holds(self, state):
         return self._value(self._tree, state) is True
@@ -141,8 +153,7 @@ class Condition:
     def told(self, state):
         """Return what a state has of it."""
         document = {**state["components"], **state["variables"], **state["communications"]}
-        words = set(re.findall(r"[\w.]+", ast.dump(self._tree)))
-        names = [n for n in document if words.issuperset(n.split("."))]
+        names = [n for n in document if any((w + ".").startswith(n + ".") for w in self._names)]
         return ", ".join("%s is %s" % (name, json.dumps(document[name])) for name in names)
 
     def _value(self, node, state):
@@ -156,7 +167,7 @@ class Condition:
             return self._compared(node.ops[0], node.left, node.comparators[0], state)
         if isinstance(node, ast.Constant):
             return node.value
-        return self._named(ast.unparse(node) if hasattr(ast, "unparse") else _dotted(node), state)
+        return self._named(self._names[int(node.id[5:])], state)
 
     def _compared(self, operator, left, right, state):
         left, right = self._value(left, state), self._value(right, state)
@@ -179,7 +190,3 @@ class Condition:
             now = state["communications"][communication]
             return now == phase or (phase == "heard" and now in ("fresh", "silent"))
         return False if heads else name.rpartition(".")[2]
-
-
-def _dotted(node):
-    return node.id if isinstance(node, ast.Name) else _dotted(node.value) + "." + node.attr
