@@ -23,12 +23,12 @@ from robosc.traces.exact_steps import Steps
 from robosc.traces.narrow_fields import narrowing
 from robosc.traces.recorder import Recorder, ScriptedRun
 from robosc.traces.samples import Narrow, Samples, as_it_is
-from robosc.traces.search import Edge, InputGraph
+from robosc.traces.search import Edge, InputGraph, scaled
 
 LONGEST_RUN = 120
 """The most inputs of a run, unless it is on its way to something."""
-RUNS, INPUTS, LOOKS = 60, 2000, 1_000_000
-"""The most runs, the most inputs of all of them, and the most cases that are looked at for these."""
+RUNS, INPUTS = 60, 2000
+"""The most runs, and the most inputs of all of them."""
 BEATS = 2
 """The most periods that pass after an input."""
 ATTEMPTS = 2
@@ -64,7 +64,7 @@ def choose(
     attempts: dict[Case, int] = {}
     runs: list[ScriptedRun] = []
     shown: set[Case] = set()
-    left = min(INPUTS, LOOKS // max(1, len(coverage.cases)))
+    left = scaled(INPUTS, coverage)
     while wanted and len(runs) < RUNS and left > 0:
         recorder = Recorder(supervisor, steps, coverage, told)
         shown |= recorder.run.cases

@@ -22,8 +22,10 @@ from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import LATE, NOTHING, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
-BUDGET, LOOKS = 20000, 6_000_000
-"""The most inputs that are tried, and the most cases that are looked at for them all."""
+BUDGET, LEAST = 20000, 60
+"""The most inputs that are tried, and the least, however large a model is."""
+LARGE = 300
+"""So many cases a model may have before less is tried: more cases take longer for each input."""
 USUAL, TRIES = 8, 80
 """So many samples of an event are tried in each node, and more where there are few events."""
 
@@ -59,6 +61,7 @@ class InputGraph:
         self.seen: set[Case] = set()
         """All cases that some edge shows."""
         self.tried = 0
+        self._budget = scaled(BUDGET, coverage)
         self._nodes: dict[Any, Node] = {}
         self._expanded: Counter[Any] = Counter()
         self._waiting: list[tuple[int, int, Node]] = []
@@ -121,9 +124,8 @@ class InputGraph:
     def explore(self) -> None:
         """Expand nodes until all cases are seen, or the budget is spent."""
         wanted = self.coverage.cases.keys()
-        budget = min(BUDGET, LOOKS // max(1, len(wanted)))
         self.expand(self.start)
-        while self.tried < budget and not wanted <= self.seen:
+        while self.tried < self._budget and not wanted <= self.seen:
             if self._promising:
                 self._refine(*self._promising.popleft())
             elif self._waiting:
@@ -165,7 +167,7 @@ class InputGraph:
 
     def expand(self, node: Node) -> None:
         """Try the inputs of a node."""
-        if node.is_expanded:
+        if node.is_expanded or self.tried > 2 * self._budget:
             return
         node.is_expanded = True
         self._expanded[node.kind] += 1
@@ -259,6 +261,11 @@ class InputGraph:
             edges.append(edge)
             step = came[node.number]
         return edges[::-1]
+
+
+def scaled(most: int, coverage: Coverage) -> int:
+    """The number of inputs that takes no longer with the cases of a large model."""
+    return max(LEAST, int(most * min(1.0, LARGE / len(coverage.cases or "1")) ** 2))
 
 
 def _counters(steps: Steps) -> Iterator[str]:
