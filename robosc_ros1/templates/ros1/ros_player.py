@@ -65,6 +65,7 @@ class Robot:
         self._served = {key: (resolved(name), type_) for name, type_, key in TABLES.served}
         self._served_goals = {key: (resolved(n), t) for n, t, key in TABLES.served_actions}
         self._clients, self._goals = {}, {}
+        self.spelled = {}
 
     def _arrive(self, place, message):
         if self._player is not None:

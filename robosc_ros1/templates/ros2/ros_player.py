@@ -86,6 +86,8 @@ class Robot:
             key: node.create_client(type_, resolved(name), callback_group=group)
             for name, type_, key in TABLES.served
         }
+        # A service of ROS 2 can only answer.
+        self.spelled = {(key, "error"): "response" for key in self._served}
         self._goals = {}
         self._served_goals = {
             key: ActionClient(node, type_, resolved(name), callback_group=group)

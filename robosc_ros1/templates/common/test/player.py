@@ -238,7 +238,7 @@ class Player:
         name, kind, told = (entry["event"][part] for part in ("name", "kind", "value"))
         key = COMMUNICATIONS[name]["key"]
         place = self._topics.get(key) or self.robot.place.get(key, key)
-        place = place if kind == "request" else (place, kind)
+        place = place if kind == "request" else (place, self.robot.spelled.get((key, kind), kind))
         arrived = self._arrived[place]
         self.wait(lambda: arrived, "%s.%s, which the node says that it has sent," % (name, kind))
         # Calls of one service may overtake each other.
