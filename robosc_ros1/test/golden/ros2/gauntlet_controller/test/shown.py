@@ -5,269 +5,67 @@ REQUIREMENTS = [
     (
         "requirement reach needs Eye.front = near",
         "gauntlet.rscd:88",
-        ([], "not shown (not found in 20,020 inputs)"),
-        (["run_1"], ""),
+        (["run_1", "run_2", "run_3"], ""),
+        (["run_1", "run_2", "run_3"], ""),
     ),
     (
         "requirement Left.slipping or Right.slipping disables reach",
         "gauntlet.rscd:89",
-        ([], "not shown (not found in 20,020 inputs)"),
-        ([], "not shown (not found in 20,020 inputs)"),
+        (["run_1", "run_2"], ""),
+        (["run_1", "run_2", "run_3"], ""),
     ),
     (
         "requirement {say, count} needs Eye.lit => Count.items > 0",
         "gauntlet.rscd:90",
-        ([], "not shown (not found in 20,020 inputs)"),
-        (["run_1"], ""),
+        (["run_1", "run_2"], ""),
+        (["run_1", "run_2", "run_3"], ""),
     ),
     (
         "requirement shout needs !Eye.lit and Arm.grade != poor",
         "gauntlet.rscd:91",
-        ([], "not shown (not found in 20,020 inputs)"),
-        (["run_1"], ""),
+        (["run_1", "run_2"], ""),
+        (["run_1", "run_2", "run_3"], ""),
     ),
     (
         "requirement set_level needs Count.full or Count.items >= 2",
         "gauntlet.rscd:92",
-        ([], "not shown (not found in 20,020 inputs)"),
-        (["run_1"], ""),
+        (["run_1", "run_2"], ""),
+        (["run_1", "run_2", "run_3"], ""),
     ),
     (
         "requirement Left.turn needs !Left.slipping",
         "gauntlet.rscd:93",
-        ([], "not shown (not found in 20,020 inputs)"),
-        ([], "not shown (not found in 20,020 inputs)"),
+        (["run_1", "run_2"], ""),
+        (["run_1", "run_2"], ""),
     ),
     (
         "requirement Right.turn needs !Right.slipping",
         "gauntlet.rscd:94",
-        ([], "not shown (not found in 20,020 inputs)"),
         (["run_1"], ""),
+        (["run_1", "run_2", "run_3"], ""),
     ),
 ]
-UNTESTED = [
-    "reach.cancel is not shown (not found in 20,020 inputs); see untested in robosc.yaml",
-    "reach.request is not shown (not found in 20,020 inputs); see untested in robosc.yaml",
-    "set_level.request is not shown (not found in 20,020 inputs); see untested in robosc.yaml",
-    "shout.request is not shown (not found in 20,020 inputs); see untested in robosc.yaml",
-    "Left.turn.request is not shown (not found in 20,020 inputs); see untested in robosc.yaml",
-    "Right.turn.request is not shown (not found in 20,020 inputs); see untested in robosc.yaml",
-]
+UNTESTED = []
 UNSHOWN = [
-    "reach.cancel is sent",
-    (
-        "reach.cancel, a requirement that is violated (gauntlet.rscd:42): Eye.front != near, which "
-        "is true, alone decides"
-    ),
-    (
-        "reach.cancel, a requirement that is violated (gauntlet.rscd:42): Eye.front != near, which "
-        "is false, alone decides"
-    ),
-    (
-        "reach.cancel, a requirement that is violated (gauntlet.rscd:42): Left.slipping, which is "
-        "true, alone decides"
-    ),
-    (
-        "reach.cancel, a requirement that is violated (gauntlet.rscd:42): Left.slipping, which is "
-        "false, alone decides"
-    ),
-    (
-        "reach.cancel, a requirement that is violated (gauntlet.rscd:42): Right.slipping, which is "
-        "true, alone decides"
-    ),
-    (
-        "reach.cancel, a requirement that is violated (gauntlet.rscd:42): Right.slipping, which is "
-        "false, alone decides"
-    ),
-    "reach.request is sent",
-    (
-        "reach.request, requirement reach needs Eye.front = near (gauntlet.rscd:88): Eye.front = "
-        "near, which is true, alone decides"
-    ),
-    (
-        "reach.request, requirement Left.slipping or Right.slipping disables reach "
-        "(gauntlet.rscd:89): Left.slipping, which is true, alone decides"
-    ),
-    (
-        "reach.request, requirement Left.slipping or Right.slipping disables reach "
-        "(gauntlet.rscd:89): Left.slipping, which is false, alone decides"
-    ),
-    (
-        "reach.request, requirement Left.slipping or Right.slipping disables reach "
-        "(gauntlet.rscd:89): Right.slipping, which is true, alone decides"
-    ),
-    (
-        "reach.request, requirement Left.slipping or Right.slipping disables reach "
-        "(gauntlet.rscd:89): Right.slipping, which is false, alone decides"
-    ),
     "reach.request: Arm blocks it",
-    "reach.request, provide (gauntlet.rscd:96) gives its data",
-    "set_level.request is sent",
     (
         "set_level.request, requirement set_level needs Count.full or Count.items >= 2 "
         "(gauntlet.rscd:92): Count.full, which is true, alone decides"
     ),
-    (
-        "set_level.request, requirement set_level needs Count.full or Count.items >= 2 "
-        "(gauntlet.rscd:92): Count.items >= 2, which is true, alone decides"
-    ),
-    (
-        "set_level.request, requirement set_level needs Count.full or Count.items >= 2 "
-        "(gauntlet.rscd:92): Count.items >= 2, at the number, alone decides"
-    ),
-    (
-        "set_level.request, requirement set_level needs Count.full or Count.items >= 2 "
-        "(gauntlet.rscd:92): Count.items >= 2, just below the number, alone decides"
-    ),
-    (
-        "set_level.request, requirement set_level needs Count.full or Count.items >= 2 "
-        "(gauntlet.rscd:92): Count.items >= 2, just above the number, alone decides"
-    ),
     "set_level.request: Lamp blocks it",
-    "set_level.request, provide (gauntlet.rscd:101) gives its data",
-    (
-        "say.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
-        "(gauntlet.rscd:90): Eye.lit, which is true, alone decides"
-    ),
-    (
-        "say.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
-        "(gauntlet.rscd:90): Count.items > 0, which is true, alone decides"
-    ),
-    (
-        "say.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
-        "(gauntlet.rscd:90): Count.items > 0, which is false, alone decides"
-    ),
-    (
-        "say.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
-        "(gauntlet.rscd:90): Count.items > 0, at the number, alone decides"
-    ),
     (
         "say.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
         "(gauntlet.rscd:90): Count.items > 0, just below the number, alone decides"
     ),
     (
-        "say.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
-        "(gauntlet.rscd:90): Count.items > 0, just above the number, alone decides"
-    ),
-    "say.request, provide (gauntlet.rscd:97) gives its data",
-    "say.request, provide (gauntlet.rscd:97): Eye.lit, which is true, alone decides",
-    (
-        "count.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
-        "(gauntlet.rscd:90): Eye.lit, which is true, alone decides"
-    ),
-    (
-        "count.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
-        "(gauntlet.rscd:90): Count.items > 0, which is true, alone decides"
-    ),
-    (
-        "count.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
-        "(gauntlet.rscd:90): Count.items > 0, which is false, alone decides"
-    ),
-    (
-        "count.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
-        "(gauntlet.rscd:90): Count.items > 0, at the number, alone decides"
-    ),
-    (
         "count.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
         "(gauntlet.rscd:90): Count.items > 0, just below the number, alone decides"
     ),
-    (
-        "count.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
-        "(gauntlet.rscd:90): Count.items > 0, just above the number, alone decides"
-    ),
-    "shout.request is sent",
-    (
-        "shout.request, requirement shout needs !Eye.lit and Arm.grade != poor (gauntlet.rscd:91): "
-        "Eye.lit, which is true, alone decides"
-    ),
-    (
-        "shout.request, requirement shout needs !Eye.lit and Arm.grade != poor (gauntlet.rscd:91): "
-        "Eye.lit, which is false, alone decides"
-    ),
-    (
-        "shout.request, requirement shout needs !Eye.lit and Arm.grade != poor (gauntlet.rscd:91): "
-        "Arm.grade != poor, which is true, alone decides"
-    ),
-    "shout.request, provide (gauntlet.rscd:100) gives its data",
-    "Left.turn.request is sent",
-    (
-        "Left.turn.request, requirement Left.turn needs !Left.slipping (gauntlet.rscd:93): "
-        "Left.slipping, which is true, alone decides"
-    ),
-    (
-        "Left.turn.request, requirement Left.turn needs !Left.slipping (gauntlet.rscd:93): "
-        "Left.slipping, which is false, alone decides"
-    ),
-    "Left.turn.request, provide (gauntlet.rscd:102) gives its data",
-    "Right.turn.request is sent",
-    (
-        "Right.turn.request, requirement Right.turn needs !Right.slipping (gauntlet.rscd:94): "
-        "Right.slipping, which is true, alone decides"
-    ),
-    "Right.turn.request, provide (gauntlet.rscd:103) gives its data",
-    "scan.response",
-    "scan.response in Eye (line 14)",
-    "scan.response in Eye (line 14), which changes Eye.front",
-    "scan.response in Arm (line 51)",
-    "scan.response in Arm (line 51), which changes Arm.tries",
-    "spots.response",
-    "spots.response in Eye (line 16)",
-    "spots.response in Eye (line 16), which changes Eye.lit",
-    "spots.response in Eye (line 16), which changes Eye.nearest",
-    "spots.response in Eye (line 16), which changes Eye.lambda",
-    "up.response",
-    "down.response",
-    "down.response in Count (line 31)",
-    "down.response in Count (line 31), which changes Count.items",
-    "down.response in Count (line 35)",
-    "down.response in Count (line 35), which changes Count.items",
-    "down.response in Count (line 35): value < 4, which is true, alone decides",
-    "down.response in Count (line 35): value < 4, which is false, alone decides",
-    "down.response in Count (line 35): value < 4, at the number, alone decides",
-    "down.response in Count (line 35): value < 4, just below the number, alone decides",
     "down.response in Count (line 35): value < 4, just above the number, alone decides",
-    "down.response in Count (line 36)",
     "down.response in Count (line 36), which changes Count.items",
-    "down.response in Count (line 36): value = 4, which is true, alone decides",
     "down.response in Count (line 36): value = 4, which is false, alone decides",
-    "down.response in Count (line 36): value = 4, at the number, alone decides",
     "down.response in Count (line 36): value = 4, just below the number, alone decides",
     "down.response in Count (line 36): value = 4, just above the number, alone decides",
-    "Count.tau1 as expected (line 32)",
-    "Count.tau1 as expected (line 32): Count.items = 4, which is true, alone decides",
-    "Count.tau1 as expected (line 32): Count.items = 4, at the number, alone decides",
-    "Count.tau1 as expected (line 32): Count.items = 4, just below the number, alone decides",
     "Count.tau1 as expected (line 32): Count.items = 4, just above the number, alone decides",
-    "reach.request in Arm (line 50)",
-    "reach.request in Arm (line 50), which changes Arm.tries",
-    "reach.response while busy",
-    "reach.response while cancelling",
-    "reach.response in Arm (line 55)",
-    "reach.response in Arm (line 55), which changes Arm.grade",
-    "reach.feedback while busy",
-    "reach.feedback in Arm (line 54)",
-    "reach.feedback in Arm (line 54), which changes Arm.progress",
-    "reach.error while busy",
-    "reach.error while cancelling",
-    "reach.error in Arm (line 56)",
-    "reach.error in Arm (line 56), which changes Arm.grade",
-    "reach.cancelled while cancelling",
-    "reach.cancelled in Arm (line 57)",
-    "set_level.request in Lamp (line 70)",
-    "set_level.request in Lamp (line 70), which changes Lamp.level",
-    "set_level.response",
-    "set_level.response in Lamp (line 73)",
-    "set_level.response in Lamp (line 73), which changes Lamp.ok",
-    "set_level.response as expected (line 63)",
-    "set_level.response as expected (line 63): value.success, which is true, alone decides",
     "set_level.response as expected (line 63): value.success, which is false, alone decides",
-    "set_level.error while busy",
-    "set_level.error in Lamp (line 74)",
-    "set_level.error in Lamp (line 74), which changes Lamp.ok",
-    "Left.slip.response",
-    "Left.slip.response in Left (line 9)",
-    "Left.slip.response in Left (line 9), which changes Left.slipping",
-    "Right.slip.response",
-    "Right.slip.response in Right (line 9)",
-    "Right.slip.response in Right (line 9), which changes Right.slipping",
 ]
