@@ -26,7 +26,7 @@ from ros_support import EXAMPLES, REPOSITORY, await_condition
 from robosc import pipeline
 from robosc.model.entities import Communication, Kind, Robot
 from robosc.runtime.calls import Failure
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.port import Port
 from robosc.runtime.settings import Settings
 from robosc.runtime.telemetry import dump, event_document
@@ -190,7 +190,7 @@ def drawn(name: str) -> Script:
     supervisor = supervisor_of(name)
     robot = supervisor.plant.robot
     port = Notes(robot)
-    engine = Engine(controller_class(supervisor)[0](), port, Settings(rate=SLOW["rate"]))
+    engine = controller_engine(controller_class(supervisor)[0](), port, Settings(rate=SLOW["rate"]))
     chance = random.Random(SEED)
     engine.begin()
     engine.cycle()

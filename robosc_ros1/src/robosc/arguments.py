@@ -237,6 +237,28 @@ def simulate(parser: argparse.ArgumentParser) -> None:
     _common(parser)
 
 
+def report(parser: argparse.ArgumentParser) -> None:
+    _robot(parser)
+    for name, what in (("logs", "event logs of its nodes"), ("bags", "bags of either ROS")):
+        parser.add_argument(
+            f"--{name}",
+            metavar="PATH",
+            nargs="+",
+            action="extend",
+            default=[],
+            type=Path,
+            help=f"{what}, for what the runs show of each requirement",
+        )
+    parser.add_argument(
+        "--output",
+        metavar="FILE",
+        type=Path,
+        help="write there, as .html, .md or .json (default: Markdown on standard output)",
+    )
+    _mode(parser)
+    _common(parser)
+
+
 def replay(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", metavar="MODEL", help="the .rscd file of a robot")
     parser.add_argument(

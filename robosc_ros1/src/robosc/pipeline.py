@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -61,13 +61,14 @@ class Options:
     not installed is an error; ``supervises``: another controller sends the commands. ``progress``
     is called with what synthesis does, how far it is, and the most it can be. ``explaining``:
     the processor seconds for explanations (None: as many as synthesis takes, at least 1, at most
-    10)."""
+    10). ``solved`` is called with the supervisor before it is explained."""
 
     library_path: tuple[Path, ...] = ()
     strict: bool = False
     supervises: bool = False
     progress: Progress | None = None
     explaining: float | None = None
+    solved: Callable[[Supervisor], None] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +142,24 @@ def load(model: Model, options: Options = Options(), target: Target | None = Non
     return Loaded(robot, diagnostics)
 
 
+def sources(model: Model, options: Options = Options()) -> tuple[Source, ...]:
+    """The texts of a model: its own file, and the libraries that it needs, by name.
+
+    Raises UsageError if the file cannot be read.
+    """
+    from robosc.model.resolve import read
+    from robosc.model.ros.definitions import MessageDefinitions
+
+    source, _ = _source_of(model)
+    if source is None:
+        return ()
+    definitions = MessageDefinitions.for_model(_path_of(model))
+    folders = [str(folder) for folder in options.library_path]
+    found = read(source, folders, definitions, supervises=options.supervises)
+    contents = (file.contents for _, file in sorted(found.libraries.items()))
+    return (source, *(one.scope.source for one in contents if one is not None))
+
+
 def check(model: Model, options: Options = Options()) -> Checked:
     """Everything that is to be said about a robot or a library, synthesis included.
 
@@ -150,11 +169,8 @@ def check(model: Model, options: Options = Options()) -> Checked:
     if robot is None:
         failure = ModelError(diagnostics) if has_errors(diagnostics) else None
         return Checked(diagnostics, failure)
-    from robosc.synthesis.time_limit import processor_time
-
     try:
-        with processor_time(limits.CHECK_SECONDS, options.progress) as progress:
-            supervisor = synthesize(robot, progress=progress, explaining=options.explaining)
+        supervisor = within_time(robot, options.progress, explaining=options.explaining)
     except StateSpaceError as error:
         return Checked((*diagnostics, unchecked(robot, error)))
     try:
@@ -162,6 +178,45 @@ def check(model: Model, options: Options = Options()) -> Checked:
     except (EmptySupervisorError, ModelError) as error:
         return Checked(diagnostics + error.diagnostics, error)
     return Checked(diagnostics + supervisor.diagnostics)
+
+
+def within_time(
+    robot: Robot,
+    progress: Progress | None = None,
+    max_states: int | None = None,
+    explaining: float | None = None,
+) -> Supervisor:
+    """The supervisor of a robot as :func:`synthesize` finds it within ``limits.CHECK_SECONDS``; as
+    much time again is for what explains it, and without that it comes with a warning.
+
+    Raises:
+        StateSpaceError: too large for the engine, the memory or the time.
+    """
+    from robosc.synthesis.time_limit import processor_time
+
+    found: list[Supervisor] = []
+    try:
+        with processor_time(limits.CHECK_SECONDS, progress) as limited:
+
+            def solved(supervisor: Supervisor) -> None:
+                found.append(supervisor)
+                limited.renew()
+
+            return synthesize(robot, "auto", max_states, limited, explaining, solved)
+    except StateSpaceError as error:
+        if not found:
+            raise
+        return replace(found[0], diagnostics=(_unexplained(robot, error),))
+
+
+def _unexplained(robot: Robot, error: StateSpaceError) -> Diagnostic:
+    return Diagnostic(
+        Severity.WARNING,
+        "explanations-left-out",
+        f"guards were found, and what explains them was not: {error}",
+        robot.span,
+        "'robosc synthesize' has no time limit",
+    )
 
 
 def unchecked(robot: Robot, error: StateSpaceError) -> Diagnostic:
@@ -176,8 +231,10 @@ def synthesize(
     max_states: int | None = None,
     progress: Progress | None = None,
     explaining: float | None = None,
+    solved: Callable[[Supervisor], None] | None = None,
 ) -> Supervisor:
-    """The supervisor of a robot; it may be empty. ``explaining`` as in :class:`Options`.
+    """The supervisor of a robot; it may be empty. ``explaining`` as in :class:`Options`; ``solved``
+    is called with guards and sizes before they are explained.
 
     Raises:
         StateSpaceError: too large for the engine and the limit, or for the memory.
@@ -186,7 +243,7 @@ def synthesize(
     from robosc.synthesis import synthesize as compute
 
     try:
-        return compute(lower(robot), engine, max_states, progress, explaining)
+        return compute(lower(robot), engine, max_states, progress, explaining, solved)
     except MemoryError:
         raise StateSpaceError(OUT_OF_MEMORY) from None
 
@@ -334,7 +391,7 @@ def _package(model: Model, options: Options, output: Output) -> _Made:
         raise UsageError(f"{name!r} is not a valid name for a package: {fault}")
     if other := namesake(name):
         raise UsageError(f"{name!r} is not a valid name for a package: it would hide {other}")
-    supervisor = synthesize(loaded.robot, progress=options.progress)
+    supervisor = synthesize(loaded.robot, progress=options.progress, solved=options.solved)
     _existing(supervisor, loaded.diagnostics)
     _bounded(supervisor)
     diagnostics = loaded.diagnostics + supervisor.diagnostics

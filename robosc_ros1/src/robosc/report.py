@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterable, Iterator
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -105,10 +106,20 @@ def sarif(diagnostics: Iterable[Diagnostic], version: str) -> Document:
 
 def supervisor_text(result: Supervisor) -> str:
     """Sizes, guards and reasons for people."""
-    return "\n".join(_supervisor_lines(result)) + "\n"
+    return guards_text(result) + reasons_text(result)
 
 
-def _supervisor_lines(result: Supervisor) -> Iterator[str]:
+def guards_text(result: Supervisor) -> str:
+    """Sizes and guards, which need no explanations."""
+    return "".join(f"{line}\n" for line in _guard_lines(result))
+
+
+def reasons_text(result: Supervisor) -> str:
+    """What follows them: reasons, what is taken as free, properties."""
+    return "".join(f"{line}\n" for line in _reason_lines(result))
+
+
+def _guard_lines(result: Supervisor) -> Iterator[str]:
     yield sizes(result)
     robot = result.plant.robot
     width = max((len(event_text(g.event)) for g in result.guards), default=0)
@@ -120,7 +131,10 @@ def _supervisor_lines(result: Supervisor) -> Iterator[str]:
         yield ""
         yield f"{event_text(guard.event):{width}}  {guard.status}"
         yield f"    {to_dsl(names.of_guard(guard.expr), robot)}"
-    for explanation in result.explanations:
+
+
+def _reason_lines(result: Supervisor) -> Iterator[str]:
+    for explanation in filter(attrgetter("told"), result.explanations):
         yield from _explanation_lines(explanation)
     if result.plant.view.free:
         yield ""
@@ -142,13 +156,13 @@ def sizes(result: Supervisor) -> str:
 
 def _explanation_lines(explanation: Explanation) -> Iterator[str]:
     yield ""
-    yield explanation.reason
+    yield explanation.diagnostic.message
     if explanation.remedy:
         yield f"    remedy: {explanation.remedy}"
 
 
 def generated_text(result: Generated, reason: str, verbose: bool = False) -> str:
-    """What was written, for which ROS and for which reason, sizes and times, what to type next.
+    """What was written, for which ROS and for which reason, how long it took, what to type next.
 
     With ``verbose``, each file that was written has a line.
     """
@@ -158,7 +172,6 @@ def generated_text(result: Generated, reason: str, verbose: bool = False) -> str
         changes.append(f"{len(files.removed)} removed")
     version = {"ros1": "ROS 1", "ros2": "ROS 2"}[result.output.target]
     lines = [
-        sizes(result.supervisor),
         f"{files.folder}: for {version} ({reason}), {', '.join(changes)}",
     ]
     if verbose:

@@ -49,8 +49,9 @@ class Explanation:
     ``trace`` leads from the initial state to the one that must be avoided; ``reason`` and
     ``remedy`` are sentences; ``diagnostic`` is the same as a warning at its place in the model.
     ``traced`` False: looking for a trace would take too long, so it is empty, and the reason says
-    so. ``conflict`` are the texts and places of requirements that suffice for it, and of what the
-    robot may do, of which none can be left out; None: they were not looked for.
+    so. ``told`` False: the diagnostic of another copy's command says the same. ``conflict`` are the
+    texts and places of requirements that suffice for it, and of what the robot may do, of which
+    none can be left out; None: they were not looked for.
     """
 
     event: Event | None
@@ -59,6 +60,7 @@ class Explanation:
     remedy: str | None
     diagnostic: Diagnostic
     traced: bool = True
+    told: bool = True
     conflict: tuple[tuple[str, Span], ...] | None = None
 
 

@@ -11,7 +11,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -139,14 +139,28 @@ def _synthesize(args: Arguments) -> int:
     from robosc.synthesis.documents import synthesize_document
 
     loaded = pipeline.load(args.model, _options(args))
-    supervisor = pipeline.synthesize(
-        loaded.robot, args.engine, args.max_states, args.progress, args.explain_seconds
-    )
+    tell(loaded.diagnostics)
+    found: list[Supervisor] = []
+
+    def show(solved: Supervisor) -> None:
+        args.progress.clear()
+        found.append(solved)
+        if not args.json:
+            print(report.guards_text(solved), end="", flush=True)
+
+    try:
+        supervisor = pipeline.synthesize(
+            loaded.robot, args.engine, args.max_states, args.progress, args.explain_seconds, show
+        )
+    except KeyboardInterrupt:
+        if found and args.json:
+            _print_json(synthesize_document(found[0]))
+        raise
     args.progress.clear()
     # The explanations are part of the result; they are not printed twice.
     explained = {explanation.diagnostic for explanation in supervisor.explanations}
-    tell([*loaded.diagnostics, *(d for d in supervisor.diagnostics if d not in explained)])
-    _show(args, synthesize_document, report.supervisor_text, supervisor)
+    tell(d for d in supervisor.diagnostics if d not in explained)
+    _show(args, synthesize_document, report.reasons_text, supervisor)
     if supervisor.empty:
         complain(f"no controller can satisfy the requirements of {loaded.robot.name}")
         return EmptySupervisorError.exit_code
@@ -187,7 +201,13 @@ def _generate(args: Arguments) -> int:
         tell(diagnostics)
         print(text, end="")
         return 1 if text else 0
-    result = pipeline.generate(args.model, _options(args), output)
+
+    def show(solved: Supervisor) -> None:
+        args.progress.clear()
+        if not solved.empty:
+            print(report.sizes(solved), flush=True)
+
+    result = pipeline.generate(args.model, replace(_options(args), solved=show), output)
     args.progress.clear()
     tell(result.diagnostics)
     for warning in result.warnings:
@@ -293,6 +313,27 @@ def _judge(args: Arguments) -> int:
         write_text(args.junit, told.judgement_junit(judgement))
     _show(args, told.judgement_document, told.judgement_text, judgement)
     return judgement.exit_code
+
+
+def _report(args: Arguments) -> int:
+    from robosc.evidence.document import evidence
+    from robosc.evidence.report import format_of, rendered
+    from robosc.evidence.runs import recorded_runs
+
+    suffix = format_of("" if args.output is None else args.output.suffix)
+    loaded = pipeline.load(args.model, _options(args))
+    supervisor = pipeline.supervise(loaded.robot, args.progress)
+    verified = pipeline.verify(supervisor, args.progress)
+    runs = recorded_runs(supervisor, args.logs, args.bags, args.progress)
+    sources = pipeline.sources(args.model, _options(args))
+    args.progress.clear()
+    warnings = sort_diagnostics(loaded.diagnostics + supervisor.diagnostics)
+    text = rendered(evidence(supervisor, verified, runs, sources, warnings, __version__), suffix)
+    if args.output is None:
+        print(text, end="")
+    else:
+        write_text(args.output, text)
+    return 0 if verified.verified and not runs.faulty else 1
 
 
 def _lsp(args: Arguments) -> int:
@@ -423,6 +464,8 @@ VERBS = (
          "line_follower.rscd --simulate", arguments.mcp, _mcp),
     Verb("replay", "judge a recorded bag, or the event log of a controller's node, by its model",
          "line_follower.rscd run.bag", arguments.replay, _replay),
+    Verb("report", "write evidence: of each requirement what was proved, and what runs show",
+         "line_follower.rscd --logs run.jsonl --output evidence.html", arguments.report, _report),
     Verb("lsp", "serve an editor: the language server, on standard input and output",
          "--library-path ~/models/libraries", arguments.lsp, _lsp),
 )  # fmt: skip

@@ -10,18 +10,19 @@ import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
 from std_msgs.msg import String
 
+from ._runtime.judge import JudgingPort
 from ._runtime.matching import command_patterns
-from ._runtime.monitor_engine import MonitorEngine
+from ._runtime.monitoring import monitor_engine
 from ._runtime.observation import SeenAction
 from .ros import RosPort
 from .ros_arriving import corrected, maker
 from .ros_backlog import BACKLOG
 
 
-class MonitorPort(RosPort):
+class MonitorPort(RosPort, JudgingPort):
     """The topics of a monitor, as in the tables of ``node.py``."""
 
-    engine_type = MonitorEngine
+    make_engine = staticmethod(monitor_engine)
 
     def __init__(self, tables, lifecycle):
         super().__init__(tables.heard_alone(), lifecycle)
@@ -35,11 +36,12 @@ class MonitorPort(RosPort):
         self._findings.publish(text)
 
     def _connect_inputs(self, engine):
-        if engine.gathering:
-            BACKLOG.gathering = engine.tolerance / 10
-        BACKLOG.late = engine.lateness.note
-        engine.leave_out(self._tables.unseen, self._tables.by_data)
-        engine.order_matters(self._tables.orders)
+        judge = engine.role
+        if judge.gathering:
+            BACKLOG.gathering = judge.tolerance / 10
+        BACKLOG.late = judge.lateness.note
+        judge.leave_out(self._tables.unseen, self._tables.by_data)
+        judge.order_matters(self._tables.orders)
         super()._connect_inputs(engine)
         for topic, type_, rows in self._tables.commands:
             self._hear_commands(engine, topic, type_, command_patterns(rows, maker(type_)))
@@ -47,7 +49,7 @@ class MonitorPort(RosPort):
             self._hear_action(engine, rospy.resolve_name(name), type_(), key)
 
     def _hear_commands(self, engine, topic, type_, patterns):
-        self._listen(topic, type_, lambda message: engine.offer(topic, patterns, message, None))
+        self._listen(topic, type_, lambda message: engine.role.offer(topic, patterns, message))
 
     def _hear_action(self, engine, name, parts, key):
         types = {
@@ -58,7 +60,7 @@ class MonitorPort(RosPort):
             "/status": GoalStatusArray,
         }
         turn = threading.Lock()  # each topic has a thread of its own
-        for part, handle in SeenAction(engine, key).handlers.items():
+        for part, handle in SeenAction(engine.role, key).handlers.items():
             self._listen(name + part, types[part], _one_at_a_time(turn, handle))
 
     def _listen(self, topic, type_, heard):

@@ -12,8 +12,9 @@ import rospy
 from rospy.msg import AnyMsg
 from std_msgs.msg import String
 
+from ._runtime.judge import JudgingPort
 from ._runtime.matching import command_patterns
-from ._runtime.supervisor_engine import SupervisorEngine
+from ._runtime.supervising import supervisor_engine
 from .relayed_actions import ActionRelay
 from .ros import RosPort
 from .ros_actions import Action
@@ -24,10 +25,10 @@ from .ros_raw import packed, passed_on, raw_subscriber, read
 INPUT_QUEUE = 100
 
 
-class RelayPort(RosPort):
+class RelayPort(RosPort, JudgingPort):
     """The connections of a supervisor on both sides, as in the tables of ``node.py``."""
 
-    engine_type = SupervisorEngine
+    make_engine = staticmethod(supervisor_engine)
 
     def __init__(self, tables, lifecycle):
         super().__init__(tables, lifecycle)
@@ -78,13 +79,13 @@ class RelayPort(RosPort):
         def heard(raw):
             if raw._connection_header.get("latching") == "1" and not onward.impl.is_latch:
                 onward.impl.enable_latch()  # for controllers that connect later
-            engine.follow(keys, read(raw, type_), lambda: onward.publish(passed_on(raw)))
+            engine.role.follow(keys, read(raw, type_), lambda: onward.publish(passed_on(raw)))
 
         self._hear(keys, raw_subscriber(robot, type_, heard))
 
     def _relay_command(self, engine, controller, type_, patterns):
         def heard(raw):
-            engine.offer(controller, patterns, read(raw, type_), passed_on(raw), packed)
+            engine.role.offer(controller, patterns, read(raw, type_), passed_on(raw), packed)
 
         self._listen(controller, type_, heard)
 
@@ -104,7 +105,7 @@ def _serving(engine, type_, key):
                 answers.append((kind, payload))
                 ended.set()
 
-        engine.request(key, request, request, answer)
+        engine.role.request(key, request, request, answer)
         while not ended.wait(0.2):
             if rospy.is_shutdown():
                 raise rospy.ServiceException("the supervisor ends")

@@ -116,7 +116,7 @@ class ActionRelay(GoalCaller):
                 message.goal = made
                 return relayed, message
 
-            engine.request(self._key, message.goal, (relayed, onward), answer, repacked)
+            engine.role.request(self._key, message.goal, (relayed, onward), answer, repacked)
 
         def cancel(raw):
             message = read(raw, GoalID)
@@ -131,7 +131,7 @@ class ActionRelay(GoalCaller):
                 elif message.id and not (is_known or waits):
                     self._early.append(message.id)
             if is_meant:
-                engine.withdraw(self._key)
+                engine.role.withdraw(self._key)
             if not waits:  # the robot would keep it for a goal to come
                 self._send_cancel.publish(passed_on(raw))
 

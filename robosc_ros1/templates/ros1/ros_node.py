@@ -57,7 +57,7 @@ def run(name, controller_type, model, defaults, own, shadow=None):
     outlet = RosOutlet({**model, "topics": topics}, settings, watch)
     port = port_type(tables, lifecycle)
     watch.serve(port)
-    engine = port.engine_type(controller, port, settings)
+    engine = port.make_engine(controller, port, settings)
     reporter = Reporter(engine, outlet, model)
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
 

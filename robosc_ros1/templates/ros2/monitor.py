@@ -8,8 +8,9 @@ their data nor their results. Services cannot be heard.
 from action_msgs.msg import GoalStatusArray
 from std_msgs.msg import String
 
+from ._runtime.judge import JudgingPort
 from ._runtime.matching import command_patterns
-from ._runtime.monitor_engine import MonitorEngine
+from ._runtime.monitoring import monitor_engine
 from ._runtime.observation import SeenActionOfRos2
 from .ros import RosPort
 from .ros_arriving import corrected, maker
@@ -19,10 +20,10 @@ from .ros_parameters import advertise, qos_profile
 STATUS, FEEDBACK = "/_action/status", "/_action/feedback"
 
 
-class MonitorPort(RosPort):
+class MonitorPort(RosPort, JudgingPort):
     """The topics of a monitor, as in the tables of ``node.py``."""
 
-    engine_type = MonitorEngine
+    make_engine = staticmethod(monitor_engine)
 
     def __init__(self, node, executor_thread, tables, profiles):
         super().__init__(node, executor_thread, tables.heard_alone(), profiles)
@@ -36,28 +37,29 @@ class MonitorPort(RosPort):
         self._findings.publish(String(data=text))
 
     def _connect_inputs(self, engine):
-        engine.leave_out(self._tables.unseen, self._tables.by_data)
-        engine.order_matters(self._tables.orders)
+        judge = engine.role
+        judge.leave_out(self._tables.unseen, self._tables.by_data)
+        judge.order_matters(self._tables.orders)
         super()._connect_inputs(engine)
         for topic, type_, rows in self._tables.commands:
             self._hear_commands(engine, topic, type_, rows)
         for name, type_, key in self._tables.actions:
             self._hear_action(engine, self._node.resolve_service_name(name), type_, key)
         for entry in self._inputs:
-            entry.late = engine.lateness.note
+            entry.late = judge.lateness.note
 
     def _hear_commands(self, engine, topic, type_, rows):
         patterns = command_patterns(rows, maker(type_))
         is_odd = has_oddities(type_)
 
         def heard(message):
-            engine.offer(topic, patterns, plain(message) if is_odd else message, None)
+            engine.role.offer(topic, patterns, plain(message) if is_odd else message)
 
         self.listen(type_, topic, heard, self._profiles[rows[0][0]], engine.lose)
 
     def _hear_action(self, engine, name, type_, key):
         # Servers send the status of goals again to those that come later.
-        seen = SeenActionOfRos2(engine, key)
+        seen = SeenActionOfRos2(engine.role, key)
         latched = qos_profile("reliable", 100, "transient_local")
         self.listen(GoalStatusArray, name + STATUS, seen.handlers[STATUS], latched, engine.lose)
         hear = seen.handlers[FEEDBACK]

@@ -19,9 +19,10 @@ from rclpy.serialization import serialize_message
 from rclpy.task import Future
 from std_msgs.msg import String
 
+from ._runtime.judge import JudgingPort
 from ._runtime.matching import command_patterns
 from ._runtime.port import NotTaken
-from ._runtime.supervisor_engine import SupervisorEngine
+from ._runtime.supervising import supervisor_engine
 from .ros import RosPort
 from .ros_actions import Action, Goal
 from .ros_arriving import corrected, maker, read
@@ -44,10 +45,10 @@ def unread(message):
     return sendable(copy.deepcopy(message)) if has_oddities(type(message)) else message
 
 
-class RelayPort(RosPort):
+class RelayPort(RosPort, JudgingPort):
     """The connections of a supervisor on both sides, as in the tables of ``node.py``."""
 
-    engine_type = SupervisorEngine
+    make_engine = staticmethod(supervisor_engine)
 
     def __init__(self, node, executor_thread, tables, profiles):
         super().__init__(node, executor_thread, tables, profiles)
@@ -109,7 +110,7 @@ class RelayPort(RosPort):
                 self._node.destroy_publisher(before)
 
         def heard(data):
-            engine.follow(keys, read(data, type_), lambda: onward.publish(data))
+            engine.role.follow(keys, read(data, type_), lambda: onward.publish(data))
 
         follows = profile.durability == DurabilityPolicy.UNKNOWN
         publish_with(DurabilityPolicy.VOLATILE if follows else profile.durability)
@@ -121,7 +122,7 @@ class RelayPort(RosPort):
         patterns = command_patterns(rows, maker(type_))
 
         def heard(data):
-            engine.offer(controller, patterns, read(data, type_), data, packed)
+            engine.role.offer(controller, patterns, read(data, type_), data, packed)
 
         profile = self._profiles[rows[0][0]]
         self.listen(type_, controller, heard, profile, engine.lose, raw=True)
@@ -139,7 +140,7 @@ def _serving(engine, executor_thread, key):
             elif kind != "passed":
                 executor_thread.do(lambda: ended.set_result(response))
 
-        engine.request(key, plain(request), request, answer, unread)
+        engine.role.request(key, plain(request), request, answer, unread)
         return await ended
 
     return serve
@@ -193,7 +194,7 @@ class ActionRelay(Action):
             return request  # which is known by its identity
 
         sent = copy.copy(plain(request))  # which stays as it is when the request is corrected
-        self._engine.request(self._key, sent, request, answer, repacked)
+        self._engine.role.request(self._key, sent, request, answer, repacked)
         if await decided:
             return GoalResponse.ACCEPT
         del self._passed[id(request)]
@@ -202,7 +203,7 @@ class ActionRelay(Action):
     def _cancel_asked(self, onward):
         asked = self._passed.get(id(onward.request))
         if asked is None or asked is list(self._passed.values())[-1]:
-            self._engine.withdraw(self._key)  # one that was replaced is cancelled anyway
+            self._engine.role.withdraw(self._key)  # one that was replaced is cancelled anyway
         return CancelResponse.ACCEPT
 
     async def _execute(self, onward):

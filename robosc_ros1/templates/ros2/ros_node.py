@@ -103,7 +103,7 @@ class Work:
         self._port = port_type(node, executor_thread, tables, profiles)
         self._port.on_exit = ending.ask
         watch.unserved = self._port.unserved
-        self.engine = self._port.engine_type(controller, self._port, settings)
+        self.engine = self._port.make_engine(controller, self._port, settings)
         self._reporter = Reporter(self.engine, outlet, model)
         self._thread = threading.Thread(target=self.engine.run, name="engine", daemon=True)
 

@@ -12,7 +12,7 @@ from typing import Any
 from bench.runtime_bench import NullPort
 from emit.generated_code import controller_class, supervisor_of
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 
 __all__ = ["main"]
 
@@ -64,7 +64,7 @@ def main(arguments: list[str] | None = None) -> int:
 def cost(text: str, ranges: Any, count: int = 2000) -> float:
     """Microseconds of processor time per scan."""
     made, _ = controller_class(supervisor_of(text))
-    engine = Engine(made(), NullPort())
+    engine = controller_engine(made(), NullPort())
     engine.begin()
     post = engine.poster(["Laser.scan"])
     message = SimpleNamespace(

@@ -17,6 +17,7 @@ from emit.generated_code import controller_class
 from ros_support import EXAMPLES
 
 from robosc import pipeline
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import After, Command, Communication, Controller, Input
 from robosc.runtime.port import Port
@@ -82,7 +83,7 @@ def main(arguments: list[str] | None = None) -> int:
     supervisor = pipeline.synthesize(pipeline.load(model).robot)
     controller, _ = controller_class(supervisor)
     port = NullPort()
-    engine = Engine(controller(), port)
+    engine = controller_engine(controller(), port)
     engine.begin()
     inputs = recorded(random.Random(1))
     parts = []
@@ -122,7 +123,7 @@ def lateness_of_timeouts(rounds: int = 10) -> bool:
     """Measure how late the silence of 50 messages is noticed; whether a target is missed."""
     controller, late = watching_controller()
     settings, _ = read(controller.COMMUNICATIONS, {})
-    engine = Engine(controller, NullPort(), settings)
+    engine = controller_engine(controller, NullPort(), settings)
     thread = threading.Thread(target=engine.run, daemon=True)
     thread.start()
     posters = [engine.poster([f"In.m{number}"]) for number in range(WATCHED)]
@@ -232,7 +233,7 @@ def cost_of_an_input(size: int, count: int = 20_000, clocks: int = 0) -> float:
         After("Wait", n, "waiting", 60.0 + n, "state", "entries", lambda _: None, ("state",), ())
         for n in range(clocks)
     )
-    engine = Engine(controller, StillPort())
+    engine = controller_engine(controller, StillPort())
     engine.begin()
     posters = [engine.poster([f"In.m{number}"]) for number in range(size)]
     start = time.process_time()
@@ -245,7 +246,7 @@ def cost_of_an_input(size: int, count: int = 20_000, clocks: int = 0) -> float:
 def cost_of_a_due_command(size: int) -> float:
     """Microseconds per command, all being due at once, period after period."""
     port = StillPort()
-    engine = Engine(wide_controller(size), port)
+    engine = controller_engine(wide_controller(size), port)
     for number in range(size):
         setattr(engine.controller, f"flag_{number}", True)
     engine.begin()
@@ -276,7 +277,9 @@ def recorded(chance: random.Random) -> list[tuple[str, Message]]:
     return inputs
 
 
-def drive(engine: Engine, port: NullPort, inputs: list[tuple[str, Message]], count: int) -> None:
+def drive(
+    engine: Engine[Any], port: NullPort, inputs: list[tuple[str, Message]], count: int
+) -> None:
     posters = [(engine.poster([key]), message) for key, message in inputs]
     for number in range(count):
         post, message = posters[number % len(posters)]

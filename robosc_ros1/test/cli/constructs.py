@@ -199,6 +199,35 @@ CONSTRUCTS = {
         }
         requirement drive needs lamp.heard and !Eye.lit
     """,
+    "titles and first data that hold": """
+        parameter far: double(0.1..2.0) = 0.5
+        datatype object Spot { x: double y: double }
+        interface spot use Point from geometry_msgs
+        function spot(x: double): Spot = { x: x, y: far }
+        component Gate[1..2] {
+            incoming message at with type: Spot links spot
+            behaviour {
+                initial marked state closed if index = 1 { on request to at goto opened }
+                initial marked state opened if index > 1 { on request to at goto closed }
+            }
+        }
+        component Eye {
+            outgoing message near with type: double, timeout: 1 s
+            behaviour {
+                variable d: double
+                initial marked state on { on response from near do d := value }
+            }
+        }
+        requirement "SR-1 only what is seen" {
+            drive needs near.fresh and far < 3.0
+            halt needs Gate[1].closed or Gate[1].opened
+        }
+        assume "A-1 sensor" near needs value >= 0.0
+        prefer "P-1 drive first" drive over halt
+        provide Gate[1].at with spot(1.0) if Eye.d > far else with spot(2.0) if Eye.d > 0.2
+            else with { x: 3.0 }
+        provide Gate[2].at with spot(4.0)
+    """,
     "always possible": """
         component Eye {
             outgoing message near with type: none

@@ -159,6 +159,10 @@ def test_logs(run: Run, tmp_path: Path, path: Path, mode: str) -> None:
     log = tmp_path / "run.jsonl"
     log.write_text("\n".join(lines), encoding="utf-8")
     validate(json.loads(run("replay", str(log), "--json")[1]), "replay")
+    report = tmp_path / "evidence.json"
+    code, *_ = run("report", "--logs", str(log), "--output", str(report))
+    if code == 0:
+        validate(json.loads(report.read_text(encoding="utf-8")), "report")
 
 
 def _session(path: Path, mode: str, execute: bool) -> Session:

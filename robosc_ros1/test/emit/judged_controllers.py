@@ -26,6 +26,7 @@ from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.package.package import File, own_test_files
 from robosc.emit.package.target import plant_module
 from robosc.runtime.calls import Failure
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import WaitingCall
@@ -234,7 +235,7 @@ class Robot(PlayedPort):
                 setattr(functools.reduce(getattr, outer, message), name, number)
                 yield message
 
-    def act(self, engine: Engine, step: Any, phase: dict[str, str]) -> None:
+    def act(self, engine: Engine[Any], step: Any, phase: dict[str, str]) -> None:
         """Do as the step says, or whatever comes, or fall silent for a while."""
         if step is not None and step[0] == "wait":
             for keys, message in list(self.last.values()):
@@ -280,7 +281,7 @@ class Robot(PlayedPort):
         keys = self.chance.choice(self.topics)
         return "publish", keys, self.message(keys[0], "response")
 
-    def _publish(self, engine: Engine, keys: list[str], message: Any) -> None:
+    def _publish(self, engine: Engine[Any], keys: list[str], message: Any) -> None:
         stamps = importlib.import_module("stamps")
         if any(key in stamps.DATED for key in keys):
             message.header = SimpleNamespace(stamp=_stamp_of(0.0))
@@ -294,7 +295,7 @@ class Robot(PlayedPort):
         """Bring a message that was published to the node."""
         engine.poster(keys)(message)
 
-    def _call(self, engine: Engine, key: str, message: Any) -> None:
+    def _call(self, engine: Engine[Any], key: str, message: Any) -> None:
         self.told.setdefault((key, "call"), deque()).append(message)
         self.results[key].append(None)
         engine.serve(key, message, _Waiting(self, key, len(self.results[key]) - 1))
@@ -311,7 +312,7 @@ class Robot(PlayedPort):
         results = self.results[key]
         return len(results) == len(answers) and all(map(fits, answers, results))
 
-    def _answer(self, engine: Engine, key: str, kind: str, message: Any) -> None:
+    def _answer(self, engine: Engine[Any], key: str, kind: str, message: Any) -> None:
         self.told.setdefault((key, kind), deque()).append(message)
         token = self.running[key] if kind == "feedback" else self.running.pop(key)
         if kind != "feedback" and self.plant[key]["kind"] == "action":
@@ -362,7 +363,7 @@ def judged(
     What the controller sends arrives ``spoilt``, at a robot of this ``kind``.
     """
     robot = kind(judging, seed, spoilt)
-    engine = engine_of(Engine, source, robot)
+    engine = engine_of(controller_engine, source, robot)
     topics: dict[str, tuple[str, ...]] = defaultdict(tuple)
     for key, communication in robot.plant.items():
         if communication["kind"] == "incoming message":
@@ -382,7 +383,7 @@ def guide_of(judging: Any, robot: Robot) -> Any:
     return guiding.Guide(judging.PLANT, draw, robot.topics)
 
 
-def engine_of(kind: Callable[..., Engine], source: str, robot: Robot) -> Any:
+def engine_of(kind: Callable[..., Engine[Any]], source: str, robot: Robot) -> Any:
     """An engine with a controller, by the robot's clock."""
     controller = class_of(source)
     given = {f"timeout/{c.name}": SILENCE for c in controller.COMMUNICATIONS if c.timeout}
@@ -393,7 +394,9 @@ def engine_of(kind: Callable[..., Engine], source: str, robot: Robot) -> Any:
     return engine
 
 
-def play(engine: Engine, robot: Robot, judge: Any, rounds: int, act: Callable[..., None]) -> None:
+def play(
+    engine: Engine[Any], robot: Robot, judge: Any, rounds: int, act: Callable[..., None]
+) -> None:
     """Have the robot ``act`` for so many rounds, and on while they cover new cases, or until a
     fault was found: as in the test of a package, with a clock that counts rounds."""
     number = 0

@@ -14,7 +14,7 @@ from typing import Any
 from emit.judged_controllers import Robot, engine_of, guide_of, play
 
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.supervising import supervisor_engine
 
 __all__ = ["judged_supervisor"]
 
@@ -40,13 +40,13 @@ class Both(Robot):
         elif step[0] == "request":
             self._wish(engine, step[1])
         elif step[0] == "cancel":
-            engine.withdraw(step[1])
+            engine.role.withdraw(step[1])
 
     def _wish_anything(self, engine: Any) -> None:
         if self.running and self.chance.random() < 0.2:
             actions = [key for key in self.running if self.plant[key]["kind"] == "action"]
             if actions:
-                engine.withdraw(self.chance.choice(actions))
+                engine.role.withdraw(self.chance.choice(actions))
         elif self.commands:
             self._wish(engine, self.chance.choice(self.commands))
 
@@ -54,9 +54,11 @@ class Both(Robot):
         read = key in self.plant_data.get("reads_data", ())
         message = self.message(key, "request") if read else None
         if self.plant[key]["kind"] == "incoming message":
-            engine.offer(self.plant[key]["identifier"], (CommandPattern(key),), message, message)
+            engine.role.offer(
+                self.plant[key]["identifier"], (CommandPattern(key),), message, message
+            )
         else:
-            engine.request(key, message, message, lambda kind, what: None)
+            engine.role.request(key, message, message, lambda kind, what: None)
 
     def corrected(self, message: Any, data: dict[str, Any]) -> Any:
         made = copy.deepcopy(message)
@@ -64,7 +66,7 @@ class Both(Robot):
         return made
 
     def deliver(self, engine: Any, keys: list[str], message: Any) -> None:
-        engine.follow(keys, message, lambda: None)
+        engine.role.follow(keys, message, lambda: None)
 
 
 def _set(message: Any, data: dict[str, Any]) -> None:
@@ -80,5 +82,5 @@ def judged_supervisor(judging: Any, source: str, seed: int = 1, rounds: int = 15
     both = Both(judging, seed)
     guarding = importlib.import_module("guard_checker")
     judge = both.judge = guarding.GuardChecker(both, [], guide_of(judging, both))
-    play(engine_of(SupervisorEngine, source, both), both, judge, rounds, both.act_both)
+    play(engine_of(supervisor_engine, source, both), both, judge, rounds, both.act_both)
     return judge

@@ -12,7 +12,7 @@ from emit.judged_controllers import judged, judging_model
 from runtime.lamp_robot import PlayedPort
 
 from robosc.plant.acceptance import gates_of
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 
 MODEL = """
 robot Lifter {
@@ -147,7 +147,7 @@ def test_an_answer_that_breaks_an_assumption_is_refused(call: str, told: int) ->
     (reason,) = (p for p in error.parameters if "failed" in p.values)
     assert "refused" in reason.values
     port = PlayedPort()
-    engine = Engine(controller_class(supervisor)[0](), port)
+    engine = controller_engine(controller_class(supervisor)[0](), port)
     engine.begin()
     engine.cycle()
     key = f"Pan.{call}"

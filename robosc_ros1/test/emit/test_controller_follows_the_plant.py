@@ -33,7 +33,7 @@ from robosc.model.entities import EventKind
 from robosc.plant import part_names
 from robosc.plant.automaton import Event, Plant, PlantState, StateVariable, VariableKind
 from robosc.plant.step import Verdict, holds, outcome, valuations
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.model import Command
 from robosc.runtime.reasons import blocked_by
 from robosc.runtime.settings import Settings
@@ -249,7 +249,7 @@ def test_the_engine_looks_again_at_all_that_an_event_may_change(seed: int) -> No
         i if i.read is None else i._replace(read=lambda _, value: value) for i in controller.INPUTS
     )
     port = PlayedPort()
-    engine = Engine(controller, port, Settings(rate=2.0))
+    engine = controller_engine(controller, port, Settings(rate=2.0))
     engine.begin()
     inputs = [event for event in twin.plant.events if not event.controllable]
     for _ in range(60):
@@ -263,7 +263,7 @@ def test_the_engine_looks_again_at_all_that_an_event_may_change(seed: int) -> No
         port.time += rng.choice([0.0, 0.1, 0.5])
         if engine.stopped:
             break
-        commands = engine._scheduler.commands
+        commands = engine.parts.scheduler.commands
         assert [c.was for c in commands] == [c.allowed() for c in commands]
         assert [tau for tau in controller.TAUS if tau.step(controller.copy())] == []
 

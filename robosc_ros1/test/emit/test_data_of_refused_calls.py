@@ -8,7 +8,7 @@ from typing import Any
 from emit.generated_code import controller_class, supervisor_of
 from runtime.lamp_robot import PlayedPort
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.port import WaitingCall
 from robosc.runtime.settings import Settings
 
@@ -44,7 +44,7 @@ class Call(WaitingCall):
 def test_the_data_are_those_of_the_state_in_which_the_call_ends() -> None:
     model = MODEL.replace("boolean message", "boolean\n message")
     controller = controller_class(supervisor_of(model))[0]()
-    engine = Engine(controller, PlayedPort(), Settings())
+    engine = controller_engine(controller, PlayedPort(), Settings())
     engine.begin()
 
     def call(data: bool) -> Call:
@@ -89,7 +89,7 @@ robot Cart {
 
 def test_a_call_with_a_number_that_cannot_be_sent_is_refused_and_jams_nothing() -> None:
     port = PlayedPort()
-    engine = Engine(controller_class(supervisor_of(UNUSABLE))[0](), port, Settings())
+    engine = controller_engine(controller_class(supervisor_of(UNUSABLE))[0](), port, Settings())
     engine.begin()
     calls = []
     for number in (float("nan"), float("inf"), 1.0):

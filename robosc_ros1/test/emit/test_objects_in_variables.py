@@ -15,7 +15,7 @@ from runtime.schemas import validate
 from simulate.players import session
 
 from robosc.emit.package.model_document import model_document
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.telemetry import dump, event_document, state_document
 from robosc.runtime.values import NOW, demand_finite, fields_of, jsonable, not_finite
 from robosc.simulate.script.documents import done_document
@@ -49,7 +49,7 @@ class Played:
     def __init__(self) -> None:
         self.port = PlayedPort()
         made, _ = controller_class(supervisor_of(MODEL))
-        self.engine = Engine(made(), self.port, steady=lambda: self.port.time)
+        self.engine = controller_engine(made(), self.port, steady=lambda: self.port.time)
         self.engine.begin()
         self.engine.cycle()
 

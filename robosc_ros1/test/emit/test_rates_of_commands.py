@@ -10,7 +10,7 @@ from emit.generated_code import controller_class, supervisor_of
 from runtime.lamp_robot import PlayedPort
 
 from robosc.emit.package.config import declared_communications
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.settings import read
 
 MODEL = """
@@ -53,7 +53,7 @@ class Played:
         rates = {name.replace("_", "/"): value for name, value in given.items()}
         settings, _ = read(communications, rates)
         self.port = PlayedPort()
-        self.engine = Engine(controller_class(supervisor)[0](), self.port, settings)
+        self.engine = controller_engine(controller_class(supervisor)[0](), self.port, settings)
         self.engine.begin()
         self.engine.cycle()
 

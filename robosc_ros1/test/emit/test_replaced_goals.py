@@ -12,9 +12,9 @@ from runtime.test_supervisor_engine import GuardedPort
 
 from robosc.emit.package.config import declared_communications
 from robosc.runtime.calls import REJECTED, Failure
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.settings import read
-from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.supervising import supervisor_engine
 
 MODEL = """
 robot Rover {
@@ -57,7 +57,7 @@ class Played:
         self.port = PlayedPort()
         self.steady = 0.0
         controller = controller_class(supervisor)[0]()
-        self.engine = Engine(controller, self.port, settings, lambda: self.steady)
+        self.engine = controller_engine(controller, self.port, settings, lambda: self.steady)
         self.engine.begin()
         self.engine.cycle()
 
@@ -232,13 +232,13 @@ def test_a_supervisor_tells_how_a_goal_ended_before_the_next_one_takes_its_place
     supervisor = supervisor_of(MODEL, supervises=True)
     settings, _ = read(declared_communications(supervisor.plant.robot), {})
     port = GuardedPort()
-    guard = SupervisorEngine(controller_class(supervisor)[0](), port, settings, lambda: 0.0)
+    guard = supervisor_engine(controller_class(supervisor)[0](), port, settings, lambda: 0.0)
     guard.begin()
     answers: list[tuple[int, str, Any]] = []
 
     def request(number: int) -> None:
         answer = lambda kind, what: answers.append((number, kind, what))  # noqa: E731
-        guard.request(KEY, SimpleNamespace(data=number), number, answer)
+        guard.role.request(KEY, SimpleNamespace(data=number), number, answer)
         guard.cycle()
 
     def report(token: int, kind: str, payload: Any = None) -> None:

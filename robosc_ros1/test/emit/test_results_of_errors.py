@@ -16,7 +16,7 @@ from simulate.players import play, session
 
 from robosc.model.resolve import load
 from robosc.runtime.calls import Failure
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.simulate.replay import replay
 from robosc.source import Source
 
@@ -95,7 +95,7 @@ def test_single_events_with_a_result_and_without() -> None:
 def engine() -> Any:
     make, _ = controller_class(supervisor_of(MODEL))
     port = PlayedPort()
-    engine = Engine(make(), port, steady=lambda: port.time)
+    engine = controller_engine(make(), port, steady=lambda: port.time)
     engine.begin()
     engine.cycle()
     assert port.take() == ["Base.navigate"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from emit.golden_packages import PACKAGES, package_of
 
-ALL = {"__init__", "ages", "calls", "clocks", "run_to_completion", "deadlines", "effects", "engine", "engine_parts", "eventlog", "gate", "heavy", "inbox", "input_events", "intake", "internal_transitions", "lateness", "model", "open_requests", "original_state", "pauses", "places", "port", "reasons", "recorder", "requests", "served",
+ALL = {"__init__", "ages", "calls", "clocks", "run_to_completion", "deadlines", "effects", "engine", "engine_parts", "commanding", "role", "eventlog", "gate", "heavy", "inbox", "input_events", "intake", "internal_transitions", "lateness", "model", "open_requests", "original_state", "pauses", "places", "port", "reasons", "recorder", "requests", "served",
        "operating", "parameter_values", "scheduler", "sending", "settings", "shapes", "shortening", "sight", "snapshots", "telemetry", "time_monitor", "connections", "engine_queue", "value_topics", "values"}  # fmt: skip
 MONITOR = {
     "allowances",
@@ -15,8 +15,8 @@ MONITOR = {
     "invariants",
     "matching",
     "offers",
-    "judging_engine",
-    "monitor_engine",
+    "judge",
+    "monitoring",
     "observation",
     "orderings",
     "pending",
@@ -25,8 +25,8 @@ MONITOR = {
     "unseen",
     "verdicts",
 }
-SHADOW = MONITOR | {"decisions", "shadow_engine"}
-GUARD = MONITOR | {"relayed_calls", "supervisor_engine"}
+SHADOW = MONITOR | {"shadowing"}
+GUARD = MONITOR | {"relayed_calls", "supervising"}
 ONLY = {
     ("ros1", "controller"): SHADOW,
     ("ros1", "supervisor"): GUARD,

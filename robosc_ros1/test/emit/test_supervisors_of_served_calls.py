@@ -14,7 +14,7 @@ from robosc import pipeline
 from robosc.runtime.calls import Failure
 from robosc.runtime.port import WaitingCall
 from robosc.runtime.settings import Settings
-from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.supervising import supervisor_engine
 
 BUSY = "it serves one call at a time"
 
@@ -61,7 +61,7 @@ class Bench:
         self.port = GuardedPort()
         source = pipeline.synthesize(pipeline.load(model_path(model)).robot)
         self.controller = controller_class(source)[0]()
-        self.engine = SupervisorEngine(
+        self.engine = supervisor_engine(
             self.controller, self.port, Settings(**settings), lambda: self.port.time
         )
         self.engine.begin()
@@ -77,7 +77,7 @@ class Bench:
         self.engine.cycle()
 
     def hear(self, key: str, data: Any) -> None:
-        self.engine.follow([key], SimpleNamespace(data=data), lambda: None)
+        self.engine.role.follow([key], SimpleNamespace(data=data), lambda: None)
         self.engine.cycle()
 
     def wait(self, seconds: float) -> None:

@@ -17,7 +17,7 @@ from robosc.model.resolve import load
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.plant.step import Verdict, outcome, valuations
 from robosc.runtime.calls import Failure
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.settings import Settings, declared, read
 from robosc.simulate.faults import Refused
 from robosc.source import Source
@@ -88,7 +88,7 @@ class Played:
     def __init__(self, supervisor: Supervisor) -> None:
         self.port = PlayedPort()
         self.controller = controller_class(supervisor)[0]()
-        self.engine = Engine(self.controller, self.port, Settings())
+        self.engine = controller_engine(self.controller, self.port, Settings())
         self.engine.begin()
         self.engine.cycle()
 

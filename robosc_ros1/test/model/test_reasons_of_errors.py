@@ -17,7 +17,7 @@ from robosc.plant.automaton import VariableKind
 from robosc.plant.step import Verdict, outcome, valuations
 from robosc.runtime import calls
 from robosc.runtime.calls import Failure
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.settings import Settings
 from robosc.supervisor import Supervisor
 from robosc.synthesis.verify.verification import verify
@@ -98,7 +98,9 @@ class Played:
         self.port = PlayedPort()
         self.controller = controller_class(supervisor)[0]()
         settings = Settings(timeout={"Hand.grip": 2.0}, server_lost_after=5.0)
-        self.engine = Engine(self.controller, self.port, settings, lambda: self.port.time)
+        self.engine = controller_engine(
+            self.controller, self.port, settings, lambda: self.port.time
+        )
         self.engine.begin()
         self.engine.cycle()
 

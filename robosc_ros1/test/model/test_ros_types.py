@@ -329,7 +329,7 @@ def test_durations_are_sent_by_name(
     assert isinstance(data, DataObject)
     assert tuple(name for name, _ in data.fields) in DURATIONS.values()
     assert tuple(evaluate(value, lambda leaf: None) for _, value in data.fields) == parts
-    attributes = Attributes({}, {}, {}, {}, parameters={"long": "long"})
+    attributes = Attributes(robot, {}, {}, {}, {}, parameters={"long": "long"})
     controller = SimpleNamespace(long=robot.parameters[0].default if robot.parameters else None)
     for (_, value), part in zip(data.fields, parts, strict=True):
         assert eval(attributes.text(value), {**HELPERS, "self": controller}) == part

@@ -88,7 +88,8 @@ def test_texts_mean_what_they_stand_for(seed: int) -> None:
     requirements = "\n".join(f"requirement always {to_dsl(expr, robot)}" for expr in exprs)
     read = [r.condition for r in robot_of(model(5, requirements)).requirements]
     names = {f"Station[{i}]": f"station_{i}" for i in range(1, 6)}
-    attributes = Attributes(names, {f"{n}.good": f"{a}_good" for n, a in names.items()}, {}, {})
+    good = {f"{n}.good": f"{a}_good" for n, a in names.items()}
+    attributes = Attributes(robot, names, good, {}, {})
     texts = [attributes.text(expr) for expr in exprs]
     assert any("sum((" in text for text in texts)
     for _ in range(40):
@@ -142,25 +143,26 @@ def test_what_the_model_says_comes_back(condition: str) -> None:
 
 @pytest.mark.parametrize("length", range(4, 12))
 def test_counts_of_lists_come_back_in_the_order_of_the_list(length: int) -> None:
-    rng = random.Random(length)
+    rng, robot = random.Random(length), robot_of(model(5, ""))
     every = [literal(i) for literal in LITERALS for i in range(1, 6)]
     for least in range(2, length):
         listed = rng.sample(every, length)
         written = at_least(listed, least)
         assert written is not None
-        found = with_counts(written)
+        found = with_counts(written, robot)
         assert isinstance(found, Count)
         assert (found.conditions, found.least) == (tuple(listed), least)
 
 
 def test_other_forms_are_no_counts() -> None:
     """Two of three, but one case is missing; and conditions that differ in more than the index."""
+    robot = robot_of(model(5, ""))
     one, two, three = (LITERALS[0](i) for i in (1, 2, 3))
     missing = disjunction([conjunction([one, two]), conjunction([two, three])])
-    assert not any(isinstance(part, Count) for part in walk(with_counts(missing)))
+    assert not any(isinstance(part, Count) for part in walk(with_counts(missing, robot)))
     mixed = at_least([one, LITERALS[1](2), three], 2)
     assert mixed is not None
-    assert not any(isinstance(part, Count) for part in walk(with_counts(mixed)))
+    assert not any(isinstance(part, Count) for part in walk(with_counts(mixed, robot)))
 
 
 def test_the_variable_has_a_name_that_is_free() -> None:

@@ -19,7 +19,7 @@ from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
     "limits", "remedies", "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "expr",
-    "model", "plant", "supervisor", "synthesis", "emit", "simulate", "traces", "view", "new", "pipeline", "report", "interface", "lsp", "agents",
+    "model", "plant", "supervisor", "synthesis", "emit", "simulate", "traces", "view", "new", "evidence", "pipeline", "report", "interface", "lsp", "agents",
     "model_files", "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""
@@ -270,6 +270,12 @@ def test_no_two_stages_have_classes_of_one_name() -> None:
                 found.setdefault(node.name, []).append(module_name(file))
     twice = {tuple(modules) for modules in found.values() if len(modules) > 1}
     assert twice <= {("model.automata", "runtime.model"), ("model.entities", "runtime.model")}
+
+
+def test_engines_are_composed() -> None:
+    """An engine has a role; no class of the runtime extends what another one does."""
+    files = sorted((PACKAGE / "runtime").rglob("*.py"))
+    assert [file.name for file in files if "super()" in file.read_text()] == []
 
 
 def test_only_packages_list_what_they_offer() -> None:

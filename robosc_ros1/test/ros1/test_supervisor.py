@@ -291,7 +291,7 @@ def test_the_launch_file_starts_both_with_the_right_names(
 
 FAULTS = {
     "forbidden": (
-        "_runtime/judging_engine.py",
+        "_runtime/judge.py",
         "        if command.possible and command.authorised(*data):\n",
         # What the robot cannot do now stays blocked: else the supervisor ends at the first of it.
         # A cancel stays blocked, too: else the first thing to complain of may be that no requirement
@@ -310,10 +310,10 @@ FAULTS = {
     ),
     "data": (
         "relay.py",
-        "            engine.offer(controller, patterns, read(raw, type_), passed_on(raw), packed)",
+        "            engine.role.offer(controller, patterns, read(raw, type_), passed_on(raw), packed)",
         "            message = read(raw, type_)\n"
         "            raw.bytes = b'?' * len(raw.bytes)\n"
-        "            engine.offer(controller, patterns, message, passed_on(raw), packed)",
+        "            engine.role.offer(controller, patterns, message, passed_on(raw), packed)",
         "received other messages than were sent",
     ),
 }

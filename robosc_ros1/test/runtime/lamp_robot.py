@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from robosc.runtime.model import Command, Communication, Controller, Input, Requirement, Tau
-from robosc.runtime.port import Port
+from robosc.runtime.supervising import SupervisorPort
 from robosc.runtime.values import Mismatch, in_range
 
 SENSOR, GO, HALT, LAMP, ARM = "Sensor.range", "Motor.go", "Motor.halt", "Lamp.light", "Arm.reach"
@@ -133,7 +133,7 @@ class LampController(Controller):
     )
 
 
-class PlayedPort(Port):
+class PlayedPort(SupervisorPort):
     """Notes what the engine asks for; time stands still until the test moves it."""
 
     def __init__(self) -> None:

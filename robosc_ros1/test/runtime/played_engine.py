@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.settings import Settings
 
 
@@ -14,7 +14,7 @@ class Played:
     def __init__(self, **settings: object) -> None:
         self.port = PlayedPort()
         self.controller = LampController()
-        self.engine = Engine(
+        self.engine = controller_engine(
             self.controller,
             self.port,
             Settings(**settings),

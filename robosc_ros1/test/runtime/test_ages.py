@@ -9,12 +9,11 @@ import pytest
 from runtime.lamp_robot import PlayedPort
 from runtime.test_clocks import SCAN, WatchController
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.model import Communication, Parameter
-from robosc.runtime.offers import Relayed
 from robosc.runtime.port import BEFORE_TIME
 from robosc.runtime.settings import read
-from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.supervising import supervisor_engine
 
 SEEN = "Eye.seen"
 MOST = Parameter("Eye/most", "number", 0.2, "the greatest age", attribute="eye_most")
@@ -61,7 +60,7 @@ class Bench:
         self.port.time = begun
         settings, _ = read(DatedController.COMMUNICATIONS, more, (MOST,))
         self.controller = DatedController()
-        self.engine = Engine(self.controller, self.port, settings, steady=lambda: 7.0)
+        self.engine = controller_engine(self.controller, self.port, settings, steady=lambda: 7.0)
         self.post = self.engine.poster(keys)
         self.engine.begin()
         self.engine.cycle()
@@ -149,12 +148,12 @@ def test_a_supervisor_passes_it_on_and_does_not_count_it() -> None:
     port = PlayedPort()
     port.time = 100.0
     settings, _ = read(DatedController.COMMUNICATIONS, {}, (MOST,))
-    engine = SupervisorEngine(DatedController(), port, settings)
+    engine = supervisor_engine(DatedController(), port, settings)
     passed: list[Any] = []
     engine.begin()
     for stamp in (1.0, 99.9):
         one = message(stamp)
-        engine.poster([SCAN])(Relayed(one, lambda one=one: passed.append(one)))
+        engine.role.follow([SCAN], one, lambda one=one: passed.append(one))
         engine.cycle()
         assert passed[-1] is one
         assert engine.controller.scan_fresh is (stamp > 99.0)  # type: ignore[attr-defined]

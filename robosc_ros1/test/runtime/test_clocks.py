@@ -10,13 +10,13 @@ import pytest
 from runtime.lamp_robot import PlayedPort
 from runtime.played_engine import Played
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.inbox import LIMIT
 from robosc.runtime.matching import command_patterns
 from robosc.runtime.model import After, Command, Communication, Controller, Input
 from robosc.runtime.port import BEFORE_TIME
 from robosc.runtime.settings import read
-from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.supervising import supervisor_engine
 from robosc.runtime.values import Mismatch
 
 SCAN, DRIVE, HALT = "Eye.scan", "Motor.drive", "Motor.halt"
@@ -112,7 +112,7 @@ class Bench:
     def __init__(self, **settings: Any) -> None:
         self.port = PlayedPort()
         self.port.time = 100.0
-        self.engine = Engine(WatchController(), self.port, DEFAULTS._replace(**settings))
+        self.engine = controller_engine(WatchController(), self.port, DEFAULTS._replace(**settings))
         self.post = self.engine.poster([SCAN])
         self.engine.begin()
         self.engine.cycle()
@@ -257,7 +257,7 @@ def test_silence_is_noticed_however_many_clocks_there_are(seed: int) -> None:
 class Wall:
     """A bench whose port has a clock of its own, beside that of the machine."""
 
-    def __init__(self, start: float, engine_type: Any = Engine) -> None:
+    def __init__(self, start: float, engine_type: Any = controller_engine) -> None:
         self.seconds = 0.0
         self.port = PlayedPort()
         self.port.time = start
@@ -292,7 +292,7 @@ def test_time_that_stands_still_is_shown() -> None:
     assert wall.faults(6.0, 5.9) == ["ROS time stands still", "ROS time steps back again and again"]
 
 
-@pytest.mark.parametrize("engine_type", [Engine, SupervisorEngine])
+@pytest.mark.parametrize("engine_type", [controller_engine, supervisor_engine])
 def test_silence_is_noticed_while_time_that_has_begun_stands_still(engine_type: Any) -> None:
     """Whoever published /clock is gone, and the scan with it, or later."""
     wall = Wall(5.0, engine_type)
@@ -337,7 +337,7 @@ def test_a_controller_without_clocks_does_not_mind_time() -> None:
 def test_what_seems_to_have_passed_when_time_begins_has_not() -> None:
     port = PlayedPort()
     port.time = BEFORE_TIME
-    engine = Engine(WatchController(), port, DEFAULTS)
+    engine = controller_engine(WatchController(), port, DEFAULTS)
     engine.begin()
     post = engine.poster([SCAN])
     post(5.0)
@@ -400,7 +400,7 @@ class TwinController(WatchController):
 
 def test_a_transition_whose_state_was_entered_anew_meanwhile_is_not_taken() -> None:
     port = PlayedPort()
-    engine = Engine(TwinController(), port, DEFAULTS._replace(rate=0.01))
+    engine = controller_engine(TwinController(), port, DEFAULTS._replace(rate=0.01))
     engine.begin()
     for _ in range(4000):
         port.time += 0.001
@@ -442,7 +442,7 @@ class PatientController(WatchController):
 def test_a_timeout_may_be_longer_than_locks_can_wait() -> None:
     settings, warnings = read(WatchController.COMMUNICATIONS, {"timeout/scan": 1e300})
     assert warnings == []
-    engine = Engine(PatientController(), PlayedPort(), settings)
+    engine = controller_engine(PatientController(), PlayedPort(), settings)
     ended: list[None] = []
     thread = threading.Thread(target=lambda: ended.append(engine.run()))  # type: ignore[func-returns-value]
     thread.start()
@@ -454,10 +454,10 @@ def test_a_timeout_may_be_longer_than_locks_can_wait() -> None:
 def test_a_supervisor_follows_silence_too() -> None:
     port = PlayedPort()
     port.blocked = lambda text: None  # type: ignore[attr-defined]
-    engine = SupervisorEngine(WatchController(), port, DEFAULTS)  # type: ignore[arg-type]
+    engine = supervisor_engine(WatchController(), port, DEFAULTS)  # type: ignore[arg-type]
     engine.begin()
     passed: list[float] = []
-    engine.follow((SCAN,), 5.0, lambda: passed.append(port.time))
+    engine.role.follow((SCAN,), 5.0, lambda: passed.append(port.time))
     engine.cycle()
     assert passed == [0.0]
     assert engine.time_to_deadline() == pytest.approx(0.5)
@@ -507,7 +507,7 @@ class WaitingPort(PlayedPort):
 class Standing:
     """A supervisor or a controller that may stand still."""
 
-    def __init__(self, engine_type: Any = Engine) -> None:
+    def __init__(self, engine_type: Any = controller_engine) -> None:
         self.port = WaitingPort()
         self.blocked: list[str] = []
         self.port.blocked = self.blocked.append  # type: ignore[attr-defined]
@@ -593,11 +593,11 @@ def test_nothing_is_held_where_nothing_waits() -> None:
 
 
 def test_a_supervisor_blocks_what_it_cannot_judge_after_a_pause() -> None:
-    standing = Standing(SupervisorEngine)
+    standing = Standing(supervisor_engine)
     patterns = command_patterns([(DRIVE, None, None)], dict)
 
     def offer() -> list[str]:
-        standing.engine.offer("drive", patterns, {}, b"")
+        standing.engine.role.offer("drive", patterns, {}, b"")
         standing.engine.cycle()
         return standing.port.take()
 

@@ -10,7 +10,7 @@ import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController
 from runtime.played_engine import Played
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.operating import INACTIVE
 from robosc.runtime.settings import Settings
 from robosc.runtime.values import Undefined
@@ -226,7 +226,7 @@ def test_a_number_that_is_not_finite_is_not_sent(refuse: bool, sent: int) -> Non
     endless = LampController.COMMANDS[0]._replace(data=lambda _: {"x": {"y": [1.0, math.inf]}})
     played.controller.COMMANDS = (endless, *LampController.COMMANDS[1:])
     settings = Settings(refuse_not_finite=refuse)
-    played.engine = Engine(played.controller, played.port, settings)
+    played.engine = controller_engine(played.controller, played.port, settings)
     played.begin()
     assert played.see(50).count(GO) == sent
     assert played.counter("failed") == 1 - sent
@@ -256,7 +256,7 @@ def test_the_stop_command_is_sent_whatever_its_data(
     played.controller.COMMANDS = tuple(
         row._replace(data=data) if row.key == HALT else row for row in LampController.COMMANDS
     )
-    played.engine = Engine(played.controller, played.port, Settings(stop_command=HALT))
+    played.engine = controller_engine(played.controller, played.port, Settings(stop_command=HALT))
     played.begin()
     played.see(50)
     found = []

@@ -6,7 +6,7 @@ import pytest
 from runtime.lamp_robot import ARM, HALT, LAMP, SENSOR, LampController
 from runtime.played_engine import Played
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 
 
 def test_values_out_of_range_are_mismatches_and_change_nothing() -> None:
@@ -72,7 +72,7 @@ def test_an_unforeseen_exception_is_a_safe_stop() -> None:
     played = Played()
     broken = LampController.COMMANDS[0]._replace(guard=lambda _: 1 / 0 > 0)
     played.controller.COMMANDS = (broken,)
-    played.engine = Engine(played.controller, played.port)
+    played.engine = controller_engine(played.controller, played.port)
     played.begin()
     assert played.engine.stopped is not None
     assert "ZeroDivisionError" in played.engine.stopped

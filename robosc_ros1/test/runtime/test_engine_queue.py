@@ -12,10 +12,12 @@ from typing import Any
 import pytest
 from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.engine import Engine
 from robosc.runtime.engine_queue import EngineQueue
 from robosc.runtime.model import Input
 from robosc.runtime.settings import Settings
+from robosc.runtime.supervising import supervisor_engine
 
 
 class RealTimePort(PlayedPort):
@@ -24,8 +26,8 @@ class RealTimePort(PlayedPort):
 
 
 @contextmanager
-def running(controller: LampController, **settings: Any) -> Iterator[Engine]:
-    engine = Engine(controller, RealTimePort(), Settings(**settings))
+def running(controller: LampController, **settings: Any) -> Iterator[Engine[Any]]:
+    engine = controller_engine(controller, RealTimePort(), Settings(**settings))
     thread = threading.Thread(target=engine.run, daemon=True)
     thread.start()
     try:
@@ -63,6 +65,20 @@ def test_a_message_is_handled_by_the_thread_that_brings_it_while_the_engine_rest
             return threads[-1:] == [threading.current_thread()]
 
         await_that(at_once)
+
+
+def test_all_that_waits_at_once_is_handled() -> None:
+    """More than the engine takes in one go, and nothing after it that would wake the engine."""
+    engine = supervisor_engine(LampController(), RealTimePort())  # it sends nothing by itself
+    handled: list[int] = []
+    for number in range(350):
+        engine.invoke(lambda number=number: handled.append(number))  # type: ignore[misc]
+    thread = threading.Thread(target=engine.run, daemon=True)
+    thread.start()
+    await_that(lambda: len(handled) == 350)
+    assert handled == [*range(350)]
+    engine.close()
+    thread.join(60)
 
 
 @pytest.fixture
@@ -130,7 +146,7 @@ def test_a_closed_engine_handles_nothing_more() -> None:
 def test_nobody_handles_anything_before_the_engine_begins() -> None:
     controller = LampController()
     threads = handled_by(controller)
-    engine = Engine(controller, PlayedPort())
+    engine = controller_engine(controller, PlayedPort())
     engine.poster([SENSOR])(None)
     assert threads == []
     engine.begin()

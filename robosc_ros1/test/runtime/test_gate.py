@@ -14,14 +14,14 @@ import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController
 from runtime.test_supervisor_engine import GuardedPort
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.model import Command, Requirement
 from robosc.runtime.operating import HELD
 from robosc.runtime.port import NotTaken
 from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
-from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.supervising import supervisor_engine
 from robosc.runtime.values import Undefined
 
 CLEAR, BLOCKED = 50.0, 5.0
@@ -101,7 +101,7 @@ class Rig:
         self.robot.clear = True
         made = Settings(timeout={ARM: TIMEOUT, LAMP: TIMEOUT}, **settings)
         self._guards = mode == "supervisor"
-        engine = SupervisorEngine if self._guards else Engine
+        engine = supervisor_engine if self._guards else controller_engine
         self.engine: Any = engine(self.robot, self.port, made, lambda: self.port.time)
         self.port.engine = self.engine
         self.answers: list[str] = []
@@ -110,14 +110,14 @@ class Rig:
         self.engine.cycle()
         self.see(BLOCKED)
         if self._guards:
-            self.engine.request(
+            self.engine.role.request(
                 key, None, {"speed": 0.5}, lambda kind, _: self.answers.append(kind)
             )
             self.engine.cycle()
 
     def see(self, value: float) -> None:
         if self._guards:
-            self.engine.follow([SENSOR], value, lambda: None)
+            self.engine.role.follow([SENSOR], value, lambda: None)
         else:
             self.engine.post(SENSOR, "response", value)
         self.engine.cycle()
@@ -156,7 +156,7 @@ class Rig:
 def test_nothing_leaves_that_is_not_allowed(key: str, server: str, event: str, mode: str) -> None:
     rig = Rig(mode, server, key, stop_command=HALT)
     rig.wait_until(EVENT)
-    was_open = rig.key in rig.engine._calls.open
+    was_open = rig.key in rig.engine.parts.calls.open
     assert was_open == (server in UNREADY)
     rig.happens(event)
     if was_open and event != "e-stop":
@@ -164,7 +164,7 @@ def test_nothing_leaves_that_is_not_allowed(key: str, server: str, event: str, m
         assert rig.ends() == [("error", "absent")], "what waits ends at once"
     rig.wait_until(8.0)
     assert rig.port.wrong == []
-    assert not rig.engine._calls.open
+    assert not rig.engine.parts.calls.open
     if was_open:
         assert rig.port.times(key) == []
         is_cancelled = (event, key) == ("e-stop", ARM)
@@ -212,7 +212,7 @@ def test_a_request_whose_data_are_lost_meanwhile_is_not_sent(lack: str) -> None:
             raise Undefined
         return {"speed": float("nan")}
 
-    rig.engine._parts.commands[LAMP, "request"].data = aim
+    rig.engine.parts.commands[LAMP, "request"].data = aim
     rig.wait_until(2.0)
     assert (rig.port.times(LAMP), rig.ends()) == ([], [("error", "absent")])
 
@@ -227,7 +227,7 @@ def test_what_an_operator_lets_through_is_cancelled_where_it_is_forbidden(mode: 
     for _ in range(3):  # the lamp and the stop command are commands, too
         rig.engine.operate("step")
         if mode == "supervisor":
-            rig.engine.request(ARM, None, {"speed": 0.5}, lambda *_: None)
+            rig.engine.role.request(ARM, None, {"speed": 0.5}, lambda *_: None)
         rig.engine.cycle()
     token = rig.port.tokens[ARM]
     assert rig.robot.arm_busy and rig.engine.stopped == HELD
@@ -254,7 +254,7 @@ def test_a_stop_service_that_is_absent_is_called_only_while_the_node_stands(serv
     for released in (False, True):
         rig = Rig("controller", server, ARM, stop_command=LAMP, rate=0.01)
         rig.port.server = "slow"
-        rig.engine.report(LAMP, rig.engine._calls._calls[LAMP].token, "response", None)
+        rig.engine.report(LAMP, rig.engine.parts.calls._calls[LAMP].token, "response", None)
         rig.engine.cycle()
         rig.port.server, rig.port.left = server, []
         rig.engine.operate("hold")
@@ -277,7 +277,7 @@ def test_a_stop_service_that_waits_for_its_server_already_becomes_the_stop_comma
     """That the requirements forbid it then holds back nothing: it is to stop the robot."""
     rig = Rig(mode, "late", LAMP, stop_command=LAMP, rate=0.1)
     rig.wait_until(EVENT)
-    assert rig.engine._calls.open
+    assert rig.engine.parts.calls.open
     rig.see(CLEAR)
     rig.happens(event)
     assert rig.ends() == []
@@ -291,8 +291,8 @@ def test_a_supervisor_that_ends_passes_nothing_on() -> None:
     rig = Rig("supervisor", "slow", LAMP, stop_command=HALT)
     rig.engine.close()
     answers: list[str] = []
-    rig.engine.request(ARM, None, {"speed": 0.5}, lambda kind, _: answers.append(kind))
-    rig.engine.offer("/drive", [CommandPattern(HALT)], 0, 0)
+    rig.engine.role.request(ARM, None, {"speed": 0.5}, lambda kind, _: answers.append(kind))
+    rig.engine.role.offer("/drive", [CommandPattern(HALT)], 0, 0)
     rig.engine.cycle()
     assert answers == ["blocked"]
     assert rig.port.times(ARM) == [] and len(rig.port.times(HALT)) == 1
@@ -328,7 +328,7 @@ def test_a_goal_that_is_replaced_before_it_was_sent_ends_for_the_controller(
     monkeypatch.setattr(sys.modules[__name__], "Robot", Replacing)
     rig = Rig("supervisor", "late", ARM)
     second: list[str] = []
-    rig.engine.request(ARM, None, {"speed": 0.7}, lambda kind, _: second.append(kind))
+    rig.engine.role.request(ARM, None, {"speed": 0.7}, lambda kind, _: second.append(kind))
     rig.engine.cycle()
     assert (rig.answers, second) == (["passed", "cancelled"], ["passed"])
     rig.wait_until(2.0)
@@ -373,7 +373,7 @@ def test_what_cannot_be_sent_holds_nothing_back(lack: str) -> None:
         TAUS = ()
 
     robot, port = Preferring(), Narrow()
-    engine = Engine(robot, port, Settings(rate=10.0), lambda: port.time)
+    engine = controller_engine(robot, port, Settings(rate=10.0), lambda: port.time)
     engine.begin()
     for spin, expected in ((0, {GO}), (1, {HALT}), (0, {GO})):
         robot.spin = spin

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.functions import greatest_of, least_of
 from robosc.runtime.heavy import BYTES, COUNT, LIGHT, HeavyTopic
 from robosc.runtime.values import Undefined
@@ -115,12 +115,12 @@ def test_other_topics_are_handled_while_one_is_converted() -> None:
         assert go_on.wait(30)
         return float(len(data))
 
-    engine = Engine(controller, port, steady=lambda: port.time)
+    engine = controller_engine(controller, port, steady=lambda: port.time)
     engine.begin()
     heavy = engine.heavy([SENSOR], convert)
     heavy.take(b" " * 20, LIGHT + 1, is_raw=True)
     assert reading.wait(30)
-    assert engine._intake.awaits(SENSOR)  # so that no silence is told of it
+    assert engine.intake.awaits(SENSOR)  # so that no silence is told of it
     seen: list[str] = []
     engine.invoke(lambda: seen.append("handled"))
     engine.cycle()

@@ -14,7 +14,7 @@ from runtime.lamp_robot import PlayedPort
 from runtime.schemas import validate
 from runtime.test_reports import Heard, report_at_last
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.model import Communication, Controller, Input
 from robosc.runtime.settings import Settings
 from robosc.runtime.shortening import Shortener
@@ -146,7 +146,7 @@ def test_documents_are_small_and_valid(seed: int, variables: int) -> None:
     value = drawn(random.Random(seed), 3)
     texts = []
     for _ in range(2):  # the same again
-        engine = Engine(Holder(variables), PlayedPort())
+        engine = controller_engine(Holder(variables), PlayedPort())
         engine.begin()
         for _ in range(10):
             engine.post("Holder.take", "response", value)
@@ -180,7 +180,7 @@ def test_values_are_whole_only_for_subscribers_of_who_asked_for_them() -> None:
     for whole, listens in ((False, False), (False, True), (True, False), (True, True)):
         heard = Listened(listening=listens)
         heard.listens = listens
-        engine = Engine(Holder(1), PlayedPort(), Settings(whole_values=whole))
+        engine = controller_engine(Holder(1), PlayedPort(), Settings(whole_values=whole))
         reporter = Reporter(engine, heard, {})
         engine.begin()
         engine.post("Holder.take", "response", picture)

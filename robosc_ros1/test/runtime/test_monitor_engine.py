@@ -15,7 +15,7 @@ from runtime.schemas import validate
 
 from robosc.runtime.gathering import ArrivalTime
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.monitor_engine import MonitorEngine
+from robosc.runtime.monitoring import monitor_engine
 from robosc.runtime.observation import SeenAction, SeenActionOfRos2
 from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
@@ -45,10 +45,10 @@ class Bench:
     def __init__(self, **settings: Any) -> None:
         self.port = SilentPort()
         self.controller = LampController()
-        self.monitor = MonitorEngine(
+        self.monitor = monitor_engine(
             self.controller, self.port, Settings(**settings), lambda: self.port.time
         )
-        self.monitor.leave_out({LAMP})
+        self.monitor.role.leave_out({LAMP})
         self.monitor.begin()
 
     def hear(self, distance: float) -> None:
@@ -56,7 +56,7 @@ class Bench:
         self.monitor.cycle()
 
     def command(self, speed: float) -> None:
-        self.monitor.offer("/drive", DRIVE, speed, None)
+        self.monitor.role.offer("/drive", DRIVE, speed)
         self.monitor.cycle()
 
     def wait(self, seconds: float) -> None:
@@ -108,7 +108,7 @@ def test_a_command_that_crosses_what_decides_is_not(bench: Bench, before: bool) 
 def test_what_waited_is_judged_as_when_it_came(bench: Bench) -> None:
     bench.hear(BLOCKED)
     bench.port.time += 1.0
-    bench.monitor.offer("/drive", DRIVE, 0.3, None)
+    bench.monitor.role.offer("/drive", DRIVE, 0.3)
     bench.port.time += 2 * TOLERANCE
     bench.monitor.poster([SENSOR])(CLEAR)
     bench.wait(TOLERANCE)
@@ -152,9 +152,9 @@ def test_numbers_that_are_not_finite_would_have_been_blocked(bench: Bench) -> No
 def test_what_waited_during_a_pause_is_not_judged(bench: Bench) -> None:
     bench.hear(BLOCKED)
     bench.wait(1.0)
-    bench.monitor._pauses.holds = True  # the order of what waits now is not known
+    bench.monitor.pauses.holds = True  # the order of what waits now is not known
     bench.command(0.3)
-    bench.monitor._pauses.holds = False
+    bench.monitor.pauses.holds = False
     bench.wait(TOLERANCE)
     assert bench.found() == []
 
@@ -188,7 +188,7 @@ def result(number: int, status: int = 3) -> Any:
 
 
 def test_a_result_that_overtakes_its_goal_ends_it(bench: Bench) -> None:
-    action = SeenAction(bench.monitor, ARM).handlers
+    action = SeenAction(bench.monitor.role, ARM).handlers
     bench.hear(BLOCKED)
     for number in (1, 2):
         action["/result"](result(number))
@@ -209,7 +209,7 @@ def status(now: int, *goals: tuple[int, int]) -> Any:
 
 
 def test_a_goal_of_which_the_server_knows_nothing_any_more_is_lost(bench: Bench) -> None:
-    action = SeenAction(bench.monitor, ARM).handlers
+    action = SeenAction(bench.monitor.role, ARM).handlers
     bench.hear(BLOCKED)
     action["/goal"](goal(1))
     action["/status"](status(1))  # it was sent before the goal came
@@ -226,7 +226,7 @@ def test_a_goal_of_which_the_server_knows_nothing_any_more_is_lost(bench: Bench)
 
 
 def test_a_goal_whose_server_keeps_silent_is_lost_as_for_the_controller(bench: Bench) -> None:
-    action = SeenAction(bench.monitor, ARM).handlers
+    action = SeenAction(bench.monitor.role, ARM).handlers
     limit = Settings().server_lost_after
     bench.hear(BLOCKED)
     action["/status"](status(1))
@@ -249,7 +249,7 @@ def test_a_goal_whose_server_keeps_silent_is_lost_as_for_the_controller(bench: B
 
 
 def test_a_cancelled_goal_whose_server_keeps_silent_is_awaited(bench: Bench) -> None:
-    action = SeenAction(bench.monitor, ARM).handlers
+    action = SeenAction(bench.monitor.role, ARM).handlers
     bench.hear(BLOCKED)
     action["/goal"](goal(1))
     action["/status"](status(1, (1, 1)))
@@ -262,7 +262,7 @@ def test_a_cancelled_goal_whose_server_keeps_silent_is_awaited(bench: Bench) -> 
 
 @pytest.mark.parametrize("ended", [2, 3, 4])
 def test_an_end_whose_result_was_not_recorded(bench: Bench, ended: int) -> None:
-    action = SeenAction(bench.monitor, ARM).handlers
+    action = SeenAction(bench.monitor.role, ARM).handlers
     bench.hear(BLOCKED)
     action["/goal"](goal(1))
     if ended == 2:
@@ -289,7 +289,7 @@ def listed(*goals: tuple[int, int]) -> Any:
 
 
 def test_a_goal_that_vanishes_in_ros_2_is_lost(bench: Bench) -> None:
-    listen = SeenActionOfRos2(bench.monitor, ARM).handlers["/_action/status"]
+    listen = SeenActionOfRos2(bench.monitor.role, ARM).handlers["/_action/status"]
     bench.hear(BLOCKED)
     listen(listed((1, 2)))
     bench.monitor.cycle()
@@ -304,8 +304,8 @@ def test_a_replaced_goal_that_ends_does_not_end_the_action_of_one_that_waits() -
     text = (GOLDEN / "models" / "courier.rscd").read_text()
     class_, _ = controller_class(supervisor_of(text.replace("expect: value.distance < 5.0,", "")))
     port, controller = SilentPort(), class_()
-    monitor = MonitorEngine(controller, port, Settings(), lambda: port.time)
-    listen = SeenActionOfRos2(monitor, "Base.go").handlers["/_action/status"]
+    monitor = monitor_engine(controller, port, Settings(), lambda: port.time)
+    listen = SeenActionOfRos2(monitor.role, "Base.go").handlers["/_action/status"]
     monitor.begin()
 
     def want(wanted: bool) -> None:
@@ -332,7 +332,7 @@ def test_a_replaced_goal_that_ends_does_not_end_the_action_of_one_that_waits() -
 
 
 def test_the_end_of_a_cancelled_goal_crosses_the_next_goal(bench: Bench) -> None:
-    action = SeenAction(bench.monitor, ARM).handlers
+    action = SeenAction(bench.monitor.role, ARM).handlers
     bench.hear(BLOCKED)
     action["/goal"](goal(1))
     action["/cancel"](goal(1).goal_id)

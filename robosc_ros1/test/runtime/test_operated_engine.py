@@ -65,7 +65,7 @@ def test_a_step_without_a_command_that_is_allowed_is_refused() -> None:
     played.begin()
     order(played, "hold")
     played.controller.arm = "stopping"
-    played.engine._scheduler.commands[1].allowed = lambda: False
+    played.engine.parts.scheduler.commands[1].allowed = lambda: False
     assert order(played, "step") == []
     assert told(played)[-1] == ("step", "refused")
     assert played.wait(1.0) == []

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.model import Command, Communication, Controller, Input
 from robosc.runtime.settings import Settings
 
@@ -56,7 +56,7 @@ class TurnController(Controller):
 
 def test_a_message_of_two_communications_is_one_input() -> None:
     port = PlayedPort()
-    engine = Engine(TurnController(), port, Settings(rate=1000.0))
+    engine = controller_engine(TurnController(), port, Settings(rate=1000.0))
     engine.begin()
     post = engine.poster([AHEAD, ASTERN])
     post(1)
@@ -87,7 +87,7 @@ class PreferringController(LampController):
 @pytest.mark.parametrize("order", ["rotate", "declared", "random"])
 def test_a_command_waits_while_another_one_is_preferred(order: str) -> None:
     port = PlayedPort()
-    engine = Engine(PreferringController(), port, Settings(order=order))
+    engine = controller_engine(PreferringController(), port, Settings(order=order))
     engine.begin()
     engine.cycle()
     assert port.take() == [HALT]
@@ -106,7 +106,7 @@ def test_a_command_waits_while_another_one_is_preferred(order: str) -> None:
 @pytest.mark.parametrize("order", ["rotate", "declared", "random"])
 def test_cancels_go_before_requests(order: str) -> None:
     port = PlayedPort()
-    engine = Engine(LampController(), port, Settings(order=order, seed=3))
+    engine = controller_engine(LampController(), port, Settings(order=order, seed=3))
     engine.begin()
     engine.cycle()
     assert ARM in port.take()
@@ -124,7 +124,7 @@ def test_cancels_go_before_requests(order: str) -> None:
 
 def test_a_rate_of_its_own() -> None:
     port = PlayedPort()
-    engine = Engine(LampController(), port, Settings(rate=10.0, rates={HALT: 2.0}))
+    engine = controller_engine(LampController(), port, Settings(rate=10.0, rates={HALT: 2.0}))
     engine.begin()
     sent = []
     for _ in range(200):

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from runtime.lamp_robot import PlayedPort
 
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import After, Command, Communication, Controller, Input
 from robosc.runtime.settings import Settings
@@ -159,12 +160,12 @@ class RandomController(Controller):
         self.COMMANDS += (row,)
 
 
-def random_engine(chance: random.Random) -> tuple[Engine, Witness]:
+def random_engine(chance: random.Random) -> tuple[Engine[Any], Witness]:
     port = WitnessedPort()
     witness = port.witness = Witness(port)
     witness.controller = RandomController(chance, witness)
     settings = Settings(timeout=dict(witness.delays), rate=chance.choice([1.0, 10.0]))
-    engine = Engine(witness.controller, port, settings, steady=lambda: port.time)
+    engine = controller_engine(witness.controller, port, settings, steady=lambda: port.time)
     for name in witness.guards:
         witness.start(name)
     return engine, witness
@@ -194,7 +195,7 @@ def test_a_clock_with_hardly_any_delay_does_not_keep_the_engine() -> None:
     name = controller.AFTERS[0].component
     witness.guards = {name: "always"}
     witness.port.time = 1.8e9  # seconds since 1970, of which a double does not resolve so little
-    engine = Engine(controller, witness.port, engine.settings, steady=lambda: 0.0)
+    engine = controller_engine(controller, witness.port, engine.settings, steady=lambda: 0.0)
     engine.begin()
     for _ in range(10):
         witness.port.time += 0.01

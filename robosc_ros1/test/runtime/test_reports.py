@@ -12,6 +12,7 @@ from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
 from runtime.test_order_of_commands import PreferringController
 
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.engine import Engine
 from robosc.runtime.eventlog import EventLog
 from robosc.runtime.model import Controller, Parameter
@@ -57,7 +58,7 @@ class Heard(Outlet):
             assert self.changed.wait_for(condition, 20)
 
 
-def state_of(engine: Engine) -> dict[str, Any]:
+def state_of(engine: Engine[Any]) -> dict[str, Any]:
     entries = [event_document(e) for e in engine.recorder.take()]
     document = json.loads(dump(state_document(engine.snapshot(), entries[-10:])))
     validate(document, "state")
@@ -73,7 +74,7 @@ def reasons(document: dict[str, Any], kind: str, name: str) -> list[tuple[str, s
 
 
 def test_the_state_tells_why_commands_are_not_enabled() -> None:
-    engine = Engine(LampController(), PlayedPort())
+    engine = controller_engine(LampController(), PlayedPort())
     engine.begin()
     document = state_of(engine)
     assert reasons(document, "request", "go") == [("requirement", "go needs clear")]
@@ -94,7 +95,7 @@ def test_the_state_tells_why_commands_are_not_enabled() -> None:
 
 def test_the_state_tells_which_preferred_command_is_sent_instead() -> None:
     """Only where both are enabled; a call that is under way holds back nothing."""
-    engine = Engine(PreferringController(), PlayedPort())
+    engine = controller_engine(PreferringController(), PlayedPort())
     engine.begin()
     for value, waiting in ((0, []), (50, ["go"]), (0, [])):
         engine.post(SENSOR, "response", value)
@@ -108,7 +109,7 @@ def test_the_whole_condition_of_synchronisation_decides() -> None:
     controller = LampController()
     command = controller.COMMANDS[3]._replace(synchronisation=lambda state: False)
     controller.COMMANDS = (*controller.COMMANDS[:3], command, *controller.COMMANDS[4:])
-    document = state_of(Engine(controller, PlayedPort()))
+    document = state_of(controller_engine(controller, PlayedPort()))
     assert ("range", "a variable would leave its range") in reasons(document, "request", "reach")
 
 
@@ -117,12 +118,12 @@ def test_what_synthesis_forbids_has_its_reason() -> None:
     controller.lamp_allowed = False
     command = controller.COMMANDS[2]._replace(reason="the lamp would burn out")
     controller.COMMANDS = (*controller.COMMANDS[:2], command, *controller.COMMANDS[3:])
-    document = state_of(Engine(controller, PlayedPort()))
+    document = state_of(controller_engine(controller, PlayedPort()))
     assert reasons(document, "request", "light") == [("synthesis", "the lamp would burn out")]
 
 
 def test_events_follow_their_schema_whatever_they_carry() -> None:
-    engine = Engine(LampController(), PlayedPort())
+    engine = controller_engine(LampController(), PlayedPort())
     engine.begin()
     for value in (50, float("nan"), float("inf"), -1, "far"):
         engine.post(SENSOR, "response", value)
@@ -144,8 +145,8 @@ def run_reporter(
     play: Any,
     controller: Controller | None = None,
     diagnostics_period: float = 1.0,
-) -> Engine:
-    engine = Engine(controller or LampController(), PlayedPort(), settings)
+) -> Engine[Any]:
+    engine = controller_engine(controller or LampController(), PlayedPort(), settings)
     reporter = Reporter(engine, heard, {}, diagnostics_period)
     thread = threading.Thread(target=engine.run, daemon=True)
     thread.start()
@@ -157,7 +158,7 @@ def run_reporter(
     return engine
 
 
-def report_at_last(reporter: Reporter, engine: Engine) -> None:
+def report_at_last(reporter: Reporter, engine: Engine[Any]) -> None:
     """Let a reporter publish the last state of an engine that no thread runs."""
     reporter.start()
     while reporter.is_alive():
@@ -176,7 +177,7 @@ def test_a_reason_on_a_line_has_all_its_parts(place: Any, because: Any) -> None:
 def test_every_event_is_published_and_the_last_state_is_the_last() -> None:
     heard = Heard()
 
-    def play(engine: Engine) -> None:
+    def play(engine: Engine[Any]) -> None:
         for value in [5, 50] * 500:
             engine.post(SENSOR, "response", value)
         heard.wait(lambda: heard.states and heard.states[-1]["counters"]["inputs"] == 1000)
@@ -190,7 +191,7 @@ def test_every_event_is_published_and_the_last_state_is_the_last() -> None:
 def test_nobody_listens_and_the_state_still_knows_the_latest_events() -> None:
     heard = Heard(listening=False)
 
-    def play(engine: Engine) -> None:
+    def play(engine: Engine[Any]) -> None:
         engine.post(SENSOR, "response", 50)
         heard.wait(lambda: heard.states and heard.states[-1]["counters"]["inputs"] == 1)
 
@@ -207,7 +208,7 @@ class Broken(Heard):
 def test_a_report_that_cannot_be_made_is_reported() -> None:
     heard = Broken()
 
-    def play(engine: Engine) -> None:
+    def play(engine: Engine[Any]) -> None:
         heard.wait(lambda: heard.levels)
 
     run_reporter(Settings(), heard, play)
@@ -217,7 +218,7 @@ def test_a_report_that_cannot_be_made_is_reported() -> None:
 def test_diagnostics_warn_of_what_is_new_and_are_calm_again() -> None:
     heard = Heard()
 
-    def play(engine: Engine) -> None:
+    def play(engine: Engine[Any]) -> None:
         engine.post(SENSOR, "response", 500)
         heard.wait(lambda: any(level == 1 for level, _, _ in heard.levels))
         heard.wait(lambda: heard.levels[-1][0] == 0)
@@ -305,7 +306,7 @@ def test_a_line_that_was_cut_off_does_not_spoil_the_next(tmp_path: Path) -> None
 
 
 def test_the_reporter_writes_the_log_and_tells_when_it_cannot(tmp_path: Path) -> None:
-    def play(engine: Engine) -> None:
+    def play(engine: Engine[Any]) -> None:
         engine.post(SENSOR, "response", 50)
         heard.wait(lambda: heard.states and heard.states[-1]["counters"]["inputs"] == 1)
 
@@ -316,7 +317,7 @@ def test_the_reporter_writes_the_log_and_tells_when_it_cannot(tmp_path: Path) ->
         range(1, engine.recorder.number + 1)
     )
 
-    def play_longer(engine: Engine) -> None:
+    def play_longer(engine: Engine[Any]) -> None:
         play(engine)
         heard.wait(lambda: any("event log" in message for _, message, _ in heard.levels))
         heard.wait(lambda: any("event log" in fault for fault in heard.states[-1]["faults"]))
@@ -343,7 +344,7 @@ def test_the_first_event_of_a_log_and_the_state_tell_the_parameters(tmp_path: Pa
     controller = AdjustableLamp()
     controller.configure({"limit": 0.75})
 
-    def play(engine: Engine) -> None:
+    def play(engine: Engine[Any]) -> None:
         for value in (50, 60):
             engine.post(SENSOR, "response", value)
 

@@ -14,7 +14,7 @@ from runtime.test_monitor_engine import BLOCKED, CLEAR, DRIVE, SilentPort
 
 from robosc.runtime.calls import Failure
 from robosc.runtime.settings import Settings
-from robosc.runtime.shadow_engine import ShadowEngine
+from robosc.runtime.shadowing import Shadow, shadow_engine
 
 Told = tuple[str, str, Any]
 
@@ -25,7 +25,7 @@ class Shadowed:
     def __init__(self, **more: Any) -> None:
         self.port = SilentPort()
         self.controller = LampController()
-        self.shadow = ShadowEngine(
+        self.shadow = shadow_engine(
             self.controller, self.port, Settings(**more), lambda: self.port.time
         )
 
@@ -42,9 +42,9 @@ class Shadowed:
     def see(self, key: str, kind: str = "request", data: Any = None) -> list[Told]:
         """A command of another node."""
         if key in (GO, HALT):
-            self.shadow.offer("/drive", DRIVE, data["data"] if data else 0, None)
+            self.shadow.role.offer("/drive", DRIVE, data["data"] if data else 0)
         else:
-            self.shadow.see(key, kind)
+            self.shadow.role.see(key, kind)
         self.shadow.cycle()
         return self.withheld()
 
@@ -83,7 +83,7 @@ def test_a_command_that_would_change_the_state_is_told_once(bench: Shadowed) -> 
     assert ("light", "request", None) in bench.begin()
     assert "light" not in [name for name, _, _ in bench.wait(1.0)]
     bench.see(LAMP)
-    bench.shadow.answer(LAMP, "response", "on")
+    bench.shadow.role.answer(LAMP, "response", "on")
     bench.shadow.cycle()
     assert bench.controller.lamp_busy is False
     assert ("light", "request", None) in bench.wait(0.2)
@@ -103,10 +103,8 @@ def test_a_state_that_the_controller_avoids_decides_nothing(bench: Shadowed) -> 
     bench.begin()
     bench.hear(BLOCKED)
     bench.controller.can_go = lambda: True  # type: ignore[method-assign]
-    bench.shadow._decisions = type(bench.shadow._decisions)(
-        bench.controller, Settings(), bench.shadow._parts.gate.lack
-    )
-    bench.shadow._decisions.begin(0.0)
+    withheld = bench.shadow.role._withholding = Shadow(bench.shadow.parts)
+    withheld.begin()
     assert "go" not in [name for name, _, _ in bench.wait(0.5)]
 
 
@@ -191,4 +189,4 @@ def _happen(engine: Any, real: Played, step: str) -> None:
         if engine is real.engine:
             engine.report(key, real.port.tokens[key], kind, payload)
         else:
-            engine.answer(key, kind, payload)
+            engine.role.answer(key, kind, payload)

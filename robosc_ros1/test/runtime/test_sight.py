@@ -12,13 +12,13 @@ from emit.generated_code import controller_class, supervisor_of
 from runtime.schemas import validate
 
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.monitor_engine import MonitorEngine
+from robosc.runtime.monitoring import monitor_engine
 from robosc.runtime.port import BEFORE_TIME
 from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
-from robosc.runtime.shadow_engine import ShadowEngine
+from robosc.runtime.shadowing import shadow_engine
 from robosc.runtime.sight import NOTABLE, deciding_inputs
-from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.supervising import supervisor_engine
 from robosc.runtime.telemetry import ERROR, Outlet, Reporter
 
 TOLERANCE = Settings().tolerance
@@ -87,7 +87,7 @@ class Port(MonitorPort):
 class Scene:
     """A node that judges; time goes on for ROS as for the machine while ``ros`` is true."""
 
-    def __init__(self, text: str, engine_type: Any = MonitorEngine) -> None:
+    def __init__(self, text: str, engine_type: Any = monitor_engine) -> None:
         class_, _ = controller_class(supervisor_of(text))
         self.port = Port()
         self.ros = True
@@ -112,7 +112,8 @@ class Scene:
 
     def move(self, times: int = 1) -> None:
         for _ in range(times):
-            self.engine.offer("/move", (CommandPattern(MOVE),), SimpleNamespace(), None)
+            more = (None,) if self.engine.sends else ()  # what a supervisor passes on
+            self.engine.role.offer("/move", (CommandPattern(MOVE),), SimpleNamespace(), *more)
             self.wait(0.1)
 
     @property
@@ -152,7 +153,7 @@ CAUSES = {
 }
 
 
-@pytest.mark.parametrize("engine_type", [MonitorEngine, ShadowEngine])
+@pytest.mark.parametrize("engine_type", [monitor_engine, shadow_engine])
 @pytest.mark.parametrize("pressed", [False, True])
 @pytest.mark.parametrize("cause", CAUSES)
 def test_what_comes_while_it_is_blind_is_neither_lawful_nor_forbidden(
@@ -270,7 +271,7 @@ def test_commands_that_do_not_depend_on_what_is_missing_are_judged() -> None:
     scene.wait(0.2)
     assert scene.reason is not None
     for key in ("Base.beep", MOVE):
-        scene.engine.offer("/" + key, (CommandPattern(key),), SimpleNamespace(), None)
+        scene.engine.role.offer("/" + key, (CommandPattern(key),), SimpleNamespace())
         scene.wait(0.2)
     assert scene.counts == (1, 0, 1)
 
@@ -294,7 +295,7 @@ class Told(Outlet):
         self.levels.append((level, message))
 
 
-@pytest.mark.parametrize("engine_type", [MonitorEngine, ShadowEngine, SupervisorEngine])
+@pytest.mark.parametrize("engine_type", [monitor_engine, shadow_engine, supervisor_engine])
 def test_diagnostics_and_state_say_that_it_does_not_judge(engine_type: Any) -> None:
     scene, told = Scene(PLAIN, engine_type), Told()
     nobody(scene)
@@ -314,14 +315,14 @@ def test_diagnostics_and_state_say_that_it_does_not_judge(engine_type: Any) -> N
 
 
 def test_a_supervisor_tells_it_too() -> None:
-    scene = Scene(PLAIN, SupervisorEngine)
+    scene = Scene(PLAIN, supervisor_engine)
     nobody(scene)
     scene.begin()
     assert "/estop" in (scene.reason or "")
 
 
 @pytest.mark.parametrize("order", ["hold", "step", "release"])
-@pytest.mark.parametrize("engine_type", [MonitorEngine, ShadowEngine])
+@pytest.mark.parametrize("engine_type", [monitor_engine, shadow_engine])
 def test_who_sends_nothing_cannot_be_operated(engine_type: Any, order: str) -> None:
     scene = Scene(PLAIN, engine_type)
     scene.begin()
@@ -347,13 +348,13 @@ def test_what_only_lateness_excuses_is_undecided(late: float, first: str, share:
     """The two messages cross by a share of what lateness adds to the tolerance."""
     scene = Scene(PLAIN)
     scene.begin()
-    scene.engine.lateness.note(late)
+    scene.engine.role.lateness.note(late)
     apart = TOLERANCE + 0.04 + share * 2 * late
-    offer = lambda: scene.engine.offer("/move", (CommandPattern(MOVE),), SimpleNamespace(), None)  # noqa: E731
+    offer = lambda: scene.engine.role.offer("/move", (CommandPattern(MOVE),), SimpleNamespace())  # noqa: E731
     if first == "the command":
         scene.press(True)
         scene.wait(5.0)
-        scene.engine.lateness.note(late)
+        scene.engine.role.lateness.note(late)
         offer()
         scene.wait(apart)
         scene.press(False)
@@ -370,7 +371,7 @@ def test_what_only_lateness_excuses_is_undecided(late: float, first: str, share:
 def test_what_crosses_within_the_tolerance_is_lawful_however_late_it_is() -> None:
     scene = Scene(PLAIN)
     scene.begin()
-    scene.engine.lateness.note(0.4)
+    scene.engine.role.lateness.note(0.4)
     scene.press(True)
     scene.move()
     assert scene.counts == (1, 0, 0)
@@ -380,10 +381,10 @@ def test_lateness_is_shown_and_forgotten() -> None:
     scene = Scene(PLAIN)
     scene.begin()
     for delay in (0.02, 0.3, 0.1):
-        scene.engine.lateness.note(delay)
+        scene.engine.role.lateness.note(delay)
     assert scene.engine.snapshot()["late"] == 0.3
     scene.wait(6.0)
-    scene.engine.lateness.note(0.05)
+    scene.engine.role.lateness.note(0.05)
     scene.wait(6.0)
     assert scene.engine.snapshot()["late"] == 0.05
     scene.wait(12.0)

@@ -14,7 +14,7 @@ from robosc.runtime.inbox import LIMIT
 from robosc.runtime.matching import CommandPattern
 from robosc.runtime.model import Command, Requirement
 from robosc.runtime.settings import Settings
-from robosc.runtime.supervisor_engine import SupervisorEngine
+from robosc.runtime.supervising import supervisor_engine
 from robosc.runtime.telemetry import event_document, state_document
 from robosc.runtime.values import Undefined
 
@@ -52,22 +52,22 @@ class Bench:
         self.answers: list[tuple[str, Any]] = []
         self.time = 0.0
         settings = Settings(**settings)
-        self.guard = SupervisorEngine(self.controller, self.port, settings, lambda: self.time)
+        self.guard = supervisor_engine(self.controller, self.port, settings, lambda: self.time)
         self.guard.begin()
 
     def sense(self, distance: Any) -> None:
-        self.guard.follow([SENSOR], distance, lambda: self.forwarded.append(distance))
+        self.guard.role.follow([SENSOR], distance, lambda: self.forwarded.append(distance))
         self.guard.cycle()
 
     def offer(self, payload: Any, choices: Any = GO_ONLY) -> list[tuple[str, Any]]:
-        self.guard.offer("/drive", choices, payload, payload)
+        self.guard.role.offer("/drive", choices, payload, payload)
         self.guard.cycle()
         sent, self.port.sent = self.port.sent, []
         return sent
 
     def request(self, key: str, payload: Any = None) -> None:
         answer = lambda kind, what: self.answers.append((kind, what))  # noqa: E731
-        self.guard.request(key, payload, payload, answer)
+        self.guard.role.request(key, payload, payload, answer)
         self.guard.cycle()
 
     def report(self, key: str, kind: str, what: Any = None) -> None:
@@ -120,7 +120,7 @@ def test_a_flood_of_the_controller_is_bounded_and_its_latest_message_passes() ->
     bench = Bench()
     bench.sense(50)
     for number in range(3 * LIMIT):
-        bench.guard.offer("/drive", GO_ONLY, number, number)
+        bench.guard.role.offer("/drive", GO_ONLY, number, number)
     assert bench.guard.snapshot()["backlog"] == LIMIT
     while bench.guard.snapshot()["backlog"]:
         bench.guard.cycle()
@@ -244,7 +244,7 @@ def test_the_controller_cancels_where_the_model_has_it() -> None:
     bench = Bench()
     bench.request(ARM)
     bench.sense(50)
-    bench.guard.withdraw(ARM)
+    bench.guard.role.withdraw(ARM)
     bench.guard.cycle()
     assert bench.port.cancelled == [(ARM, 1)]
     assert not bench.controller.arm_busy
@@ -253,7 +253,7 @@ def test_the_controller_cancels_where_the_model_has_it() -> None:
 def test_any_other_cancel_goes_on_to_the_robot_and_ends_there() -> None:
     bench = Bench()
     bench.request(ARM)
-    bench.guard.withdraw(ARM)
+    bench.guard.role.withdraw(ARM)
     bench.guard.cycle()
     assert bench.port.cancelled == [(ARM, 1)]
     assert bench.controller.arm_busy
@@ -281,7 +281,7 @@ def test_a_goal_is_cancelled_when_it_becomes_forbidden() -> None:
 def test_a_goal_that_becomes_forbidden_is_cancelled_after_a_pause_too() -> None:
     bench = Bench(stop_command=HALT)
     bench.request(ARM)
-    bench.guard._pauses.holds = True  # as while the messages are applied that waited
+    bench.guard.pauses.holds = True  # as while the messages are applied that waited
     bench.sense(50)
     assert bench.port.cancelled == [(ARM, 1)]
 

@@ -19,7 +19,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from robosc.model.entities import Communication
 from robosc.runtime.calls import Failure
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port
 from robosc.runtime.settings import Settings
@@ -191,7 +191,9 @@ class Run:
         )  # fmt: skip
         settings: Settings = read_settings(supervisor.plant.robot, {})
         self._controller.configure(settings.more)
-        self._engine = Engine(self._controller, _RecordingPort(self), settings, lambda: self.time)
+        self._engine = controller_engine(
+            self._controller, _RecordingPort(self), settings, lambda: self.time
+        )
         self._topics: dict[str, list[Communication]] = {}
         for one in self._communications.values():
             if one.kind.value == "outgoing message":

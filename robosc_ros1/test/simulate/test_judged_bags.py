@@ -87,7 +87,7 @@ def recorded(
 def followed(supervisor: Supervisor, path: Path, tolerance: float) -> Iterator[Entry]:
     with opened_bag(path) as bag:
         run = BagRun(supervisor, bag, settings_of(supervisor.plant.robot))
-        run.engine.tolerance = tolerance
+        run.engine.role.tolerance = tolerance
         yield from run.entries(lambda *_: None)
 
 

@@ -14,7 +14,7 @@ from runtime.lamp_robot import PlayedPort
 from runtime.schemas import validate
 from simulate.test_replay import write
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.settings import Settings
 from robosc.runtime.telemetry import dump, event_document
 from robosc.simulate.machines.generated import make_controller
@@ -79,7 +79,9 @@ def run(supervisor: Supervisor, seed: int, size: int, **settings: Any) -> list[s
     chance = random.Random(seed)
     port = PlayedPort()
     parameters = Settings(timeout={"Front.scan": 0.5}, **settings)
-    engine = Engine(make_controller(supervisor), port, parameters, steady=lambda: port.time)
+    engine = controller_engine(
+        make_controller(supervisor), port, parameters, steady=lambda: port.time
+    )
     engine.begin()
     for _ in range(100):
         port.time += chance.choice([0.0, 0.05, 0.1, 0.6])

@@ -20,7 +20,7 @@ from ros_support import Completed, await_condition
 from runtime.lamp_robot import PlayedPort
 from simulate.players import MODEL, SEVERAL_TYPES, line_follower, session
 
-from robosc.runtime.engine import Engine
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.eventlog import EventLog
 from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
@@ -356,7 +356,9 @@ def test_a_log_that_the_running_engine_wrote(tmp_path: Path, supervisor: Supervi
     """Its own threads, messages as they come from topics, the reporter and its file."""
     path = tmp_path / "events.log"
     port = Idle()
-    engine = Engine(make_controller(supervisor), port, Settings(event_log=str(path)), port.now)
+    engine = controller_engine(
+        make_controller(supervisor), port, Settings(event_log=str(path)), port.now
+    )
     reporter = Reporter(engine, Silent(), {})
     thread = threading.Thread(target=engine.run)
     reporter.start()

@@ -48,7 +48,8 @@ def conditions(plant: Plant) -> list[Expr]:
 @given(text=models(st.integers(1, 3)))
 def test_the_same_supervisor_as_the_explicit_engine(text: str) -> None:
     plant = plant_of(text)
-    explicit, symbolic = synthesize(plant, "explicit"), synthesize_bdd(plant, memory=SMALL)
+    explicit = synthesize(plant, "explicit")
+    symbolic = synthesize_bdd(plant, memory=SMALL).explained()
     assert symbolic.engine == "bdd"
     for name in ("empty", "plant_states", "controlled_states", "controlled_transitions"):
         assert getattr(symbolic, name) == getattr(explicit, name), name
@@ -85,8 +86,9 @@ def test_paths_are_of_the_controlled_system(most_nodes: int) -> None:
         solution = SymbolicEngine(plant, memory=SMALL).solve()
         if solution.empty:
             continue
-        system = SymbolicSystem(solution, most_nodes)
-        shortest = SymbolicSystem(solution)
+        guards = synthesize_bdd(plant, memory=SMALL).guards
+        system = SymbolicSystem(solution, guards, most_nodes)
+        shortest = SymbolicSystem(solution, guards)
         for condition in conditions(plant):
             path = system.nearest(condition)
             best = shortest.nearest(condition)
@@ -107,7 +109,7 @@ def test_explanations_end_where_they_say() -> None:
     seen = 0
     for seed in range(100):
         plant = plant_of(random_model(random.Random(seed), 1 + seed % 3))
-        for explanation in synthesize_bdd(plant, memory=SMALL).explanations:
+        for explanation in synthesize_bdd(plant, memory=SMALL).explained().explanations:
             if explanation.trace and explanation.event is not None:
                 seen += 1
                 end = replay(plant, explanation.trace)

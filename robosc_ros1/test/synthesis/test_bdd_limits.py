@@ -75,9 +75,8 @@ def test_memory_stays_within_the_limit() -> None:
 def test_collects_garbage_before_it_gives_up() -> None:
     """A megabyte does where a hundred were used in passing."""
     text = families.transfer_line(6, 3)
-    assert synthesize_bdd(plant_of(text), memory=2**20).controlled_states == families.line_states(
-        6, 3
-    )
+    found = synthesize_bdd(plant_of(text), memory=2**20)
+    assert found.sizes.controlled_states == families.line_states(6, 3)
 
 
 @needs_library

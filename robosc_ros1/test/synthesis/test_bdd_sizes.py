@@ -14,7 +14,7 @@ pytest.importorskip("oxidd", reason="the symbolic engine needs the Python packag
 
 
 def test_sixty_hands() -> None:
-    found = synthesize_bdd(plant_of(families.hands(60)))
+    found = synthesize_bdd(plant_of(families.hands(60))).supervisor
     states = families.hands_states(60)
     assert states > 10**36
     assert (found.plant_states, found.controlled_states) == (4**60, states)
@@ -25,18 +25,18 @@ def test_sixty_hands() -> None:
 
 def test_priorities_are_not_counted_through() -> None:
     """Where the highest waiting station goes first, single events would count up to 2^40."""
-    found = synthesize_bdd(plant_of(steep_families.priorities(40)))
+    found = synthesize_bdd(plant_of(steep_families.priorities(40))).supervisor
     assert found.plant_states == found.controlled_states == 2 * 3**40
 
 
 def test_forty_hands_with_services() -> None:
-    found = synthesize_bdd(plant_of(families.services_hands(40)))
+    found = synthesize_bdd(plant_of(families.services_hands(40))).supervisor
     assert (found.plant_states, found.controlled_states) == (4**40, families.hands_states(40))
 
 
 @pytest.mark.parametrize(("n", "k"), [(2, 1), (3, 2), (6, 40), (16, 3)])
 def test_transfer_line(n: int, k: int) -> None:
-    found = synthesize_bdd(plant_of(families.transfer_line(n, k)))
+    found = synthesize_bdd(plant_of(families.transfer_line(n, k))).supervisor
     assert found.plant_states == 2**n * (k + 1) ** (n - 1)
     assert found.controlled_states == families.line_states(n, k)
     assert guard_text(found, f"work{n - 2}.request")[1] == "restricted"
@@ -45,7 +45,7 @@ def test_transfer_line(n: int, k: int) -> None:
 def test_the_reason_in_a_long_line_is_the_overflow() -> None:
     n, k = 16, 3
     plant = plant_of(families.transfer_line(n, k))
-    found = synthesize_bdd(plant)
+    found = synthesize_bdd(plant).explained()
     for i in (0, 7, 14):
         reason = explanation_of(found, f"work{i}.request")
         assert f"Buffer{i}.level leaves its range 0..{k}" in reason.reason
@@ -57,7 +57,7 @@ def test_the_reason_in_a_long_line_is_the_overflow() -> None:
 @pytest.mark.slow
 def test_a_guard_over_all_others() -> None:
     """All but one philosopher wait: 3^24 combinations of what the guard of the last one reads."""
-    found = synthesize_bdd(plant_of(families.philosophers(25)))
+    found = synthesize_bdd(plant_of(families.philosophers(25))).supervisor
     text, status = guard_text(found, "first0.request")
     assert status == "restricted"
     assert text.startswith("!Phil24.eating and (")
@@ -166,6 +166,6 @@ def test_a_guard_reads_more_variables_than_a_sum_of_products_may() -> None:
         }}
         requirement never Press.closed and ({both})
     """
-    guard, status = guard_text(synthesize_bdd(plant_of(text)), "go.request")
+    guard, status = guard_text(synthesize_bdd(plant_of(text)).supervisor, "go.request")
     assert status == "restricted"
     assert sorted(guard.split(" and ")) == sorted(f"(A{i}.off or B{i}.off)" for i in pairs)

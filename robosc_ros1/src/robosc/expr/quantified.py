@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import TypeAlias
 
 from robosc import limits
@@ -71,8 +70,8 @@ def compared(conditions: Sequence[Expr], operator: str, number: int) -> Expr | N
 
     None if it is too large.
     """
-    cases = _Cases()
-    least = partial(cases.least, conditions)
+    cases = _Cases(conditions)
+    least = cases.least
     match operator:
         case ">=":
             found = least(number)
@@ -89,28 +88,45 @@ def compared(conditions: Sequence[Expr], operator: str, number: int) -> Expr | N
 
 
 class _Cases:
-    """Expands counts: halves the conditions, and splits the number in all ways.
+    """Expands counts of some conditions: halves them, and splits the number in all ways.
 
-    ``nodes`` counts the nodes that were made.
+    What several cases have in common is one object. ``nodes`` counts the nodes that were made, as
+    often as they are written.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, conditions: Sequence[Expr]) -> None:
+        self._conditions = conditions
+        self._known: dict[tuple[int, int, int], tuple[Expr, int]] = {}
         self.nodes = 0
 
-    def least(self, parts: Sequence[Expr], number: int) -> Expr:
+    def least(self, number: int) -> Expr:
         """The condition that at least ``number`` of the conditions hold."""
+        return self._least(0, len(self._conditions), number)
+
+    def _least(self, start: int, end: int, number: int) -> Expr:
+        """The same of the conditions between two places."""
         if number <= 0:
             return TRUE
-        if number > len(parts) or self.nodes > limits.COUNT_NODES:
+        if number > end - start or self.nodes > limits.COUNT_NODES:
             return FALSE
-        if number in (1, len(parts)):
-            self.nodes += len(parts)
-            return chain("or" if number == 1 else "and", parts)
-        half = len(parts) // 2
-        left, right = parts[:half], parts[half:]
+        key = start, end, number
+        if key in self._known:
+            found, nodes = self._known[key]
+            self.nodes += nodes
+            return found
+        before = self.nodes
+        found = self._cases(start, end, number)
+        self._known[key] = found, self.nodes - before
+        return found
+
+    def _cases(self, start: int, end: int, number: int) -> Expr:
+        if number in (1, end - start):
+            self.nodes += end - start
+            return chain("or" if number == 1 else "and", self._conditions[start:end])
+        middle = start + (end - start) // 2
         ways = [
-            self.both(self.least(left, first), self.least(right, number - first))
-            for first in range(max(0, number - len(right)), min(number, len(left)) + 1)
+            self.both(self._least(start, middle, first), self._least(middle, end, number - first))
+            for first in range(max(0, number - (end - middle)), min(number, middle - start) + 1)
         ]
         return chain("or", ways)
 

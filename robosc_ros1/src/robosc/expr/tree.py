@@ -83,6 +83,7 @@ class RosParameter:
 
     ``key`` is the name shown to users, qualified by that of the component or library. One that is
     ``required`` must be given when the node starts; what only plays a robot takes the default.
+    ``bounds`` are the least and the greatest value of a double.
     """
 
     key: str
@@ -90,6 +91,7 @@ class RosParameter:
     default: Value = field(compare=False)
     span: Span = field(compare=False, repr=False)
     required: bool = field(default=False, compare=False)
+    bounds: tuple[float, float] | None = None
 
     @property
     def name(self) -> str:
@@ -187,6 +189,10 @@ class Unary:
     operand: Expr
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
+    _hash: int | None = field(default=None, init=False, compare=False, repr=False)
+
+    def __hash__(self) -> int:
+        return _kept_hash(self, self._hash)
 
     @property
     def operation(self) -> Operator:
@@ -206,6 +212,10 @@ class Binary:
     right: Expr
     type: Type
     span: Span | None = field(default=None, compare=False, repr=False)
+    _hash: int | None = field(default=None, init=False, compare=False, repr=False)
+
+    def __hash__(self) -> int:
+        return _kept_hash(self, self._hash)
 
     @property
     def operation(self) -> Operator:
@@ -214,6 +224,14 @@ class Binary:
     @property
     def operands(self) -> tuple[Expr, ...]:
         return (self.left, self.right)
+
+
+def _kept_hash(node: Unary | Binary, known: int | None) -> int:
+    """Return the hash of an operation, computed once: that of a large condition takes long."""
+    if known is None:
+        known = hash((node.operator, *node.operands))
+        object.__setattr__(node, "_hash", known)
+    return known
 
 
 @dataclass(frozen=True, slots=True)

@@ -152,7 +152,6 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
     """What the process says to a request, both as JSON documents."""
     from robosc import pipeline
     from robosc.lsp.analysis import Workspace
-    from robosc.synthesis.time_limit import processor_time
 
     nothing: dict[str, Any] = {"diagnostics": [], "guards": []}
     workspace = Workspace(library_path=request["library_path"])
@@ -163,10 +162,7 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
     if robot is None:
         return nothing
     try:
-        with processor_time(limits.CHECK_SECONDS, None) as limited:
-            supervisor = pipeline.synthesize(
-                robot, max_states=limits.EDITOR_STATES, progress=limited
-            )
+        supervisor = pipeline.within_time(robot, max_states=limits.EDITOR_STATES)
     except StateSpaceError as error:
         return {**nothing, "diagnostics": [_document(pipeline.unchecked(robot, error), source)]}
     return {

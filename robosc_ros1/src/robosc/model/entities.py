@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeAlias
 
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import reads_value
-from robosc.expr.tree import Expr, RosParameter
+from robosc.expr.tree import Count, Expr, RosParameter
 from robosc.expr.types import NoneType, Type
 from robosc.language.events import (
     COMMUNICATIONS,
@@ -367,6 +368,11 @@ class Robot:
     def commands(self) -> dict[str, Command]:
         """What the controller sends with data, by key."""
         return {c.key: c for each in self.communications.values() for c in each.commands}
+
+    @cached_property
+    def counts(self) -> tuple[IdentityCache[Count | None], IdentityCache[tuple[int, int]]]:
+        """Caches: the count that a condition expands, and sizes that tell whether it may be one."""
+        return IdentityCache(), IdentityCache()
 
     @cached_property
     def variables(self) -> dict[str, Variable]:

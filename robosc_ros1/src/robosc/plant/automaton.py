@@ -20,7 +20,7 @@ from itertools import product
 from typing import TypeAlias
 
 from robosc.expr.identity_cache import IdentityCache
-from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, VariableRef
+from robosc.expr.tree import Binary, Expr, PhaseRef, StateRef, TestRef, VariableRef
 from robosc.expr.types import Type, Value
 from robosc.language.events import EventKind, active_names, command_key, named_phases
 from robosc.model.automata import Assignment
@@ -334,12 +334,21 @@ class Plant:
         return IdentityCache()
 
     @cached_property
+    def comparisons(self) -> IdentityCache[tuple[Binary, ...]]:
+        """A cache: the comparisons of the state in each condition."""
+        return IdentityCache()
+
+    @cached_property
     def tighter_counts(self) -> tuple[Expr, ...]:
         """For each count in a state requirement, the condition that it may rise by one.
 
         It is sufficient for events that bring one component into the counted state.
         """
-        found = [tighter(count) for condition, _ in self.invariants for count in counts(condition)]
+        found = [
+            tighter(count)
+            for condition, _ in self.invariants
+            for count in counts(condition, self.robot)
+        ]
         return tuple(dict.fromkeys(expr for expr in found if expr is not None))
 
     @cached_property

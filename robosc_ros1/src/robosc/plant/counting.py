@@ -30,6 +30,7 @@ from robosc.expr.tree import (
     VariableRef,
 )
 from robosc.expr.types import BooleanType
+from robosc.model.entities import Robot
 from robosc.names import Copy
 
 _LEAST_COPIES = 3
@@ -49,9 +50,9 @@ _Kind = tuple[bool, str, Expr]
 without an index, and the condition on a component of that name."""
 
 
-def with_counts(expr: Expr, *, chains: bool = True) -> Expr:
+def with_counts(expr: Expr, robot: Robot, *, chains: bool = True) -> Expr:
     """Return the condition with counts (``chains``: also ``any`` and ``all``) recognised."""
-    return _Finder(chains).found(expr)
+    return _Finder(chains, robot).found(expr)
 
 
 def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
@@ -71,9 +72,9 @@ def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
     return rewritten(expr, leaf)
 
 
-def counts(expr: Expr) -> Iterator[Count]:
+def counts(expr: Expr, robot: Robot) -> Iterator[Count]:
     """Yield the counts in a condition; a long chain is a count of all, or at least one."""
-    for part in walk(with_counts(expr)):
+    for part in walk(with_counts(expr, robot)):
         negated = isinstance(part, Unary) and part.operator == "!"
         whole = part.operand if isinstance(part, Unary) and negated else part
         if isinstance(whole, Count):
@@ -95,13 +96,12 @@ def tighter(count: Count) -> Expr | None:
 
 
 class _Finder:
-    """Finds counts; each shared subexpression is examined once."""
+    """Finds counts; each shared subexpression of a robot is examined once."""
 
-    def __init__(self, chains: bool) -> None:
+    def __init__(self, chains: bool, robot: Robot) -> None:
         self._chains = chains
         self._found: IdentityCache[Expr] = IdentityCache()
-        self._counts: IdentityCache[Count | None] = IdentityCache()
-        self._sizes: IdentityCache[tuple[int, int]] = IdentityCache()
+        self._counts, self._sizes = robot.counts
 
     def found(self, expr: Expr) -> Expr:
         return self._found.of(expr, self._find)

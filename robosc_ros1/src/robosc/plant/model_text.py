@@ -147,7 +147,7 @@ def to_dsl(
     def text_of(written: Expr) -> str:
         return fold(written, of_leaf, of_operation, bound=of_aggregate).text
 
-    return text_of(with_presence_written(exact(with_counts(expr)), not is_part))
+    return text_of(with_presence_written(exact(with_counts(expr, robot)), not is_part))
 
 
 def _is_element(argument: Expr, enum: EnumType) -> bool:

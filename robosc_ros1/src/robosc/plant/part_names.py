@@ -84,7 +84,7 @@ class PartNames:
         self._parts: list[_Part] = []
         self._references: dict[int, int] = {}
         self._long = [guard for guard in guards if len(to_dsl(guard, robot)) > LONG]
-        self._find([self._number(with_counts(expr)) for expr in self._long])
+        self._find([self._number(with_counts(expr, robot)) for expr in self._long])
         self.definitions = tuple(self._definitions())
 
     def is_long(self, guard: Expr) -> bool:
@@ -102,7 +102,7 @@ class PartNames:
 
     def short(self, expr: Expr) -> Expr:
         """Return an expression with all parts in it replaced by their names."""
-        number = self._number(with_counts(expr))
+        number = self._number(with_counts(expr, self._robot))
         return self._expr(self._references.get(number, number))
 
     def used(self, exprs: Iterable[Expr]) -> tuple[NamedExpr, ...]:

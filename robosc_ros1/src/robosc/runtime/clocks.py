@@ -41,39 +41,31 @@ STANDSTILL = 2.0
 machine seldom takes as long for a step."""
 
 
-class _Clock:
-    """A clock with its ``deadline`` (None: it is not running) and its ``rank`` among those due at
-    one time."""
+class Watch:
+    """The clock for the timeout of a message, with its ``deadline`` (None: it is not running) and
+    its ``rank`` among those due at one time."""
 
-    __slots__ = ("deadline", "delay", "planned", "rank")
-
-    def __init__(self, delay: float, rank: int) -> None:
-        self.delay = max(_SHORTEST, delay)
-        self.rank = rank
-        self.deadline: Optional[float] = None
-        self.planned: Optional[float] = None  # its time in the heap
-
-
-class Watch(_Clock):
-    """The clock for the timeout of a message."""
-
-    __slots__ = ("heard", "key")
+    __slots__ = ("deadline", "delay", "heard", "key", "planned", "rank")
 
     def __init__(self, key: str, delay: float, rank: int) -> None:
-        super().__init__(delay, rank)
         self.key = key
+        self.delay, self.rank = max(_SHORTEST, delay), rank
+        self.deadline: Optional[float] = None
+        self.planned: Optional[float] = None  # its time in the heap
         self.heard = 0.0  # the time of the machine when a message came last
 
 
-class Timer(_Clock):
+class Timer:
     """The clock for a transition that is taken after a delay in a state."""
 
-    __slots__ = ("entries", "row", "step")
+    __slots__ = ("deadline", "delay", "entries", "planned", "rank", "row", "step")
 
     def __init__(self, controller: Controller, row: After, delay: float, rank: int) -> None:
-        super().__init__(delay, rank)
         self.row = row
         self.step: Callable[[], Optional[str]] = MethodType(row.step, controller)
+        self.delay, self.rank = max(_SHORTEST, delay), rank
+        self.deadline: Optional[float] = None
+        self.planned: Optional[float] = None
         self.entries: Optional[int] = None  # the count of entries when it was started last
 
 

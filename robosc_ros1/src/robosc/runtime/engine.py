@@ -3,8 +3,7 @@
 
 Inputs come from the threads of the middleware and are handled in order of arrival. The engine
 applies each to the controller and runs to completion (internal transitions until none is enabled).
-When no input waits, it performs the commands that are due (see :mod:`.scheduler`) and runs to
-completion after each. Inputs are checked between commands.
+When no input waits, its role (see :mod:`.role`) does what is due. Inputs are checked in between.
 
 ``cycle`` does that once; ``run``, in the engine's own thread, calls it repeatedly. A message that
 arrives while that thread is idle and the queue is empty is handled in the thread that delivers it
@@ -15,10 +14,10 @@ from __future__ import annotations
 
 import threading
 import traceback
-from typing import Any, Callable, Deque, Dict, FrozenSet, List, Optional, Tuple
+from typing import Any, Callable, Deque, Dict, FrozenSet, Generic, List, Optional, TypeVar, Union
 
 from .ages import Ages
-from .calls import REFUSED, Failure, Missed
+from .calls import REFUSED, Failure
 from .clocks import Timer, Watch
 from .deadlines import Deadlines, shortest
 from .engine_parts import BoundInput, EngineParts, Inputs, Item
@@ -31,9 +30,8 @@ from .pauses import Pauses
 from .places import path_of
 from .port import Port, WaitingCall, steady_time
 from .requests import Requests
+from .role import Forwarder, NodeRole
 from .run_to_completion import RunToCompletion
-from .scheduler import ScheduledCommand
-from .sending import Sending
 from .served import ServedCalls
 from .settings import Settings
 from .snapshots import snapshot_of
@@ -44,20 +42,23 @@ _BATCH = 100
 _CLOSING = 0.3
 """Seconds for which an engine that ends waits for the server of the stop command."""
 
+R = TypeVar("R", bound=NodeRole)
+Misfit = Callable[[BoundInput, Any, Any, Failure], bool]
+"""Takes an event that cannot be applied, its message, the value that was read, and why; whether it
+has happened all the same."""
 
-class Engine:
+
+class Engine(Generic[R]):
     """Executes a controller on a port. Public methods may be called from any thread, except those
     below "The thread that has the turn" (the engine's own thread, or one that replaces it).
 
-    ``steady`` is the clock of the machine; ``now`` the clock by which everything is handled, by
-    default that of the port.
+    ``role`` makes the role of the engine. ``steady`` is the clock of the machine; ``now`` the clock
+    by which everything is handled, by default that of the port.
     """
-
-    sends = True
-    """Whether it sends commands, which an operator may hold."""
 
     def __init__(
         self,
+        role: Callable[[Engine[Any]], R],
         controller: Controller,
         port: Port,
         settings: Optional[Settings] = None,
@@ -74,31 +75,40 @@ class Engine:
         """Set for the reporter after events."""
         self._end = 0.0  # when, at the latest, if it is closing
         parts = EngineParts(controller, port, self.settings, steady, now or port.now)
+        self.parts = parts
         self.recorder = parts.recorder
-        self._parts = parts
+        self.requests = Requests(parts, self.observe)
+        self.served = ServedCalls(parts, self.after, self._idle)
+        self.pauses = Pauses(parts)
+        self.time_monitor = TimeMonitor(parts.clocks, steady)
+        self.forwarder: Optional[Forwarder] = None
+        """What passes on the calls of the robot; None: the controller answers them."""
         self._port = port
         self._now = parts.now
-        self._names = parts.names
         self._inputs = parts.inputs
-        self._transitions = parts.transitions
-        self._scheduler = parts.scheduler
         self._calls = parts.calls
         self._clocks = parts.clocks
         self._turns = parts.turns
         self._queue: Deque[Item] = parts.turns.queue
         self._log = parts.log
         self._ages = Ages(parts)
-        intake = self._intake = Intake(parts, self._ages, self._submit)
-        self._requests = Requests(parts, self._input)
-        self._served = ServedCalls(parts, self._after, self._idle)
-        self._sending = Sending(parts, self._requests, self._served, self._after)
         self._events = InputEvents(parts)
-        self._completion = RunToCompletion(parts, self._safe_stop)
-        operator = EngineOperator(parts, self)
+        self._completion = RunToCompletion(parts, lambda reason: self.safe_stop(reason))
+        # What a role, or who has made the engine, may replace
+        self.submit: Callable[[Item], None] = self._submit
+        """Takes what arrives, in any thread."""
+        self.wait: Callable[[Optional[float]], None] = parts.turns.wait
+        """Waits, in the engine's thread, for at most so many seconds (None: for ever)."""
+        self.safe_stop: Callable[[str], None] = self._safe_stop
+        """Makes a safe stop for a reason."""
+        self.unexpected: Callable[[Exception], None] = self._unexpected
+        """Takes exceptions that nothing else expects."""
+        self.role: R = role(self)
+        self.sends = self.role.sends
+        intake = self.intake = Intake(parts, self._ages, self.submit)
         self._deadlines = Deadlines(self._clocks, self._calls, steady, intake.awaits)
-        self._time_monitor = TimeMonitor(self._clocks, steady)
-        self._pauses = Pauses(parts)
-        self._pauses.settle = intake.when_heavy_are_handled
+        self.pauses.settle = intake.when_heavy_are_handled
+        operator = EngineOperator(parts, self)
         # From any thread
         self.suspend, self.resume = operator.suspend, operator.resume
         self.operate = operator.operate
@@ -118,15 +128,23 @@ class Engine:
 
         For an end with a result, ``payload`` is a :class:`~.calls.Failure`.
         """
-        self._requests.report(key, token, kind, payload)
+        self._owner(key).report(key, token, kind, payload)
+
+    def _owner(self, key: str) -> Union[Requests, Forwarder]:
+        """Return what the requests of a communication belong to."""
+        forwarder = self.forwarder
+        return self.requests if forwarder is None or key not in forwarder.keys else forwarder
 
     def serve(self, key: str, message: Any, call: WaitingCall) -> None:
         """Pass on a call of the robot."""
-        self._turns.put(lambda: self._serve(key, message, call))
+        self._turns.put(lambda: self._serving().serve(key, message, call))
 
     def recall(self, key: str, call: WaitingCall) -> None:
         """Pass on that the robot cancels a goal."""
-        self._turns.put(lambda: self._recall(key, call))
+        self._turns.put(lambda: self._serving().recall(key, call))
+
+    def _serving(self) -> Union[ServedCalls, Forwarder]:
+        return self.forwarder or self.served
 
     def look(self) -> None:
         """Ask the port again whether it is ready for open requests, since one may be taken now."""
@@ -138,7 +156,7 @@ class Engine:
 
     def stop(self, reason: str) -> None:
         """Request a safe stop."""
-        self._turns.put(lambda: self._safe_stop(reason))
+        self._turns.put(lambda: self.safe_stop(reason))
 
     def close(self) -> None:
         """Cancel running goals, send the stop command, and let ``run`` return."""
@@ -164,14 +182,14 @@ class Engine:
         """Execute the controller until :meth:`close`."""
         self.begin()
         while not self._is_over():
-            self._turns.wait(shortest(self.time_to_deadline(), self._pauses.beat))
+            self.wait(shortest(self.time_to_deadline(), self.pauses.beat))
             self.cycle()
         self.cycle()  # those are told whose requests have ended with it
 
     def _is_over(self) -> bool:
         """Whether it has ended, and the stop command was sent if a server has come in time."""
         waits = any(request.stops for request in self._calls.open.values())
-        return self.closing and not (waits and self._parts.steady() < self._end)
+        return self.closing and not (waits and self.parts.steady() < self._end)
 
     def begin(self) -> None:
         """Start, before any input: run to completion; what is allowed then is due at once."""
@@ -179,25 +197,22 @@ class Engine:
 
     def _begin(self) -> None:
         self._completion.run(None)
-        self._scheduler.begin(self._now())
+        self.parts.scheduler.begin(self._now())
         self._clocks.begin()
+        self.role.begin()
 
     def restart_clocks(self, fault: Optional[str]) -> None:
         """Restart the model's clocks after the port's clock was replaced; ``fault`` is what is to
         be shown from now on."""
         self._clocks.change()
-        self._time_monitor.replaced = fault
+        self.time_monitor.replaced = fault
 
     def time_to_deadline(self) -> Optional[float]:
         """Return the seconds until the next deadline; None: the engine only waits for inputs."""
-        command = None if self.stopped else self._time_to_command(self._now())
-        return shortest(command, self._deadlines.time_to_next())
-
-    def _time_to_command(self, now: float) -> Optional[float]:
-        return self._scheduler.time_to_next(now)
+        return shortest(self.role.due(), self._deadlines.time_to_next())
 
     def cycle(self) -> None:
-        """Handle all queued items, then perform each command that is due once."""
+        """Handle all queued items, then do what is due: each command once."""
         self._guarded(self._cycle)
 
     def _guarded(self, function: Callable[..., None], *arguments: Any) -> None:
@@ -205,11 +220,11 @@ class Engine:
         engine."""
         number = self.recorder.number
         try:
-            self._pauses.look()
+            self.pauses.look()
             function(*arguments)
             self.recorder.settle()
         except Exception as error:
-            self._unexpected(error)
+            self.unexpected(error)
         if self.recorder.number != number and not self.changed.is_set():
             self.changed.set()
 
@@ -219,7 +234,7 @@ class Engine:
             cause = "no memory is left, or a limit of it is reached (ulimit -v): "
         self._log("error", "internal", cause + "\n" + traceback.format_exc())
         try:
-            self._safe_stop(cause + traceback.format_exc(limit=0).strip())
+            self.safe_stop(cause + traceback.format_exc(limit=0).strip())
             self.recorder.settle()
         except Exception:
             self._log("error", "internal", traceback.format_exc())
@@ -229,73 +244,59 @@ class Engine:
         while going_on:
             # Bounded, so that a flood of inputs does not keep commands from being sent.
             for _ in range(min(len(self._queue), _BATCH)):
-                self._take(self._queue.popleft())
-            self._meet_deadlines()
-            going_on = self._perform_next()
+                self.take(self._queue.popleft())
+            going_on = self.role.act()
 
     def _react(self, item: Item) -> None:
         """Handle one item and its consequences, until something is queued for the engine's
         thread."""
-        self._take(item)
+        self.take(item)
         going_on = True
         while going_on and not self._queue:
-            self._meet_deadlines()
-            going_on = self._perform_next()
+            going_on = self.role.act()
 
-    def _perform_next(self) -> bool:
-        """Perform the next command that is due; False if there is none."""
-        self._pauses.look()  # the process may have been stopped since the cycle began
-        if self.closing or self._pauses.holds:
-            return False
-        if self.stopped is not None:
-            # What an operator has let through ends where the model says so.
-            cancel = self._scheduler.next_cancel()
-            return cancel is not None and self._sending.perform(cancel)
-        command = self._scheduler.next(self._now())
-        if command is None:
-            return False
-        self._sending.perform(command)
-        return True
-
-    def _meet_deadlines(self) -> None:
+    def meet_deadlines(self) -> None:
         """Apply what is ready by the clock, beginning with what was due first, until nothing is;
         then send the open requests that a server can take."""
         for ready in self._deadlines.ready():
             if isinstance(ready, Timer):
-                self._take_delayed(ready)
+                self.role.delayed(ready)
             elif isinstance(ready, Watch):
                 self._clocks.stop(ready)
-                self._input((self._inputs[ready.key, "timeout"],), None)
+                self.observe((self._inputs[ready.key, "timeout"],), None)
             else:
-                self._miss(ready)
-        if self._calls.open and not self._pauses.holds:
-            self._requests.send_open()
+                self._owner(ready.key).miss(ready)
+        if self._calls.open and not self.pauses.holds:
+            self.requests.send_open()
 
     # Inputs
 
-    def _take(self, item: Item) -> None:
+    def take(self, item: Item) -> None:
+        """Handle what arrived."""
         if not isinstance(item, tuple):
             item()
             return
         entries, message, token = item
-        if isinstance(token, Inbox):
-            self._arrived(entries, message, token)
-            return
-        if entries[0].call:
-            self._requests.reported(entries[0], message, token)
+        if callable(entries):
+            entries(message, token)
+        elif isinstance(token, Inbox):
+            self.arrived(entries, message, token)
+        elif entries[0].call:
+            self.requests.reported(entries[0], message, token)
         else:
-            self._input(entries, message)
+            self.observe(entries, message)
 
-    def _arrived(self, entries: Inputs, message: Any, inbox: Inbox) -> None:
+    def arrived(self, entries: Inputs, message: Any, inbox: Inbox) -> None:
+        """Apply a message that has waited in an inbox."""
         arrival = inbox.take()
         if self._ages:
             entries = self._ages.dated(entries, message, arrival)
-        applied = self._input(entries, message)
+        applied = self.observe(entries, message)
         if inbox.is_watched:
-            known = None if self._pauses.holds else arrival
+            known = None if self.pauses.holds else arrival
             self._clocks.heard((entry.key for entry in applied), known)
 
-    def _take_delayed(self, timer: Timer) -> None:
+    def take_delayed(self, timer: Timer) -> None:
         """Take a transition whose delay is over, if its guard holds."""
         path = timer.step()
         if path is not None:
@@ -304,33 +305,37 @@ class Engine:
             self.recorder.counters["inputs"] += 1
             path = path_of(path)
             self.recorder.record("after", row.component, path, tau=row.number, writes=row.writes)
-            self._after(frozenset(row.writes), None)
+            self.after(frozenset(row.writes), None)
 
-    def _input(self, entries: Inputs, message: Any) -> List[BoundInput]:
+    def observe(self, entries: Inputs, message: Any) -> List[BoundInput]:
+        """Have the role apply the events that a message represents; return those that were."""
+        return self.role.observed(entries, message)
+
+    def apply(
+        self, entries: Inputs, message: Any, misfit: Optional[Misfit] = None
+    ) -> List[BoundInput]:
         """Apply the events that a message represents, then run to completion.
 
-        Returns the events that were applied.
+        Returns the events that were applied; ``misfit`` takes those that cannot be, by default
+        :meth:`mismatch`.
         """
         applied = []
         for entry in entries:
-            if self._apply(entry, message):
+            unfit = self._events.apply(entry, message)
+            if unfit is None or (misfit or self.mismatch)(entry, message, *unfit):
                 applied.append(entry)
         if len(applied) == 1:
             writes = applied[0].writes
         else:
             writes = frozenset().union(*(entry.writes for entry in applied))
-        self._after(writes, entries[0].ends)
+        self.after(writes, entries[0].ends)
         return applied
 
-    def _apply(self, entry: BoundInput, message: Any) -> bool:
-        """Apply one event; False if it is a mismatch."""
-        unfit = self._events.apply(entry, message)
-        if unfit is not None:
-            self._mismatch(entry, message, *unfit)
-        return unfit is None
+    def mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> bool:
+        """Report an event that cannot be applied; ``failure`` is why, also for its request.
 
-    def _mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> None:
-        """Report an event that cannot be applied; ``failure`` is why, also for its request."""
+        Returns that it has not happened.
+        """
         counters, reason = self.recorder.counters, failure.reason
         counters["mismatches"] += 1
         self.recorder.record(entry.kind, entry.name, value, "mismatch", reason)
@@ -339,40 +344,31 @@ class Engine:
             # The request has ended nevertheless, so it ends with an error.
             what = "refused: " if failure.word == REFUSED else "unusable response: "
             failure = failure._replace(reason=what + reason)
-            self._input((self._inputs[entry.key, "error"],), failure)
+            self.observe((self._inputs[entry.key, "error"],), failure)
         elif entry.kind == "error" and message.result is not None:
-            self._input((entry,), message._replace(result=None))
+            self.observe((entry,), message._replace(result=None))
         elif entry.kind == "error":
-            self._safe_stop("cannot apply the end of %s: %s" % (entry.name, reason))
+            self.safe_stop("cannot apply the end of %s: %s" % (entry.name, reason))
         if self.settings.on_mismatch == "stop":
-            self._safe_stop("mismatch: " + reason)
+            self.safe_stop("mismatch: " + reason)
 
-    def _after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
+        return False
+
+    def complete(self, writes: FrozenSet[str]) -> FrozenSet[str]:
+        """Take all internal transitions after an event that wrote these attributes; return all
+        attributes written."""
+        return self._completion.complete(writes)
+
+    def after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
         """Complete an event that wrote these attributes and ended a request (by key), if any;
         return all attributes written."""
         writes = self._completion.complete(writes)
-        self._schedule(writes, ended)
+        self.role.after(writes, ended)
         return writes
-
-    def _schedule(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
-        self._scheduler.update(self._scheduler.affected(writes), ended, self._now())
-
-    # Calls that are served
-
-    def _serve(self, key: str, message: Any, call: WaitingCall) -> None:
-        self._served.serve(key, message, call)
-
-    def _recall(self, key: str, call: WaitingCall) -> None:
-        self._served.recall(key, call)
 
     def _idle(self) -> Optional[str]:
         """Return why calls are refused now, or None."""
         return self.stopped or ("it ends" if self.closing else None)
-
-    # Commands
-
-    def _miss(self, missed: Missed) -> None:
-        self._requests.miss(missed)
 
     # Stopping
 
@@ -389,53 +385,31 @@ class Engine:
             self._port.exit(1)
 
     def stand_still(self) -> None:
-        """Cancel running goals, whose end is still reported, refuse calls, and send the stop
-        command."""
-        self._sending.withdraw(self.stopped or "the node ends")
-        self._stop_robot()
-
-    def _stop_robot(self) -> None:
-        """Send the stop command."""
-        writes = self._sending.stop(self._read_of_stop, self._stands_still)
-        self._schedule(writes, None)
-
-    def _stands_still(self) -> bool:
-        return self.stopped is not None or self.closing
-
-    def _read_of_stop(self, command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
-        return ()  # a supervisor's model may read the data
+        self.role.stand_still()
 
     def _close(self) -> None:
         if not self.closing:
             self.closing = True
-            self._end = self._parts.steady() + _CLOSING
+            self._end = self.parts.steady() + _CLOSING
             if self.stopped in (None, HELD):  # what was let through one by one goes on
                 self.stand_still()
 
     def begin_again(self) -> None:
         """Send commands again after :meth:`stand_still`, beginning with those that are allowed."""
         self.stopped = None
-        self._scheduler.begin(self._now())
+        self.parts.scheduler.begin(self._now())
+        self.role.begin()
         self.changed.set()
 
     def let_through(self) -> Optional[str]:
-        """Perform the command that would be next; return why not, if so."""
-        if self._pauses.holds:
-            return "it stood still, and first applies the messages that waited"
-        now = self._now()
-        self._scheduler.begin(now)
-        # One that was performed last is next only in the round after.
-        command = self._scheduler.next(now) or self._scheduler.next(now)
-        if command is None:
-            return "no command is allowed now"
-        self._sending.perform(command)
-        return None
+        return self.role.let_through()
 
     # For reporters, through invoke
 
     def snapshot(self) -> Dict[str, Any]:
         """Return a copy of the state and the counters for use in another thread."""
-        for fault in self._time_monitor.look():
+        more = self.role.snapshot()
+        for fault in self.time_monitor.look():
             self._log("warning", "time", fault)
-        faults = self._time_monitor.faults + self._port.faults() + self._events.faults()
-        return snapshot_of(self._parts, self.stopped, self._intake.dropped, faults)
+        faults = self.time_monitor.faults + self._port.faults() + self._events.faults()
+        return {**snapshot_of(self.parts, self.stopped, self.intake.dropped, faults), **more}

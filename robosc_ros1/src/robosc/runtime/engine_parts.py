@@ -56,10 +56,10 @@ class BoundInput:
 
 
 Inputs = Tuple[BoundInput, ...]
-Message = Tuple[Inputs, Any, Union[int, Inbox]]
+Message = Tuple[Union[Inputs, Callable[[Any, Any], None]], Any, Union[int, Inbox]]
 Item = Union[Message, Callable[[], None]]
-"""The inputs that a message represents, the message, and the token of its request or the inbox of
-its topic; or a function to call between two events."""
+"""The inputs that a message represents, or what takes it, the message, and the token of its request
+or the inbox of its topic; or a function to call between two events."""
 
 
 class EngineParts:

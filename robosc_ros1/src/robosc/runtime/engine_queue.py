@@ -70,7 +70,10 @@ class EngineQueue:
     # The engine's thread
 
     def wait(self, delay: Optional[float]) -> None:
-        """Give up the turn until ``wake``, or for at most so many seconds, then take it again."""
+        """Give up the turn until ``wake``, or for at most so many seconds, then take it again; do
+        nothing while items wait."""
+        if self.queue:
+            return
         self._deadline = math.inf if delay is None else self._steady() + delay
         self._waiting = True
         self._turn.release()

@@ -7,6 +7,7 @@ fraction of one for which the process was woken. Each is handled as at the time 
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Callable, Deque, NamedTuple, Optional
 
 from .engine_parts import EngineParts, Item
@@ -49,12 +50,20 @@ class ArrivalTime:
 
 class Gathering:
     """Puts off what arrives, for the engine's thread; ``clock`` is its own, ``machine`` that of
-    the machine. Only ``put`` may be called from any thread."""
+    the machine, and ``handle`` takes each as at its time. Only ``put`` may be called from any
+    thread."""
 
-    def __init__(self, parts: EngineParts, clock: ArrivalTime, machine: ArrivalTime) -> None:
+    def __init__(
+        self,
+        parts: EngineParts,
+        clock: ArrivalTime,
+        machine: ArrivalTime,
+        handle: Callable[[Item], None],
+    ) -> None:
         self._parts = parts
         self._clock = clock
         self._machine = machine
+        self._handle = handle
         self._queue: Deque[Any] = parts.turns.queue
         self._stamp: Optional[Callable[[], float]] = None
 
@@ -63,22 +72,19 @@ class Gathering:
         parts = self._parts
         # The recorder's clock is another one while something is handled that waited: later on.
         stamp = self._stamp = self._stamp or parts.recorder.now
-        self._queue.append(_Arrived(item, parts.port.now(), parts.steady(), stamp()))
+        arrived = _Arrived(item, parts.port.now(), parts.steady(), stamp())
+        self._queue.append(partial(self._take, arrived))
         if len(self._queue) == 1:
             parts.turns.wake()
 
-    def take(self, item: Any, handle: Callable[[Item, bool], None]) -> None:
-        """Handle an item of the queue, as at its time; told is whether it was put off."""
-        if not isinstance(item, _Arrived):
-            handle(item, False)
-            return
+    def _take(self, arrived: _Arrived) -> None:
         recorder, stamp = self._parts.recorder, self._stamp
         assert stamp is not None
-        self._clock.go_back(item.time)
-        self._machine.go_back(item.machine)
-        recorder.now = lambda: item.stamp
+        self._clock.go_back(arrived.time)
+        self._machine.go_back(arrived.machine)
+        recorder.now = lambda: arrived.stamp
         try:
-            handle(item.item, True)
+            self._handle(arrived.item)
         finally:
             self._clock.go_on()
             self._machine.go_on()

@@ -33,8 +33,11 @@ class Intake:
         else:
             self._parts.turns.put(((entry,), message, 0))
 
-    def poster(self, keys: Sequence[str]) -> Callable[..., None]:
-        """Return a function that posts the messages of a topic.
+    def poster(
+        self, keys: Sequence[str], arrived: Optional[Callable[..., None]] = None
+    ) -> Callable[..., None]:
+        """Return a function that posts the messages of a topic; ``arrived`` gets the inputs that
+        they represent, each message, and its inbox, in place of :meth:`.engine.Engine.arrived`.
 
         A message is one input, even if several communications share the topic: the events of all of
         them are applied, in this order, before internal transitions and commands.
@@ -42,7 +45,8 @@ class Intake:
         clocks = self._parts.clocks
         watched = any(clocks.is_watched(k) or self._ages.concern(k) for k in keys)
         entries = tuple(self._parts.inputs[key, "response"] for key in keys)
-        return self.inbox(tuple(keys), entries, clocks.moment if watched else None).post
+        taken = entries if arrived is None else partial(arrived, entries)
+        return self.inbox(tuple(keys), taken, clocks.moment if watched else None).post
 
     def heavy(self, keys: Sequence[str], convert: Callable[[Any], Any]) -> HeavyTopic:
         """Return what takes the messages of a topic that may be heavy; ``convert`` makes one of

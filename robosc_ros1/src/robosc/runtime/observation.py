@@ -16,7 +16,7 @@ from typing import Any, Callable, Deque, Dict, Optional, Set, Tuple
 
 from .ages import seconds_of
 from .calls import FAILED, LOST, REJECTED, Failure, replacing
-from .monitor_engine import MonitorEngine
+from .monitoring import Monitoring
 
 Handler = Callable[[Any], None]
 End = Tuple[str, Any]
@@ -46,10 +46,10 @@ _FAILURES_2 = {_CANCELLED_2: "canceled", 6: "aborted"}
 class SeenAction:
     """An action of ROS 1, by the parts of its name; each handler takes the messages of one."""
 
-    def __init__(self, engine: MonitorEngine, key: str) -> None:
-        self._engine = engine
+    def __init__(self, monitoring: Monitoring, key: str) -> None:
+        self._monitoring = monitoring
         self._key = key
-        self._replaces = _replaces(engine, key)
+        self._replaces = monitoring.replaces(key)
         self._id = ""
         self._stamp = 0.0
         self._going_on = False
@@ -81,7 +81,7 @@ class SeenAction:
         self._going_on = True
         self._ended, self._is_listed, self._awaits_end = 0.0, False, True
         self._stamp = seconds_of(message.goal_id.stamp) or seconds_of(message.header.stamp)
-        self._engine.see(self._key, "request", message.goal)
+        self._monitoring.see(self._key, "request", message.goal)
         early, self._early = self._early, deque(maxlen=_EARLY)
         for handle, answer in early:
             if answer.status.goal_id.id == self._id:
@@ -99,7 +99,7 @@ class SeenAction:
             self._going_on = False
         else:
             return
-        self._engine.see(self._key, "cancel")
+        self._monitoring.see(self._key, "cancel")
 
     def _feedback(self, message: Any) -> None:
         if self._is_known(message, self._feedback):
@@ -121,7 +121,7 @@ class SeenAction:
 
     def _look(self, message: Any) -> None:
         """Notice that a server forgot the goal, or that it told the end, but no result came."""
-        self._engine.is_alive(self._key)
+        self._monitoring.is_alive(self._key)
         now = seconds_of(message.header.stamp)
         if self._replaced:
             self._look_for_replaced(message.status_list, now)
@@ -159,7 +159,7 @@ class SeenAction:
     def _end_kept(self) -> None:
         if self._kept is not None and not self._replaced:
             kept, self._kept = self._kept, None
-            self._engine.answer(self._key, *kept)
+            self._monitoring.answer(self._key, *kept)
 
     def _is_known(self, message: Any, handle: Handler) -> bool:
         """Whether the goal of an answer was seen; an answer that overtook it is kept."""
@@ -177,16 +177,16 @@ class SeenAction:
             return
         if kind != "feedback":
             self._before = self._unended = ""
-        self._engine.answer(self._key, kind, payload, former)
+        self._monitoring.answer(self._key, kind, payload, former)
 
 
 class SeenActionOfRos2:
     """An action of ROS 2, by the parts of its name."""
 
-    def __init__(self, engine: MonitorEngine, key: str) -> None:
-        self._engine = engine
+    def __init__(self, monitoring: Monitoring, key: str) -> None:
+        self._monitoring = monitoring
         self._key = key
-        self._replaces = _replaces(engine, key)
+        self._replaces = monitoring.replaces(key)
         self._last: Dict[bytes, int] = {}
         self._latest = b""
         self._kept: Optional[End] = None  # that of the latest goal, while replaced ones go on
@@ -213,10 +213,10 @@ class SeenActionOfRos2:
             if old is None:
                 self._end_kept(running - {goal})
                 self._latest, self._kept = goal, None
-                self._engine.see(self._key, "request")
+                self._monitoring.see(self._key, "request")
             former = self._replaces and bool(self._latest) and goal != self._latest
             if status == _CANCELING_2 and not former:
-                self._engine.see(self._key, "cancel")
+                self._monitoring.see(self._key, "cancel")
             elif status == _SUCCEEDED_2:
                 self._ended("response", None, former, running)
             elif status in _FAILURES_2:
@@ -227,7 +227,7 @@ class SeenActionOfRos2:
 
     def _ended(self, kind: str, payload: Any, former: bool, running: Set[bytes]) -> None:
         if former:
-            self._engine.answer(self._key, kind, payload, former)
+            self._monitoring.answer(self._key, kind, payload, former)
         else:
             self._end(kind, payload, running)
 
@@ -241,17 +241,17 @@ class SeenActionOfRos2:
     def _end_kept(self, running: Set[bytes]) -> None:
         if self._kept is not None and not running:
             kept, self._kept = self._kept, None
-            self._engine.answer(self._key, *kept)
+            self._monitoring.answer(self._key, *kept)
 
     def _feedback(self, message: Any) -> None:
-        self._engine.answer(self._key, "feedback", message.feedback)
+        self._monitoring.answer(self._key, "feedback", message.feedback)
 
 
 class SeenServiceOfRos2:
     """A service of ROS 2 whose events are published; client and server may both do so."""
 
-    def __init__(self, engine: MonitorEngine, key: str) -> None:
-        self._engine = engine
+    def __init__(self, monitoring: Monitoring, key: str) -> None:
+        self._monitoring = monitoring
         self._key = key
         self._calls: Dict[Tuple[bytes, int], bool] = {}  # whether it was answered
         self.handlers: Dict[str, Handler] = {"/_service_event": self._event}
@@ -263,15 +263,10 @@ class SeenServiceOfRos2:
         if is_request and call not in self._calls:
             self._calls = {known: ended for known, ended in self._calls.items() if not ended}
             self._calls[call] = False
-            self._engine.see(self._key, "request", next(iter(message.request), None))
+            self._monitoring.see(self._key, "request", next(iter(message.request), None))
         elif not is_request and not self._calls.get(call, True):
             self._calls[call] = True
-            self._engine.answer(self._key, "response", next(iter(message.response), None))
-
-
-def _replaces(engine: MonitorEngine, key: str) -> bool:
-    """Whether a goal may replace the one that is busy."""
-    return any(c.key == key and bool(c.goals) for c in engine.controller.COMMUNICATIONS)
+            self._monitoring.answer(self._key, "response", next(iter(message.response), None))
 
 
 def _goal_of(status: Any) -> bytes:

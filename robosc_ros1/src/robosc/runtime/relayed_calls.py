@@ -17,6 +17,7 @@ from .engine_parts import EngineParts
 from .model import SERVED
 from .offers import UNCHECKED, CheckedCommand, Reasons, Repack, itself
 from .open_requests import OpenRequest
+from .port import WaitingCall
 from .reasons import reason_text
 from .requests import Requests
 from .served import ServedCalls
@@ -73,19 +74,25 @@ class RelayedCalls:
         else:
             self._requests.report(key, token, kind, payload)
 
-    def forward(self, key: str, message: Any) -> None:
-        """Pass a call on that was accepted."""
-        self._requests.begin(key, message, OpenRequest(lambda: message, self.report))
+    def serve(self, key: str, message: Any, call: WaitingCall) -> bool:
+        """Pass a call on if it is accepted."""
+        is_accepted = self._served.serve(key, message, call)
+        if is_accepted:
+            self._requests.begin(key, message, OpenRequest(lambda: message, self.report))
+        return is_accepted
 
-    def call_off(self, key: str) -> None:
+    def recall(self, key: str, call: WaitingCall) -> bool:
         """Have the controller end a goal that the robot has cancelled."""
-        self._requests.recall(key)
+        is_recalled = self._served.recall(key, call)
+        if is_recalled:
+            self._requests.recall(key)
+        return is_recalled
 
     def call_all_off(self) -> None:
         """Have the controller end all goals."""
         for key, _ in self._calls.running():
             if self._parts.communications[key].sort == "outgoing action":
-                self.call_off(key)
+                self._requests.recall(key)
 
     def miss(self, missed: Missed) -> None:
         """End a call whose answer has missed its deadline, unless the controller works on it."""

@@ -7,7 +7,7 @@ from collections import deque
 from typing import Any, Callable, Deque, Dict, FrozenSet, NamedTuple, Optional, Tuple
 
 from .engine_parts import BoundInput
-from .judging_engine import JudgingPort
+from .judge import JudgingPort
 from .model import Controller
 
 

@@ -20,6 +20,10 @@ Read = Callable[[ScheduledCommand, Any], Tuple[Any, ...]]
 """Returns what a model reads of a command with these data."""
 
 
+def _nothing(command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
+    return ()  # only a supervisor's model may read the data
+
+
 class Sending:
     """Sends the commands of an engine. Only the thread that has the turn may call the methods.
 
@@ -121,7 +125,7 @@ class Sending:
             if parts.communications[key].sort == "action":
                 parts.gate.cancel(key, token)
 
-    def stop(self, read: Read, is_wanted: Callable[[], bool]) -> FrozenSet[str]:
+    def stop(self, is_wanted: Callable[[], bool], read: Read = _nothing) -> FrozenSet[str]:
         """Send the stop command, if there is one, whatever its guard; apply it only if the
         components allow it.
 

@@ -211,7 +211,7 @@ class Reporter:
 
     def __init__(
         self,
-        engine: Engine,
+        engine: Engine[Any],
         outlet: Outlet,
         model: Mapping[str, Any],
         diagnostics_period: float = 1.0,

@@ -256,15 +256,18 @@ def _links_missing(node: Any) -> tuple[str, ...]:
 def value_rules() -> dict[str, Rule]:
     """The rules of constants, parameters, named conditions and functions."""
 
-    def typed(what: str) -> ParserElement:
+    type_ = t.type_("a type after ':'")
+
+    def typed(what: str, type_: ParserElement) -> ParserElement:
         return (
             t.name(f"a name for the {what}")
             - symbol(":", f"':' after the name of the {what}")
-            - t.type_("a type after ':'")
+            - type_
         )
 
-    constant = typed("constant") - symbol("=", "'=' and a value") - data_part()
-    parameter = typed("parameter") - maybe(symbol("=") - data_part())
+    constant = typed("constant", type_) - symbol("=", "'=' and a value") - data_part()
+    ranged = either([t.ranged_double(), type_], "a type after ':'")
+    parameter = typed("parameter", ranged) - maybe(symbol("=") - data_part())
     condition = (
         t.name("a name for the condition")
         - symbol("=", "'=' after the name of the condition")

@@ -179,10 +179,11 @@ ExprNode: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class BasicTypeNode(_Node):
-    """``string``, ``boolean``, ``double``, ``none`` or ``integer``; bounds only for the last."""
+    """``string``, ``boolean``, ``double``, ``none`` or ``integer``; bounds only for the last, and
+    for the ``double`` of a parameter."""
 
     name: Literal["string", "boolean", "double", "none", "integer"]
-    bounds: tuple[int, int] | None = None
+    bounds: tuple[int, int] | tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

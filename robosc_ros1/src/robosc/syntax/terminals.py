@@ -225,9 +225,23 @@ def type_(expected: str) -> ParserElement:
     return kind
 
 
+def ranged_double() -> ParserElement:
+    """``double(0.1..2.0)``, the type of a parameter; leaves a node of a type."""
+    bound = terminal("'-'? NUMBER", "a number", _build_bound)
+    bounds = symbol("(") - bound - symbol("..") - bound - symbol(")")
+    opening = terminal("double (?= '(' )", "a type")
+    return built(opening - built(bounds, make_tuple), make_node(BasicTypeNode, "double"))
+
+
+def _build_bound(reading: ParseState, start: int, end: int, parts: list[Any]) -> float:
+    number = float(make_number(reading, end - 1))
+    return number if end == start + 1 else -number
+
+
 def _refuse_range(kinds: str, loc: int, found: ParseResults) -> None:
     hint = "write the type alone, and compare the value where it decides"
-    raise Stop(kinds, loc + 1, "only 'integer' has a range", hint=hint)
+    message = "only 'integer', and the 'double' of a parameter, have a range"
+    raise Stop(kinds, loc + 1, message, hint=hint)
 
 
 def ros_type(expected: str) -> ParserElement:

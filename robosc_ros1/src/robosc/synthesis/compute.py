@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from math import prod
 
@@ -19,6 +19,7 @@ from robosc.synthesis.explain.conflicts import Identity, with_conflicts
 from robosc.synthesis.explicit.explicit_engine import Limit, TooMany
 from robosc.synthesis.explicit.synthesize import enabled_commands, synthesize_explicit
 from robosc.synthesis.formatting import contributors
+from robosc.synthesis.result import Solved
 from robosc.synthesis.time_limit import ExplanationTime
 
 _FEW_STATES = 100_000
@@ -35,6 +36,8 @@ _FIRST_STEPS = 20_000
 """Steps after which this is looked at."""
 _WHOLE = 2**12
 """Product size up to which a plant is not decomposed."""
+_KEPT_NODES = 2**22
+"""Nodes of parts, some 150 MB, that are kept until all parts are solved."""
 _TOGETHER = 2**6
 """Product size up to which small parts are solved together, as measured."""
 
@@ -45,14 +48,15 @@ def synthesize(
     max_states: int | None = None,
     progress: Progress | None = None,
     explain_seconds: float | None = None,
+    solved: Callable[[Supervisor], None] | None = None,
 ) -> Supervisor:
     """Return the maximally permissive, safe, controllable and nonblocking supervisor of a plant.
 
     ``engine`` is ``auto``, ``explicit`` (also called ``dense``) or ``bdd``. ``max_states`` bounds
     how many states the explicit engine visits, of each independent part
     (None: ``limits.EXPLICIT_STATES``). ``explain_seconds`` of processor time may be spent on
-    explanations (None: about as long as synthesis takes). An empty supervisor is a result, not an
-    error.
+    explanations (None: about as long as synthesis takes); before, ``solved`` is called with the
+    supervisor as it is without them. An empty supervisor is a result, not an error.
 
     Raises:
         StateSpaceError: there are more states, and no other engine may be used.
@@ -62,23 +66,62 @@ def synthesize(
     parts = [plant]
     if prod(variable.size for variable in plant.variables) > _WHOLE:
         parts = independent_parts(plant, _TOGETHER)
-    found = []
-    try:
-        for part in parts:
-            found.append(_synthesize(part, engine, most, progress, explaining))
-            if found[-1].engine == "bdd" and part is not plant:
-                gc.collect()  # frees the diagrams of this part before the next is solved
-                gc.freeze()  # later collections skip what survived
-    finally:
-        if len(parts) > 1:
-            gc.unfreeze()
-    supervisor = found[0] if len(found) == 1 else combined(plant, found)
+    found = _Parts()
+    for part in parts:
+        found.make_room()
+        found.add(_synthesize(part, engine, most, progress, explaining))
+    if solved is not None:
+        solved(found.supervisor(plant))
+    supervisor = found.explained(plant)
     if not all(map(_is_quick, parts)):
         return supervisor
     try:
-        return with_conflicts(supervisor, sum(part.plant_states for part in found), _allowed)
+        return with_conflicts(supervisor, found.plant_states, _allowed)
     except TooMany:
         return supervisor
+
+
+class _Parts:
+    """Independent parts that are solved, and explained once all of them are.
+
+    Diagrams are kept until then; where they are many, parts are explained before others are solved.
+    """
+
+    def __init__(self) -> None:
+        self._parts: list[Supervisor | Solved] = []
+
+    def add(self, part: Solved) -> None:
+        self._parts.append(part)
+
+    def make_room(self) -> None:
+        """Give up the diagrams of the parts so far if they are many."""
+        if sum(part.nodes for part in self._parts if isinstance(part, Solved)) > _KEPT_NODES:
+            self._explain()
+            gc.collect()
+
+    def supervisor(self, plant: Plant) -> Supervisor:
+        """Return the supervisor of the plant as far as it is explained."""
+        parts = self._each
+        return parts[0] if len(parts) == 1 else combined(plant, parts)
+
+    def explained(self, plant: Plant) -> Supervisor:
+        """Return the supervisor of the plant, all of it explained."""
+        self._explain()
+        return self.supervisor(plant)
+
+    @property
+    def plant_states(self) -> int:
+        """The states of all plants of parts together."""
+        return sum(part.plant_states for part in self._each)
+
+    @property
+    def _each(self) -> list[Supervisor]:
+        return [part.supervisor if isinstance(part, Solved) else part for part in self._parts]
+
+    def _explain(self) -> None:
+        self._parts = [
+            part.explained() if isinstance(part, Solved) else part for part in self._parts
+        ]
 
 
 def _is_quick(part: Plant) -> bool:
@@ -99,7 +142,7 @@ def _synthesize(
     max_states: int,
     progress: Progress | None,
     explaining: ExplanationTime,
-) -> Supervisor:
+) -> Solved:
     """Return the supervisor of a plant, without decomposition."""
     if engine == "bdd":
         return _symbolic(plant, progress, explaining)
@@ -118,7 +161,7 @@ def _synthesize(
         raise StateSpaceError(OUT_OF_MEMORY + advice) from None
 
 
-def _symbolic(plant: Plant, progress: Progress | None, explaining: ExplanationTime) -> Supervisor:
+def _symbolic(plant: Plant, progress: Progress | None, explaining: ExplanationTime) -> Solved:
     from robosc.synthesis.bdd.synthesize import synthesize_bdd
 
     return synthesize_bdd(plant, progress, explaining=explaining)

@@ -84,6 +84,10 @@ class System(Protocol):
         """How long explanations of it may take."""
 
     @property
+    def nodes(self) -> int:
+        """The nodes of the decision diagrams that it holds."""
+
+    @property
     def faults(self) -> FaultSearch:
         """Where the states are that are bad by themselves."""
 
@@ -201,6 +205,18 @@ def steps_of(stepper: Stepper, states: Sequence[PlantState]) -> tuple[Step, ...]
 
 
 def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> Step:
+    step = found_step(stepper, before, after)
+    assert step is not None, "the states do not follow each other"
+    return step
+
+
+def found_step(stepper: Stepper, before: PlantState, after: PlantState) -> Step | None:
+    """Return the first event of the plant under its requirements that leads from one state to
+    another; None if there is none.
+
+    Raises:
+        StateSpaceError: an event has too many values to find out.
+    """
     plant = stepper.plant
     changed = {variable for variable, old in enumerate(before) if after[variable] != old}
     sampled = False
@@ -213,7 +229,8 @@ def _step_between(stepper: Stepper, before: PlantState, after: PlantState) -> St
             if values is not None:
                 return make_step(plant, event, values, before, after)
             sampled = sampled or compiled.is_sampled
-    assert sampled, "the states do not follow each other"
+    if not sampled:
+        return None
     raise StateSpaceError(
         "too many parts of a message are compared to find the values that lead to a state:"
         " compare fewer of them in one message, or convert them by an enum"

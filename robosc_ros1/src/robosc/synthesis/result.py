@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from robosc.errors import Diagnostic, listing
 from robosc.expr.tree import FALSE, TRUE
@@ -36,50 +37,71 @@ def nothing_allowed(plant: Plant) -> tuple[Guard, ...]:
     )
 
 
-def make_supervisor(
-    system: System,
-    engine: str,
-    seconds: float,
-    sizes: Sizes,
-    guards: tuple[Guard, ...],
-    progress: Progress | None = None,
-) -> Supervisor:
-    """Return the supervisor that an engine found; without controlled states it is empty.
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """What an engine found: guards and sizes are there at once, what explains them takes longer.
 
-    ``guards`` are ignored then.
+    Without controlled states the supervisor is empty, and ``guards`` are ignored.
     """
-    empty = sizes.controlled_states == 0
-    if empty:
-        guards = nothing_allowed(system.plant)
-    left_out: tuple[Diagnostic, ...] = ()
-    told: tuple[Diagnostic, ...] = ()
-    with system.time.running(seconds):
-        if empty:
-            explanations: tuple[Explanation, ...] = (explain_empty(system),)
-        else:
-            explanations, left_out = explain_guards(system, guards, progress)
-            told = warnings(system, guards)
-    properties = Properties((), None) if empty else examine(system, guards, sizes.controlled_states)
-    return Supervisor(
-        plant=system.plant,
-        engine=engine,
-        seconds=seconds,
-        plant_states=sizes.plant_states,
-        controlled_states=sizes.controlled_states,
-        controlled_transitions=sizes.controlled_transitions,
-        guards=guards,
-        explanations=explanations,
-        properties=properties.holds,
-        diagnostics=(
-            # What has no trace at all the model itself rules out, and a warning says so.
-            *_together([e for e in explanations if empty or e.trace or not e.traced]),
-            *left_out,
-            *told,
-            *properties.diagnostics,
-        ),
-        empty=empty,
-        step_bound=properties.step_bound,
-    )
+
+    system: System
+    engine: str
+    seconds: float
+    sizes: Sizes
+    guards: tuple[Guard, ...]
+    progress: Progress | None = None
+
+    @property
+    def nodes(self) -> int:
+        """The nodes of decision diagrams that are kept for explanations."""
+        return self.system.nodes
+
+    @cached_property
+    def supervisor(self) -> Supervisor:
+        """The supervisor, not explained yet: no reasons, no diagnostics, no properties."""
+        empty = self.sizes.controlled_states == 0
+        return Supervisor(
+            plant=self.system.plant,
+            engine=self.engine,
+            seconds=self.seconds,
+            plant_states=self.sizes.plant_states,
+            controlled_states=self.sizes.controlled_states,
+            controlled_transitions=self.sizes.controlled_transitions,
+            guards=nothing_allowed(self.system.plant) if empty else self.guards,
+            explanations=(),
+            properties=(),
+            empty=empty,
+        )
+
+    def explained(self) -> Supervisor:
+        """Return the supervisor with reasons, diagnostics and properties."""
+        system, guards, empty = self.system, self.supervisor.guards, self.supervisor.empty
+        left_out: tuple[Diagnostic, ...] = ()
+        told: tuple[Diagnostic, ...] = ()
+        with system.time.running(self.seconds):
+            if empty:
+                explanations: tuple[Explanation, ...] = (explain_empty(system),)
+            else:
+                explanations, left_out = explain_guards(system, guards, self.progress)
+                told = warnings(system, guards)
+        properties = Properties((), None)
+        if not empty:
+            properties = examine(system, guards, self.sizes.controlled_states)
+        return replace(
+            self.supervisor,
+            explanations=explanations,
+            properties=properties.holds,
+            diagnostics=(
+                # What has no trace at all the model itself rules out, and a warning says so.
+                *_together(
+                    [e for e in explanations if e.told and (empty or e.trace or not e.traced)]
+                ),
+                *left_out,
+                *told,
+                *properties.diagnostics,
+            ),
+            step_bound=properties.step_bound,
+        )
 
 
 def _together(explanations: Sequence[Explanation]) -> Iterator[Diagnostic]:

@@ -26,12 +26,42 @@ def lost_error() -> BaseException:
     return _time_is_up[-1] if _time_is_up else KeyboardInterrupt()
 
 
+class Limited:
+    """A progress callback that raises once the processor time is used up."""
+
+    def __init__(self, seconds: float, progress: Progress | None, told: str) -> None:
+        self._seconds = seconds
+        self._progress = progress
+        self._told = told.format(seconds)
+        self._end = time.process_time() + seconds
+        self.has_timer = _has_timer() and 0 < seconds < math.inf
+
+    def __call__(self, what: str, done: int, most: int) -> None:
+        if time.process_time() > self._end:
+            self.stop()
+        if self._progress is not None:
+            self._progress(what, done, most)
+
+    def stop(self, signum: int = 0, frame: FrameType | None = None) -> None:
+        """Raises:
+        StateSpaceError: in any case.
+        """
+        _time_is_up.append(StateSpaceError(self._told))
+        raise _time_is_up[-1]
+
+    def renew(self) -> None:
+        """Give what follows as much time again."""
+        self._end = time.process_time() + self._seconds
+        if self.has_timer:
+            signal.setitimer(signal.ITIMER_PROF, self._seconds, _AGAIN)
+
+
 @contextmanager
 def processor_time(
     seconds: float,
     progress: Progress | None,
     told: str = "it takes more than {:g} s; 'robosc synthesize' has no time limit",
-) -> Iterator[Progress]:
+) -> Iterator[Limited]:
     """Return a progress callback that raises once ``seconds`` of processor time are used up.
 
     ``told`` is the error, with the seconds. ``progress`` is called, too. In the main thread a timer
@@ -41,23 +71,12 @@ def processor_time(
     Raises:
         StateSpaceError: the time is up.
     """
-    end = time.process_time() + seconds
-
-    def stop(signum: int = 0, frame: FrameType | None = None) -> None:
-        _time_is_up.append(StateSpaceError(told.format(seconds)))
-        raise _time_is_up[-1]
-
-    def limited(what: str, done: int, most: int) -> None:
-        if time.process_time() > end:
-            stop()
-        if progress is not None:
-            progress(what, done, most)
-
-    if not _has_timer() or not 0 < seconds < math.inf:
+    limited = Limited(seconds, progress, told)
+    if not limited.has_timer:
         yield limited
         return
-    before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds, _AGAIN)
+    before = signal.signal(signal.SIGPROF, limited.stop)
+    limited.renew()
     try:
         try:
             yield limited

@@ -6,8 +6,8 @@ import functools
 import std_msgs.msg
 from std_msgs.msg import String
 
+from ._runtime.commanding import controller_engine
 from ._runtime.connections import UNSERVED
-from ._runtime.engine import Engine
 from ._runtime.port import Port
 from ._runtime.telemetry import Outlet, dump
 
@@ -66,7 +66,7 @@ class Caller:
 class CallingPort(Port):
     """A port whose services and actions are objects that report to the engine, by key."""
 
-    engine_type = Engine
+    make_engine = staticmethod(controller_engine)
 
     def __init__(self, services, actions, served=(), former=()):
         self._services = services

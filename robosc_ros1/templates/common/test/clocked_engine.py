@@ -20,18 +20,22 @@ LOOK = 0.02
 def use(package, is_heard):
     """Have the node of a package made with this engine; ``is_heard`` tells whether the player has
     connected with it."""
-    engine, port = (import_module("%s._runtime.%s" % (package, n)) for n in ("engine", "port"))
+    port = import_module(package + "._runtime.port")
+    make_engine = import_module(package + "._runtime.commanding").controller_engine
 
-    class ClockedEngine(engine.Engine):
-        def __init__(self, controller, own, settings):
-            super().__init__(controller, own, settings, steady=own.now)
-            self._pauses.look = lambda: None
+    def make(controller, own, settings):
+        engine = make_engine(controller, own, settings, own.now)
+        engine.pauses.look = lambda: None
+        run = engine.run
 
-        def run(self):
-            while self._port.now() == port.BEFORE_TIME or not is_heard(self._port):
+        def run_with_the_clock():
+            while own.now() == port.BEFORE_TIME or not is_heard(own):
                 time.sleep(LOOK)
-            super().run()
+            run()
 
-    import_module(package + ".ros").RosPort.engine_type = ClockedEngine
+        engine.run = run_with_the_clock
+        return engine
+
+    import_module(package + ".ros").RosPort.make_engine = staticmethod(make)
     node = import_module(package + ".ros_node")
     node.Reporter = partial(node.Reporter, diagnostics_period=LOOK)

@@ -43,7 +43,9 @@ def attributes_of(
     }
     parts = {part.name: names.take(part.name) for part in part_names.definitions}
     lasting = {one.name: names.take(f"is_{snake_case(one.name)}") for one in robot.lasting}
-    return Attributes(locations, variables, phases, functions, entries, parameters, parts, lasting)
+    return Attributes(
+        robot, locations, variables, phases, functions, entries, parameters, parts, lasting
+    )
 
 
 def word_of(key: str, robot: Robot) -> str:

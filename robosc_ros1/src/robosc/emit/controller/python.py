@@ -45,6 +45,7 @@ from robosc.expr.types import (
     StringType,
     Type,
 )
+from robosc.model.entities import Robot
 from robosc.plant.counting import with_counts
 from robosc.plant.logic import conjunction, disjunction, exact, negation
 from robosc.plant.places import written_out
@@ -94,6 +95,7 @@ class Attributes:
     that hold parameters, by their keys. ``parts`` are methods, by the names of parts of guards.
     """
 
+    robot: Robot
     locations: Mapping[str, str]
     variables: Mapping[str, str]
     phases: Mapping[tuple[str, str], str]
@@ -120,7 +122,7 @@ class Attributes:
         def part(node: Part, whole: str) -> str:
             return converted(node.carried, defined_access(whole, node.path), self)
 
-        spread = _spread(written_out(exact(with_counts(expr, chains=False))))
+        spread = _spread(written_out(exact(with_counts(expr, self.robot, chains=False))))
         return to_python(spread, leaf, _constant, convert, part)
 
     def operand(self, expr: Expr) -> str:

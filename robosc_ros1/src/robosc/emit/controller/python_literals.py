@@ -3,49 +3,117 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from robosc.emit.write.line_breaks import INDENT, WIDTH, broken_string, quoted
 
+_LONG = 2000
+"""Characters of a list from which on it is written once where it occurs several times."""
+
 
 def assignment(name: str, value: Any) -> str:
     """The statement that gives a name a value of dicts, lists, tuples and primitive values."""
-    return "\n".join(_lines(f"{name} = ", value, "", "")) + "\n"
+    return "\n".join(_Layout({}).lines(f"{name} = ", value, "", "")) + "\n"
 
 
-def _lines(head: str, value: Any, tail: str, indent: str) -> Iterator[str]:
-    text = literal(value)
-    if len(indent + head + text + tail) <= WIDTH or not value:
-        yield indent + head + text + tail
-    elif isinstance(value, str):
-        parts = broken_string("", text, "", indent + INDENT)
-        yield from (f"{indent}{head}(", *parts, f"{indent}){tail}")
-    elif isinstance(value, dict):
-        yield f"{indent}{head}{{"
-        for key, entry in value.items():
-            yield from _lines(f"{literal(key)}: ", entry, ",", indent + INDENT)
-        yield f"{indent}}}{tail}"
-    elif isinstance(value, list | tuple):
-        start, end = "[]" if isinstance(value, list) else "()"
-        yield indent + head + start
-        for entry in value:
-            yield from _lines("", entry, ",", indent + INDENT)
-        yield indent + end + tail
-    else:
-        yield indent + head + text + tail
+def assignments(name: str, value: Any) -> str:
+    """The same, after statements for long lists that occur several times, as one object."""
+    names: dict[int, str] = {}
+    layout = _Layout(names)
+    found: list[str] = []
+    for shared in _shared(value):
+        part = f"PART_{len(names) + 1}"
+        found += [*layout.lines(f"{part} = ", shared, "", ""), ""]
+        names[id(shared)] = part
+    return "\n".join([*found, *layout.lines(f"{name} = ", value, "", "")]) + "\n"
+
+
+def _shared(value: Any) -> list[list[Any]]:
+    """The long lists that occur several times, each after those in it."""
+    times: Counter[int] = Counter()
+    seen: list[Any] = []
+
+    def visit(part: Any) -> None:
+        if isinstance(part, dict | list | tuple):
+            times[id(part)] += 1
+            if times[id(part)] == 1:
+                for entry in part.values() if isinstance(part, dict) else part:
+                    visit(entry)
+                seen.append(part)
+
+    visit(value)
+    layout = _Layout({})
+    return [
+        part
+        for part in seen
+        if isinstance(part, list) and times[id(part)] > 1 and layout.within(part, _LONG) is None
+    ]
 
 
 def literal(value: Any) -> str:
     """The value on one line."""
-    if isinstance(value, str):
-        return quoted(value)
-    if isinstance(value, dict):
-        return f"{{{', '.join(f'{literal(k)}: {literal(v)}' for k, v in value.items())}}}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(literal, value))}]"
-    if isinstance(value, tuple):
-        return f"({', '.join(map(literal, value))}{',' * (len(value) == 1)})"
-    if isinstance(value, float) and not math.isfinite(value):
-        return f'float("{value}")'
-    return repr(value)
+    text = _Layout({}).within(value, math.inf)
+    assert text is not None
+    return text
+
+
+class _Layout:
+    """Writes data; ``names`` are those of lists that are written already, by identity."""
+
+    def __init__(self, names: Mapping[int, str]) -> None:
+        self._names = names
+
+    def lines(self, head: str, value: Any, tail: str, indent: str) -> Iterator[str]:
+        """Yield the lines of a value, with what stands before and behind it."""
+        text = self.within(value, WIDTH - len(indent + head + tail))
+        if text is not None:
+            yield indent + head + text + tail
+        elif isinstance(value, str) and value:
+            parts = broken_string("", quoted(value), "", indent + INDENT)
+            yield from (f"{indent}{head}(", *parts, f"{indent}){tail}")
+        elif isinstance(value, dict) and value:
+            yield f"{indent}{head}{{"
+            for key, entry in value.items():
+                yield from self.lines(f"{literal(key)}: ", entry, ",", indent + INDENT)
+            yield f"{indent}}}{tail}"
+        elif isinstance(value, list | tuple) and value:
+            start, end = "[]" if isinstance(value, list) else "()"
+            yield indent + head + start
+            for entry in value:
+                yield from self.lines("", entry, ",", indent + INDENT)
+            yield indent + end + tail
+        else:
+            yield indent + head + literal(value) + tail
+
+    def within(self, value: Any, room: float) -> str | None:
+        """Return the value on one line, if it has not more characters than ``room``."""
+        text: str | None
+        if id(value) in self._names:
+            text = self._names[id(value)]
+        elif isinstance(value, str):
+            text = quoted(value)
+        elif isinstance(value, dict):
+            text = self._joined((entry for pair in value.items() for entry in pair), "{}", room)
+        elif isinstance(value, list | tuple):
+            text = self._joined(value, "[]" if isinstance(value, list) else "()", room)
+        elif isinstance(value, float) and not math.isfinite(value):
+            text = f'float("{value}")'
+        else:
+            text = repr(value)
+        return None if text is None or len(text) > room else text
+
+    def _joined(self, entries: Iterable[Any], brackets: str, room: float) -> str | None:
+        """Return entries in brackets; those of a dict are keys and values in turn."""
+        parts: list[str] = []
+        for entry in entries:
+            text = self.within(entry, room)
+            if text is None:
+                return None
+            room -= len(text) + 2
+            parts.append(text)
+        if brackets == "{}":
+            parts = [f"{key}: {value}" for key, value in zip(parts[::2], parts[1::2], strict=True)]
+        comma = "," * (brackets == "()" and len(parts) == 1)
+        return f"{brackets[0]}{', '.join(parts)}{comma}{brackets[1]}"

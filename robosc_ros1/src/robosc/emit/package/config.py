@@ -136,7 +136,7 @@ def declared_parameters(
             default=p.default,
             attribute="" if attributes is None else attributes[p.key],
             required=p.required,
-            **_allowed(p.type),
+            **{**_allowed(p.type), **_between(p.bounds)},
         )
         for p in robot.parameters
     ]
@@ -158,6 +158,10 @@ def _shape(type_: Type) -> Any:
         case ObjectType(properties=properties):
             return {name: _shape(inner) for name, inner in properties}
     return _allowed(type_)["type"]
+
+
+def _between(bounds: tuple[float, float] | None) -> dict[str, Any]:
+    return {} if bounds is None else {"minimum": bounds[0], "maximum": bounds[1]}
 
 
 def _allowed(type_: Type) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from robosc.emit.controller.naming import place
 from robosc.emit.package.model_document import Json
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import fold
 from robosc.expr.tree import (
     Aggregate,
@@ -57,6 +58,15 @@ from robosc.plant.places import written_out
 from robosc.supervisor import Guard
 
 
+class _Enums(dict[str, EnumType]):
+    """The enums that were met, by name. ``trees`` are those of expressions that were met: what
+    several have in common is one object."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.trees: IdentityCache[Json] = IdentityCache()
+
+
 def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
     """What an interpreter needs: expressions and types as nested lists.
 
@@ -68,7 +78,7 @@ def plant_data(robot: Robot, guards: Iterable[Guard] = ()) -> dict[str, Json]:
     leaves ``["literal", v]``, ``["variable", "C.v"]``, ``["state", "C", "s"]``,
     ``["parameter", name]``, ``["value", path, type]``.
     """
-    enums: dict[str, EnumType] = {}
+    enums = _Enums()
     usage = Usage(robot)
     judged = [r for r in robot.requirements if robot.supervises and r.on_data]
     kinds = {key: command.kind for key, command in robot.commands.items()}
@@ -111,7 +121,7 @@ def _of_others(
     guards: Iterable[Guard],
     judged: Iterable[Requirement],
     corrected: Iterable[Provide],
-    enums: dict[str, EnumType],
+    enums: _Enums,
 ) -> dict[str, Json]:
     """What a supervisor judges and corrects of the data of another controller, if it does."""
     found: dict[str, Json] = {
@@ -128,13 +138,13 @@ def _of_others(
     return {name: entries for name, entries in found.items() if entries}
 
 
-def _lasting(robot: Robot, enums: dict[str, EnumType]) -> dict[str, Json]:
+def _lasting(robot: Robot, enums: _Enums) -> dict[str, Json]:
     """What lasting conditions are about, each behind those that it reads, if there are some."""
     found: list[Json] = [[one.name, _tree(one.condition, enums)] for one in robot.lasting]
     return {"lasting": found} if found else {}
 
 
-def _assumed(robot: Robot, enums: dict[str, EnumType]) -> dict[str, Json]:
+def _assumed(robot: Robot, enums: _Enums) -> dict[str, Json]:
     """What the robot is assumed not to do, if something is; ``events`` are those of the
     communication that one assumption concerns."""
     found: list[Json] = [
@@ -150,7 +160,7 @@ def _assumed(robot: Robot, enums: dict[str, EnumType]) -> dict[str, Json]:
     return {"assumptions": found} if found else {}
 
 
-def _required(requirement: Requirement, enums: dict[str, EnumType]) -> dict[str, Json]:
+def _required(requirement: Requirement, enums: _Enums) -> dict[str, Json]:
     return {
         "kind": requirement.kind,
         "communications": list(requirement.communications),
@@ -162,7 +172,7 @@ def _required(requirement: Requirement, enums: dict[str, EnumType]) -> dict[str,
     }
 
 
-def _statement(provide: Provide, robot: Robot, enums: dict[str, EnumType]) -> dict[str, Json]:
+def _statement(provide: Provide, robot: Robot, enums: _Enums) -> dict[str, Json]:
     condition = provide.condition
     return {
         "communication": provide.communication,
@@ -172,7 +182,7 @@ def _statement(provide: Provide, robot: Robot, enums: dict[str, EnumType]) -> di
 
 
 def _plant_communication(
-    communication: Communication, robot: Robot, enums: dict[str, EnumType], usage: Usage
+    communication: Communication, robot: Robot, enums: _Enums, usage: Usage
 ) -> Json:
     binding, age = communication.binding, communication.max_age
 
@@ -199,7 +209,7 @@ def _plant_communication(
     }
 
 
-def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
+def _plant_component(component: Component, enums: _Enums) -> Json:
     behaviour = component.behaviour
     assert behaviour is not None
 
@@ -224,7 +234,7 @@ def _plant_component(component: Component, enums: dict[str, EnumType]) -> Json:
     }
 
 
-def _transition(place: str | None, transition: Transition, enums: dict[str, EnumType]) -> Json:
+def _transition(place: str | None, transition: Transition, enums: _Enums) -> Json:
     """A transition, which leaves a place, with what its kind of events has."""
 
     def tree(expr: Expr | None) -> Json:
@@ -246,14 +256,14 @@ def _transition(place: str | None, transition: Transition, enums: dict[str, Enum
     }
 
 
-def _provided(data: Data, command: Command, enums: dict[str, EnumType]) -> Json:
+def _provided(data: Data, command: Command, enums: _Enums) -> Json:
     """Provided data: of fields, of the only field, or a whole object that was stored."""
     if isinstance(data, Operation | Leaf) and isinstance(command.type, ObjectType):
         return {"whole": _tree(data, enums)}
     return _data(data, command, enums)
 
 
-def _data(data: Data, command: Command, enums: dict[str, EnumType]) -> Json:
+def _data(data: Data, command: Command, enums: _Enums) -> Json:
     if isinstance(data, DataArray):
         return {"elements": [_data(d, command, enums) for d in data.elements]}
     if isinstance(data, DataObject):
@@ -261,7 +271,7 @@ def _data(data: Data, command: Command, enums: dict[str, EnumType]) -> Json:
     return {"field": command.field, "value": _tree(data, enums)}
 
 
-def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
+def _tree(expr: Expr, enums: _Enums) -> Json:
     def leaf(node: Literal | Leaf) -> Json:
         match node:
             case Literal(value=value):
@@ -282,6 +292,10 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
                 return ["phase", key, phase]
 
     def operation(node: Operation, operands: tuple[Json, ...]) -> Json:
+        return enums.trees.of(node, lambda node: made(node, operands))
+
+    def made(node: Expr, operands: tuple[Json, ...]) -> Json:
+        assert isinstance(node, Operation)
         if isinstance(node, Convert):
             return ["convert", _type(node.type, enums), *operands]
         if isinstance(node, Aggregate):
@@ -292,10 +306,10 @@ def _tree(expr: Expr, enums: dict[str, EnumType]) -> Json:
             return ["part", *operands, list(node.path), _type(node.carried, enums)]
         return [node.operation.key, *operands]
 
-    return fold(written_out(expr), leaf, operation)
+    return fold(written_out(expr), leaf, operation, known=enums.trees.known)
 
 
-def _type(type_: Type, enums: dict[str, EnumType]) -> Json:
+def _type(type_: Type, enums: _Enums) -> Json:
     match type_:
         case NoneType() | BooleanType() | StringType() | DoubleType():
             return [str(type_)]
@@ -311,7 +325,7 @@ def _type(type_: Type, enums: dict[str, EnumType]) -> Json:
             return ["enum", name]
 
 
-def _enum_tables(enums: dict[str, EnumType]) -> dict[str, Json]:
+def _enum_tables(enums: _Enums) -> dict[str, Json]:
     """All enums found, and those that their rules and sources mention."""
     tables: dict[str, Json] = {}
     while pending := [name for name in enums if name not in tables]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from robosc.emit.controller.assembly import controller_context
 from robosc.emit.controller.naming import file_of
-from robosc.emit.controller.python_literals import assignment, literal
+from robosc.emit.controller.python_literals import assignment, assignments, literal
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.package.config import Config
 from robosc.emit.package.model_document import model_document
@@ -187,7 +187,7 @@ def _robot_module(target: Target, robot: Robot, context: PackageContext) -> str:
 
 def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:
     sentence = "The model as data, for the test that plays the robot."
-    plant = assignment("PLANT", plant_data(robot, guards))
+    plant = assignments("PLANT", plant_data(robot, guards))
     return _data_module(source, sentence, f"\n{plant}")
 
 

@@ -249,15 +249,18 @@ class TypeTable(KnownTypes):
             return TYPES_BY_WORD[node.name]
         if node.bounds[0] > node.bounds[1]:
             low, high = node.bounds
-            meant = f"integer({high}..{low})"
+            meant = f"{node.name}({high}..{low})"
             self._report.add(
                 "empty-range",
                 node.span,
-                f"no integer is at least {low} and at most {high}",
+                f"no {node.name} is at least {low} and at most {high}",
                 Remedy(f"write {meant}", Change.REPLACE, (meant,)),
             )
             return None
-        return IntegerType(node.bounds)
+        low, high = node.bounds
+        if node.name == "integer":
+            return IntegerType((int(low), int(high)))
+        return TYPES_BY_WORD[node.name]
 
     def called_enum(self, function: Access) -> EnumType | None:
         """The enum that is called as a function, which may be declared further down."""

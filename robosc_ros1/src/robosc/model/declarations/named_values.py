@@ -27,7 +27,14 @@ from robosc.runtime.parameter_values import LEAST_PARAMETER, MOST_PARAMETER
 from robosc.runtime.values import NOW
 from robosc.source import Span
 from robosc.syntax.leaves import MAX_INTEGER
-from robosc.syntax.nodes import ConditionNode, ConstantNode, DataNode, ParameterNode, ValueNode
+from robosc.syntax.nodes import (
+    BasicTypeNode,
+    ConditionNode,
+    ConstantNode,
+    DataNode,
+    ParameterNode,
+    ValueNode,
+)
 
 
 @dataclass
@@ -114,7 +121,19 @@ class NamedValueTyper:
         if default is None:
             return None
         whole = completed(default.value, default.type)
-        return ParameterRef(RosParameter(key, default.type, whole, place), place)
+        bounds = _bounds_of(node)
+        if bounds is not None and not bounds[0] <= default.value <= bounds[1]:  # type: ignore[operator]
+            message = f"{default.value} is outside the range of {what}"
+            hint = f"it takes {bounds[0]} to {bounds[1]}"
+            given = self.types.given.get(node.name.text)
+            value = node.value if given is None else given.node
+            span = node.span if value is None else value.span
+            (self.report if given is None else given.report).add(
+                "out-of-range", span, message, hint
+            )
+            return None
+        parameter = RosParameter(key, default.type, whole, place, bounds=bounds)
+        return ParameterRef(parameter, place)
 
     def _may_lack_value(self, node: ParameterNode, type_: Type, what: str) -> bool:
         if isinstance(type_, ArrayType | ObjectType):
@@ -245,3 +264,10 @@ def _as_data(value: Any, type_: Type, span: Span) -> Data:
         case ArrayType(element=element):
             return DataArray(tuple(_as_data(part, element, span) for part in value), span=span)
     return Literal(value, type_, span)
+
+
+def _bounds_of(node: ParameterNode) -> tuple[float, float] | None:
+    match node.type:
+        case BasicTypeNode(name="double", bounds=(low, high)):
+            return float(low), float(high)
+    return None

@@ -54,6 +54,7 @@ from robosc.model.typing.expected import (
     needs_of,
 )
 from robosc.model.typing.messages_about_types import VALUE_PLACES, alternatives, hint_for
+from robosc.model.typing.parameter_ranges import decided
 from robosc.model.typing.parts import Parts, path_of
 from robosc.model.typing.value_word import Incoming, is_value
 from robosc.syntax.nodes import (
@@ -208,7 +209,7 @@ class Typer:
         if left is None or right is None:
             return None
         type_ = result_type(operation.result, (left.type, right.type))
-        return Binary(node.operator, left, right, type_, node.span)
+        return decided(Binary(node.operator, left, right, type_, node.span))
 
     def _otherwise(self, node: BinaryNode, expected: ExpectedType) -> Expr | None:
         left = self.check(node.left, expected, "'else'")
@@ -261,7 +262,7 @@ class Typer:
         if other is None:
             return None
         left, right = (other, known) if open_left else (known, other)
-        return Binary(node.operator, left, right, BooleanType(), node.span)
+        return decided(Binary(node.operator, left, right, BooleanType(), node.span))
 
     def _is_open(self, node: ExprNode) -> bool:
         """Whether a side of a comparison is a name whose meaning the other side's type selects."""

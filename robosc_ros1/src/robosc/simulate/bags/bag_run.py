@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,8 +18,9 @@ from robosc.language.events import Kind
 from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Communication, Robot
 from robosc.progress import Progress
+from robosc.runtime.lateness import Lateness
 from robosc.runtime.matching import command_patterns
-from robosc.runtime.monitor_engine import MonitorEngine
+from robosc.runtime.monitoring import monitor_engine
 from robosc.runtime.observation import Handler, SeenAction, SeenActionOfRos2, SeenServiceOfRos2
 from robosc.runtime.recorder import Entry
 from robosc.runtime.seen import MonitorPort
@@ -77,30 +78,16 @@ class _BagPort(MonitorPort):
         """What matters is in the recorder."""
 
 
-class _BagEngine(MonitorEngine):
-    """An engine whose unexpected exceptions end the replay, which would meet them again for
-    ever."""
+class _OnTime(Lateness):
+    """A recording that is read tells nothing of how late its node was."""
 
-    expected: Callable[[str, float], float | None]
-    """The time until which a message may yet have come before another time; None: it may not."""
+    def note(self, delay: float) -> None:
+        """Do nothing."""
 
-    def _unexpected(self, error: Exception) -> None:
-        raise error
 
-    def _span(self) -> float:
-        """A recording that is read tells nothing of how late its node was."""
-        return self.tolerance
-
-    def _meet_earlier_deadlines(self) -> None:
-        if self._clocks.any_due():
-            now = self._now()
-            for key, left in self._clocks.time_left().items():
-                until = self.expected(key, now) if not left else None
-                if until is not None:
-                    # As if it had come so late that its timeout ends just behind the next one.
-                    arrival = until + _BEHIND - self.settings.timeout_of(key)
-                    self._clocks.heard((key,), min(now, arrival))
-        super()._meet_earlier_deadlines()
+def _raise(error: Exception) -> None:
+    """End the replay, which would meet an unexpected exception again for ever."""
+    raise error
 
 
 @dataclass
@@ -153,11 +140,15 @@ class BagRun:
         self._port = _BagPort(bag)
         controller = make_controller(supervisor)
         controller.configure(settings.more)
-        self.engine = _BagEngine(controller, self._port, settings, self._port.now)
+        self.engine = monitor_engine(
+            controller, self._port, settings, self._port.now, _OnTime(self._port.now)
+        )
+        self.engine.unexpected = _raise
+        self._judge = self.engine.role
         self.engine.recorder.now = self._port.now
         if described:
-            self.engine.describe = lambda message: message
-        self.engine.expected = self._expected
+            self._judge.describe = lambda message: message
+        self._judge.before_clocks = self._hear_what_may_have_come
         self._ahead = Lookahead(())
         self._timed: dict[str, str] = {}
         self.undecided = Counter[str]()
@@ -189,7 +180,7 @@ class BagRun:
     def unjudged(self) -> Sequence[tuple[str, str]]:
         """The commands, by name and kind, that depend on what is not seen."""
         names = self.supervisor.plant.robot.display_names
-        return [(names[key], kind) for key, kind in self.engine.unjudged]
+        return [(names[key], kind) for key, kind in self._judge.unjudged]
 
     def entries(self, progress: Progress) -> Iterator[Entry]:
         """Follow the recording; the events, with the verdicts on them."""
@@ -205,7 +196,7 @@ class BagRun:
                 handle(message)
             engine.cycle()
             yield from engine.recorder.take()
-        self._wait(port.time + engine.tolerance)
+        self._wait(port.time + self._judge.tolerance)
         engine.cycle()
         yield from engine.recorder.take()
 
@@ -219,6 +210,17 @@ class BagRun:
             port.time = max(port.time + delay, math.nextafter(port.time, math.inf))
             engine.cycle()
         port.time = max(port.time, time)
+
+    def _hear_what_may_have_come(self) -> None:
+        clocks = self.engine.parts.clocks
+        if clocks.any_due():
+            now = self.engine.parts.now()
+            for key, left in clocks.time_left().items():
+                until = self._expected(key, now) if not left else None
+                if until is not None:
+                    # As if it had come so late that its timeout ends just behind the next one.
+                    arrival = until + _BEHIND - self.settings.timeout_of(key)
+                    clocks.heard((key,), min(now, arrival))
 
     def _expected(self, key: str, time: float) -> float | None:
         """The time until which the message of a communication may yet have come before a time."""
@@ -264,21 +266,21 @@ class BagRun:
                 self._connect_commands(topic, matches)
             else:
                 self._heard.absent.append(topic)
-        self.engine.leave_out(self._heard.unseen)
-        self.engine.order_matters(not_commuting(self.supervisor))
+        self._judge.leave_out(self._heard.unseen)
+        self._judge.order_matters(not_commuting(self.supervisor))
 
     def _connect_commands(self, topic: str, matches: Sequence[CommandMatch]) -> None:
         rows = [(m.key, m.exact, m.field) for m in sorted(matches, key=lambda m: not m.exact)]
         patterns = command_patterns(rows, self.bag.make(topic))  # type: ignore[arg-type]
-        self._add(topic, lambda message: self.engine.offer(topic, patterns, message, None))
+        self._add(topic, lambda message: self._judge.offer(topic, patterns, message))
 
     def _connect_action(self, action: Communication) -> None:
         if self.bag.ros_1:
-            self._add_parts(action, SeenAction(self.engine, action.key).handlers)
+            self._add_parts(action, SeenAction(self._judge, action.key).handlers)
         elif self._reads_ends(action) or self._reads_goals(action):
             self._heard.unseen.append(action.key)
         else:
-            self._add_parts(action, SeenActionOfRos2(self.engine, action.key).handlers)
+            self._add_parts(action, SeenActionOfRos2(self._judge, action.key).handlers)
 
     def _reads_ends(self, action: Communication) -> bool:
         """Whether the model reads the goal's result, which a bag of ROS 2 does not have."""
@@ -293,7 +295,7 @@ class BagRun:
         return any(r.key == action.key and r.read is not None for r in rows)
 
     def _connect_service(self, service: Communication) -> None:
-        handlers = SeenServiceOfRos2(self.engine, service.key).handlers
+        handlers = SeenServiceOfRos2(self._judge, service.key).handlers
         if not self._add_parts(service, handlers):
             self._heard.unseen.append(service.key)
 

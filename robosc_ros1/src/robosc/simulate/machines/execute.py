@@ -31,6 +31,7 @@ from robosc.plant.event_values import value_parts, value_type
 from robosc.plant.step import valuations
 from robosc.runtime import model as runtime
 from robosc.runtime.calls import FAILED, Failure
+from robosc.runtime.commanding import controller_engine
 from robosc.runtime.engine import Engine
 from robosc.runtime.model import Controller
 from robosc.runtime.port import Data, Port, WaitingCall
@@ -163,7 +164,7 @@ class Execution:
     @property
     def next_command(self) -> float | None:
         """Seconds until a command is due; None: none is."""
-        return None if self.stopped is not None else self._engine._time_to_command(self.time)
+        return self._engine.role.due()
 
     @property
     def clocks(self) -> Mapping[str, float]:
@@ -193,12 +194,12 @@ class Execution:
             else:
                 self.fire(*step)
 
-    def _make(self) -> Engine:
+    def _make(self) -> Engine[Any]:
         """The engine, with a clock and a controller in its initial state."""
         self._clock = Clockwork()
         self._controller = make_controller(self.supervisor)
         read_given(self._controller, self.plant)
-        engine = Engine(self._controller, self._clock, self._settings, self._clock.now)
+        engine = controller_engine(self._controller, self._clock, self._settings, self._clock.now)
         engine.recorder.now = self._clock.now
         return engine
 

@@ -20,12 +20,11 @@ from robosc.plant.event_values import value_parts
 from robosc.runtime.calls import Failure
 from robosc.runtime.engine import Engine
 from robosc.runtime.matching import CommandPattern
-from robosc.runtime.offers import Reasons
 from robosc.runtime.port import Data
 from robosc.runtime.reasons import reason_text
 from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
-from robosc.runtime.supervisor_engine import SupervisorEngine, SupervisorPort
+from robosc.runtime.supervising import Supervising, SupervisorPort, supervisor_engine
 from robosc.runtime.values import jsonable
 from robosc.simulate.machines.execute import Clockwork, Execution, read_given
 from robosc.simulate.machines.generated import make_controller
@@ -65,11 +64,8 @@ class _Port(Clockwork, SupervisorPort):
     def composed(self, key: str, data: dict[str, Any] | None) -> Any:
         return dict(_leaves(data or {}))
 
-
-class _Engine(SupervisorEngine):
-    """Typed values have no fields but those that the model reads, by path."""
-
-    def _changes(self, sent: Any, made: Any, data: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    def changes(self, sent: Any, made: Any, data: dict[str, Any]) -> dict[str, dict[str, Any]]:
+        """Typed values have no fields but those that the model reads, by path."""
         return {
             path_text(path): {"sent": jsonable(sent.get(path, type(value)())),
                               "made": jsonable(value)}
@@ -77,8 +73,8 @@ class _Engine(SupervisorEngine):
             if value != sent.get(path, type(value)())
         }  # fmt: skip
 
-    def _unfit(self, message: Any) -> Reasons:
-        return super()._unfit({path_text(path): value for path, value in message.items()})
+    def content(self, message: Any) -> Any:
+        return {path_text(path): value for path, value in message.items()}
 
 
 class SupervisedExecution(Execution):
@@ -95,12 +91,12 @@ class SupervisedExecution(Execution):
         }
         self._inputs = (*self._inputs, *asked.values())
 
-    def _make(self) -> Engine:
+    def _make(self) -> Engine[Any]:
         self._port = _Port()
         self._clock = self._port
         self._controller = make_controller(self.supervisor)
         read_given(self._controller, self.plant)
-        engine = _Engine(self._controller, self._port, self._settings, self._port.now)
+        engine = supervisor_engine(self._controller, self._port, self._settings, self._port.now)
         engine.recorder.now = self._port.now
         return engine
 
@@ -120,15 +116,16 @@ class SupervisedExecution(Execution):
         if not event.controllable:
             return super().fire(event, given)
         engine, key = self._engine, event.key
-        assert isinstance(engine, SupervisorEngine)
+        role = engine.role
+        assert isinstance(role, Supervising)
         if event.kind.served:
             self._answer(event, given)
         elif event.kind is EventKind.CANCEL:
-            engine.withdraw(key)
+            role.withdraw(key)
         elif self.plant.robot.communications[key].kind is Kind.INCOMING:
-            engine.offer(key, [CommandPattern(key)], given, given)
+            role.offer(key, [CommandPattern(key)], given, given)
         else:
-            engine.request(key, given, given, lambda *_: None)
+            role.request(key, given, given, lambda *_: None)
         engine.cycle()
         self._past.append((event, given))
         return self._happened()

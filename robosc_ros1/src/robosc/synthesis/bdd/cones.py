@@ -15,12 +15,14 @@ everywhere.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from itertools import chain
 
 from robosc import limits
 from robosc.plant.automaton import PlantState
+from robosc.plant.support import support
+from robosc.supervisor import Guard
 from robosc.synthesis.bdd.chaining import chained, related_events
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.relations import Disjunct
@@ -34,8 +36,14 @@ _SHARE = 4
 class Cones:
     """The cones of a solution, each with the sets found so far."""
 
-    def __init__(self, solution: SymbolicSolution, most_work: int = limits.TRACE_NODES) -> None:
+    def __init__(
+        self,
+        solution: SymbolicSolution,
+        guards: Iterable[Guard],
+        most_work: int = limits.TRACE_NODES,
+    ) -> None:
         self._solution = solution
+        self._guards = {g.event.identity: g.expr for g in guards if g.status != "as required"}
         self._engine = solution.engine
         self._work_left = most_work
         self._controlled: dict[int, tuple[Sequence[Disjunct], frozenset[int]]] = {}
@@ -52,15 +60,50 @@ class Cones:
                 cone = self._found[events] = self._cone(events)
             place = cone.first(wanted)
             if place is not None:
-                return cone.back(place, wanted)
+                path, taken = cone.back(place, wanted)
+                return self._shortest(taken, wanted, len(path)) or path
             if cone.is_cut_off:
                 return None
         raise AssertionError("a controlled state is not reached")
 
+    def _shortest(
+        self, events: frozenset[int], wanted: Bdd, length: int
+    ) -> tuple[PlantState, ...] | None:
+        """Return a shortest path by some events: chaining may take a long way round.
+
+        None: it has no fewer states than ``length``, or finding it is too much work.
+        """
+        engine, false = self._engine, self._engine.manager.false
+        encoding, image = engine.encoding, engine.relations.image
+        moves = {number: self.moves(number)[0] for number in events}
+        layers, seen = [encoding.initial], encoding.initial
+        work = self.share
+        while layers[-1] & wanted == false:
+            if len(layers) + 1 >= length or work < 0:
+                return None
+            engine.manager.make_room()
+            try:
+                new = engine.manager.union(
+                    image(one, layers[-1]) for several in moves.values() for one in several
+                )
+            except MemoryError:
+                return None
+            layers.append(new & ~seen)
+            seen = seen | new
+            work -= engine.manager.size(seen)
+            self.spend(engine.manager.size(seen))
+        states = [encoding.least(layers[-1] & wanted)]
+        for layer in reversed(layers[:-1]):
+            after = encoding.state(states[-1])
+            before = (engine.required_preimage(engine.events[n], after) & layer for n in events)
+            states.append(encoding.least(next(one for one in before if one != false)))
+        return tuple(reversed(states))
+
     @cached_property
     def _relaxation(self) -> Relaxation:
-        moves = {event.number: self._event(event.number) for event in self._engine.events}
-        return Relaxation(self._engine, moves)
+        return Relaxation(
+            self._engine, {e.number: self.moves(e.number) for e in self._engine.events}
+        )
 
     def _widening(self, read: frozenset[int]) -> Iterator[frozenset[int]]:
         """Yield sets of event numbers, each with more than the one before, the last with all."""
@@ -74,15 +117,26 @@ class Cones:
                 break
             yield wider
             writing = wider
-            read = read.union(*(self._event(number)[1] for number in writing))
+            read = read.union(*(self.moves(number)[1] for number in writing))
         if writing != everything:
             yield everything
 
-    def _event(self, number: int) -> tuple[Sequence[Disjunct], frozenset[int]]:
+    def moves(self, number: int) -> tuple[Sequence[Disjunct], frozenset[int]]:
+        """Return an event's disjuncts under control, and the state variables that it touches.
+
+        A command's guard reads few of them: if it read all that the controlled states read, every
+        event would have to be tried again after every other.
+        """
         found = self._controlled.get(number)
         if found is None:
-            event = self._engine.events[number]
-            found = self._engine.controlled(event, self._solution.states)
+            engine = self._engine
+            relation = engine.events[number]
+            guard = self._guards.get(engine.plant.events[number].identity)
+            if guard is None:
+                found = engine.required_disjuncts[number], relation.variables
+            else:
+                touched = relation.variables.union(support(engine.plant, guard))
+                found = engine.guarded(relation, engine.encoding.holds(guard)), touched
             self._controlled[number] = found
         return found
 
@@ -92,9 +146,9 @@ class Cones:
         sets = chained(
             engine.manager,
             engine.encoding.initial,
-            {event.number: self._event(event.number)[0] for event in events},
+            {event.number: self.moves(event.number)[0] for event in events},
             engine.relations.image,
-            related_events(events, {e.number: self._event(e.number)[1] for e in events}),
+            related_events(events, {e.number: self.moves(e.number)[1] for e in events}),
             {event.number: -engine.place(event) for event in events},
         )
         return _Cone(self, sets)
@@ -156,17 +210,19 @@ class _Cone:
         self._cones.spend(self._size)
         self.is_cut_off = self._work_left <= 0
 
-    def back(self, number: int, wanted: Bdd) -> tuple[PlantState, ...]:
-        """Return the path to a wanted state of a set, backwards through the sets."""
+    def back(self, number: int, wanted: Bdd) -> tuple[tuple[PlantState, ...], frozenset[int]]:
+        """Return the path to a wanted state of a set, backwards through the sets; its events."""
         encoding = self._engine.encoding
         states = [encoding.pick(self._sets[number][1] & wanted)]
+        taken = set()
         while number > 0:
             event = self._engine.events[self._sets[number][0]]
+            taken.add(event.number)
             after = encoding.state(states[-1])
             before = self._engine.required_preimage(event, after) & self._sets[number - 1][1]
             states.append(encoding.pick(before))
             number = self._first_with(encoding.assignment(states[-1]), number)
-        return tuple(reversed(states))
+        return tuple(reversed(states)), frozenset(taken)
 
     def _first_with(self, assignment: Sequence[tuple[int, bool]], before: int) -> int:
         """Return the place of the first set, before another, that contains a state."""

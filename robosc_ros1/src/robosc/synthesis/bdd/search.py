@@ -9,12 +9,14 @@ and where that is too much as well, or the time for explanations is over, no pat
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import cached_property
 
 from robosc import limits
 from robosc.expr.tree import Expr
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.support import support
+from robosc.supervisor import Guard
 from robosc.synthesis.bdd.cones import Cones
 from robosc.synthesis.bdd.faults import SymbolicFaults
 from robosc.synthesis.bdd.manager import Bdd
@@ -23,6 +25,9 @@ from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.controlled_system import Runs
 from robosc.synthesis.time_limit import ExplanationTime
 
+_FEW_IMAGES = 100
+"""Images for a layer; with more of them, layers of fewer nodes take as long."""
+
 
 class SymbolicSystem:
     """A symbolic solution as :class:`robosc.synthesis.controlled_system.System`."""
@@ -30,6 +35,7 @@ class SymbolicSystem:
     def __init__(
         self,
         solution: SymbolicSolution,
+        guards: Iterable[Guard],
         most_nodes: int = limits.BREADTH_FIRST_NODES,
         most_work: int = limits.TRACE_NODES,
         time: ExplanationTime | None = None,
@@ -42,11 +48,16 @@ class SymbolicSystem:
         self._layers: list[Bdd] = [self.encoding.initial]
         self._seen = self.encoding.initial
         self._nodes_left = most_nodes
-        self._cones = Cones(solution, most_work)
+        self._images = max(_FEW_IMAGES, sum(map(len, self.engine.required_disjuncts)))
+        self._cones = Cones(solution, guards, most_work)
 
     @property
     def plant(self) -> Plant:
         return self.engine.plant
+
+    @property
+    def nodes(self) -> int:
+        return self.encoding.manager.nodes
 
     @cached_property
     def faults(self) -> SymbolicFaults:
@@ -110,7 +121,7 @@ class SymbolicSystem:
                 self._nodes_left = 0
                 return None
             self._layers.append(new)
-            self._nodes_left -= self.encoding.manager.size(new)
+            self._nodes_left -= self.encoding.manager.size(new) * self._images // _FEW_IMAGES
         return self._layers[number]
 
     def _back(self, number: int, target: PlantState) -> tuple[PlantState, ...]:

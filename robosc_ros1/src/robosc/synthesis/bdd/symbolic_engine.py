@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 from robosc import limits
 from robosc.language.events import EventKind
@@ -21,10 +20,6 @@ from robosc.synthesis.bdd.relations import MOST_DISJUNCTS, Disjunct, EventRelati
 from robosc.synthesis.bdd.saturation import saturated
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.fixpoint import supremal
-from robosc.synthesis.guards.greedy_selection import drop
-
-_Narrowed: TypeAlias = tuple[Bdd, Bdd, frozenset[int]]
-"""Allowed and refused states, and the state variables that distinguish them."""
 
 
 class TooManyNodes(Exception):
@@ -270,38 +265,9 @@ class SymbolicEngine:
             found.append(disjuncts)
         return tuple(found)
 
-    def controlled(
-        self, event: EventRelation, states: Bdd
-    ) -> tuple[Sequence[Disjunct], frozenset[int]]:
-        """Return an event's disjuncts that stay in ``states``, and the variables that it touches.
-
-        A command's guard reads as few state variables as possible: if it read all that ``states``
-        reads, every event would have to be tried again after every other.
-        """
-        required, variables = self._permitted[event.number], event.variables
-        if self.plant.events[event.number].controllable:
-            here = states & event.possible & event.required
-            allowed = here & self.required_preimage(event, states)
-            refused = here & ~allowed
-            if refused != self.manager.false:
-                guard, needed = self._narrow(allowed, refused)
-                required, variables = _guarded(required, guard), variables | needed
-        return required, variables
-
-    def _narrow(self, allowed: Bdd, refused: Bdd) -> tuple[Bdd, frozenset[int]]:
-        """Return a condition that separates two sets, and the few state variables that it reads."""
-        self.manager.make_room()
-
-        def without(left: _Narrowed, variables: Sequence[int]) -> _Narrowed | None:
-            cube = self.encoding.now(variables)
-            some, none = (self.manager.exists(states, cube) for states in left[:2])
-            if some & none != self.manager.false:
-                return None
-            return some, none, left[2].difference(variables)
-
-        variables = sorted(range(len(self.plant.variables)), key=self.encoding.place)
-        found = drop(variables, (allowed, refused, frozenset(variables)), without)
-        return found[0], found[2]
+    def guarded(self, event: EventRelation, guard: Bdd) -> Sequence[Disjunct]:
+        """Return the disjuncts of a command where the requirements and its guard allow it."""
+        return _guarded(self._required[event.number], guard)
 
     # --- fixpoints
 

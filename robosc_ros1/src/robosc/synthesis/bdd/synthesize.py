@@ -12,7 +12,7 @@ from robosc.expr.tree import TRUE
 from robosc.plant.automaton import Plant
 from robosc.plant.logic import conjunction
 from robosc.progress import Progress
-from robosc.supervisor import Guard, Supervisor
+from robosc.supervisor import Guard
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
 from robosc.synthesis.bdd.manager import load
 from robosc.synthesis.bdd.relations import EventRelation
@@ -25,7 +25,7 @@ from robosc.synthesis.bdd.symbolic_engine import (
 from robosc.synthesis.formatting import contributors
 from robosc.synthesis.guards.shorten import GuardInputs, GuardMaker
 from robosc.synthesis.guards.sum_of_products import TooLarge
-from robosc.synthesis.result import Sizes, make_supervisor
+from robosc.synthesis.result import Sizes, Solved
 from robosc.synthesis.time_limit import ExplanationTime
 
 _MANY_NODES = 2**20
@@ -37,7 +37,7 @@ def synthesize_bdd(
     progress: Progress | None = None,
     memory: int = limits.MEMORY,
     explaining: ExplanationTime | None = None,
-) -> Supervisor:
+) -> Solved:
     """Return the supervisor of a plant; an empty one is a result, not an error.
 
     Raises:
@@ -58,8 +58,8 @@ def synthesize_bdd(
         seconds = time.perf_counter() - start
         states = solution.controlled_states
         sizes = Sizes(solution.plant_states, states, transitions)
-        system = SymbolicSystem(solution, time=explaining)
-        return make_supervisor(system, "bdd", seconds, sizes, tuple(guards), progress)
+        system = SymbolicSystem(solution, guards, time=explaining)
+        return Solved(system, "bdd", seconds, sizes, tuple(guards), progress)
     except MemoryError:
         raise _too_large(plant, memory) from None
 

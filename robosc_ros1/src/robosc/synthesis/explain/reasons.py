@@ -12,21 +12,30 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 from robosc.errors import Diagnostic, Note, Severity, listing
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import walk
-from robosc.expr.tree import FALSE, StateRef, VariableRef
+from robosc.expr.tree import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.language.events import EventKind
 from robosc.model.diagnostics import first_of
-from robosc.model.entities import Requirement
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.logic import conjunction, negation
-from robosc.plant.step import Verdict
+from robosc.plant.step import Values, Verdict
 from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Step
 from robosc.synthesis.compiled_steps import Stepper
-from robosc.synthesis.controlled_system import System, allowed, make_step, possible, steps_of
+from robosc.synthesis.controlled_system import (
+    System,
+    allowed,
+    found_step,
+    make_step,
+    possible,
+    steps_of,
+)
 from robosc.synthesis.explain.blocking import Cause, why_blocked, why_impossible
+from robosc.synthesis.explain.copies import Copies, Told, copy_of, family_of, told_once
 from robosc.synthesis.explain.range_violation import why_out_of_range
 from robosc.synthesis.explain.starts import (
     UNTRACED,
@@ -62,7 +71,7 @@ def explain_guards(
 ) -> tuple[tuple[Explanation, ...], tuple[Diagnostic, ...]]:
     """Return an explanation per guard that is restricted or never holds, and what was left out."""
     explainer = _Explainer(system)
-    found: list[Explanation] = []
+    found: list[Told] = []
     left_out: list[Event] = []
     for number, guard in enumerate(guards):
         if progress is not None:
@@ -73,7 +82,7 @@ def explain_guards(
                 found += explainer.guard(guard)
             except TimeIsUp:
                 left_out.append(guard.event)
-    return tuple(found), tuple(_left_out(system, left_out))
+    return told_once(system.plant, found), tuple(_left_out(system, left_out))
 
 
 def _left_out(system: System, events: Sequence[Event]) -> Iterator[Diagnostic]:
@@ -109,6 +118,11 @@ class _Explainer:
         self.plant: Plant = system.plant
         self.stepper = Stepper(self.plant)
 
+        self.copies = Copies(self.plant)
+        self.paths: dict[object, tuple[Event, tuple[PlantState, ...]]] = {}
+        """Per family, a command of one copy and the path to where it is refused."""
+
+        self._read: IdentityCache[list[str]] = IdentityCache()
         self.goals: Faults = tuple(range(len(self.plant.goals)))
 
     def empty(self) -> Explanation:
@@ -128,33 +142,37 @@ class _Explainer:
         )
         return Explanation(None, message, trace, diagnostic.hint, diagnostic)
 
-    def guard(self, guard: Guard) -> Iterator[Explanation]:
+    def guard(self, guard: Guard) -> Iterator[Told]:
         """Yield what there is to say of a guard that is restricted or never holds."""
         event = guard.event
         refused = conjunction([allowed(self.plant, event), negation(guard.expr)])
-        path = nearest(self.system, refused)
+        number = self.plant.events.index(event)
+        path, copied = self._of_other_copy(event, number), True
+        if path is None:
+            path, copied = nearest(self.system, refused), False
         if path is None:
             yield from self._never_asked(guard)
             return
-        number = self.plant.events.index(event)
-        outcomes = list(self.stepper.compiled(number, None).targets(path[-1]))
         # Of several outcomes that the environment chooses from, explain a bad one.
-        values, target = min(outcomes, key=lambda outcome: self.system.is_good(outcome[1]))
+        values, target = min(
+            self._outcomes(number, path[-1]), key=lambda o: self.system.is_good(o[1])
+        )
         command = make_step(self.plant, event, values, path[-1], target)
         bad = self._bad_state(target, (command,))
         after = self._trace(bad.states, bad.last)
         trace = (*steps_of(self.stepper, path), command, *after)
-        name = event_text(event)
         never = guard.status == "never"
-        head = f"{name} can never be allowed" if never else f"{name} is restricted further"
+        head = "can never be allowed" if never else "is restricted further"
         before = trace_text(trace[: len(trace) - len(after)])
         forced = f" the controller cannot prevent {trace_text(after)}; then" if after else ","
         traced = self.plant.is_initial(path[0])
         if traced:
             start, end = assumed(self.plant, path[0]), ""
+            self.paths.setdefault(family_of(event), (event, path))
         else:
             start, end = f"{whereabouts(self.plant, path[0], refused)}, ", f" {UNTRACED}"
-        message = f"{head}: {start}after {before}{forced} {bad.cause.reason}{end}"
+        rest = f"{start}after {before}{forced} {bad.cause.reason}{end}"
+        message = f"{event_text(event)} {head}: {rest}"
         diagnostic = Diagnostic(
             Severity.WARNING,
             "never-allowed" if never else "restricted-command",
@@ -164,28 +182,62 @@ class _Explainer:
             _notes(bad.cause),
         )
         shown = trace if traced else ()
-        yield Explanation(event, message, shown, diagnostic.hint, diagnostic, traced)
+        explanation = Explanation(event, message, shown, diagnostic.hint, diagnostic, traced)
+        yield Told(guard, head, rest, explanation, copied)
 
-    def _never_asked(self, guard: Guard) -> Iterator[Explanation]:
+    def _outcomes(self, number: int, state: PlantState) -> list[tuple[Values, PlantState]]:
+        return list(self.stepper.compiled(number, None).targets(state))
+
+    def _of_other_copy(self, event: Event, number: int) -> tuple[PlantState, ...] | None:
+        """Return the path to where the command of another copy is refused, both exchanged in it.
+
+        None: there is none yet, or it is no path of the controlled system that ends so.
+        """
+        one, other = copy_of(event), None
+        if one is not None and (known := self.paths.get(family_of(event))) is not None:
+            other = copy_of(known[0])
+        if one is None or other is None or known is None:
+            return None
+        path = []
+        for state in known[1]:
+            exchanged = self.copies.exchanged(state, one, other)
+            if exchanged is None or not self.system.is_good(exchanged):
+                return None
+            path.append(exchanged)
+        if not self.plant.is_initial(path[0]):
+            return None
+        if any(not self._follows(before, after) for before, after in pairwise(path)):
+            return None
+        requirement = event.requirement or TRUE
+        asked = self.stepper.holds(requirement, path[-1])
+        bad = [not self.system.is_good(s) for _, s in self._outcomes(number, path[-1])]
+        return tuple(path) if asked and any(bad) else None
+
+    def _follows(self, before: PlantState, after: PlantState) -> bool:
+        """Whether a step from a good state to one is one of the controlled system."""
+        step = found_step(self.stepper, before, after)
+        return step is not None and not step.event.branches
+
+    def _never_asked(self, guard: Guard) -> Iterator[Told]:
         """Yield why a command never happens that the plant or the requirements never allow.
 
         Where nothing is ever violated there is nothing to cancel, and nothing to say.
         """
         event = guard.event
-        name = event_text(event)
         if not self.system.reaches(possible(self.plant, event)):
-            reason = f"{name} never happens: {self._impossible(event)}"
+            rest = self._impossible(event)
         elif event.kind is EventKind.CANCEL and guard.required == FALSE:
-            reason = f"{name} never happens: no requirement is a reason to cancel {event.name}"
+            rest = f"no requirement is a reason to cancel {event.name}"
         elif event.kind is EventKind.CANCEL:
             return
         else:
-            reason = (
-                f"{name} never happens: its requirements hold in no state of the controlled system"
-                " in which it is possible"
+            rest = (
+                "its requirements hold in no state of the controlled system in which it is possible"
             )
+        reason = f"{event_text(event)} never happens: {rest}"
         diagnostic = Diagnostic(Severity.WARNING, "never-allowed", reason, event.span)
-        yield Explanation(event, reason, (), None, diagnostic)
+        explanation = Explanation(event, reason, (), None, diagnostic)
+        yield Told(guard, "never happens", rest, explanation)
 
     def _impossible(self, event: Event) -> str:
         if event.kind is EventKind.CANCEL:
@@ -278,7 +330,8 @@ class _Explainer:
             for condition, index in self.plant.invariants
             if not self.stepper.holds(condition, state)
         )
-        remedy = _avoiding(requirement, steps[-1].event if steps else None)
+        read = self._read.of(requirement.condition, _components)
+        remedy = _avoiding(read, steps[-1].event if steps else None)
         return Cause(f"{quoted(requirement.text)} fails", remedy, requirement.span)
 
     def _leaving_step(self, state: PlantState) -> Step:
@@ -301,17 +354,19 @@ def _may_leave(plant: Plant, number: int) -> bool:
     )
 
 
-def _avoiding(requirement: Requirement, event: Event | None) -> str:
-    """Return how to mend a state requirement that fails after an event, or at the start (None)."""
-    read = dict.fromkeys(
-        part.component
-        for part in walk(requirement.condition)
-        if isinstance(part, VariableRef | StateRef)
-    )
+def _components(condition: Expr) -> list[str]:
+    """Return the components whose state or variables a condition reads."""
+    parts = (part for part in walk(condition) if isinstance(part, VariableRef | StateRef))
+    return list(dict.fromkeys(part.component for part in parts))
+
+
+def _avoiding(read: Sequence[str], event: Event | None) -> str:
+    """Return how to mend a state requirement on some components that fails after an event, or at
+    the start (None)."""
     if not read:
         return "relax the requirement"
     if event is None:
-        return f"let {listing(list(read))} start otherwise, or relax the requirement"
+        return f"let {listing(read)} start otherwise, or relax the requirement"
     movers = [p.component for p in event.automata if p.component in read]
     return f"change what {event_text(event)} does to {listing(movers)}, or relax the requirement"
 

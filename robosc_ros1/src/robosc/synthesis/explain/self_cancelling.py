@@ -94,10 +94,10 @@ class _Examiner:
         for taken, where in self._choices(event, kept):
             fails = negation(after(self.plant, event, taken, kept))
             try:
-                conditions.append(for_some(event, [*before, *where, fails]))
+                conditions.append(for_some(event, [*where, fails]))
             except StateSpaceError:
                 return None
-        condition = disjunction(conditions)
+        condition = conjunction([*before, disjunction(conditions)])
         path = self.system.nearest(condition)
         if path is None:
             return None

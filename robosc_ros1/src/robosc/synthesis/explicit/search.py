@@ -38,6 +38,10 @@ class ExplicitSystem:
     def plant(self) -> Plant:
         return self._engine.plant
 
+    @property
+    def nodes(self) -> int:
+        return 0
+
     @cached_property
     def faults(self) -> ExplicitFaults:
         return ExplicitFaults(self._engine.stepper, self.is_good, self.time)

@@ -9,7 +9,7 @@ from functools import partial
 
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.progress import Progress
-from robosc.supervisor import Guard, Supervisor
+from robosc.supervisor import Guard
 from robosc.synthesis.decomposition import parts_without_requirements
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explicit.care_set import ExplicitCareSet, care_set
@@ -23,7 +23,7 @@ from robosc.synthesis.explicit.explicit_engine import (
 )
 from robosc.synthesis.explicit.search import ExplicitSystem
 from robosc.synthesis.guards.shorten import GuardInputs, GuardMaker
-from robosc.synthesis.result import Sizes, make_supervisor
+from robosc.synthesis.result import Sizes, Solved
 from robosc.synthesis.time_limit import ExplanationTime
 
 
@@ -33,7 +33,7 @@ def synthesize_explicit(
     progress: Progress | None = None,
     explaining: ExplanationTime | None = None,
     most_guarded: float = math.inf,
-) -> Supervisor:
+) -> Solved:
     """Return the supervisor of a plant; an empty one is a result, not an error.
 
     Raises:
@@ -48,7 +48,7 @@ def synthesize_explicit(
     sizes = Sizes(plant_states.count, len(solution.states), transitions)
     seconds = time.perf_counter() - start
     system = ExplicitSystem(solution, plant_states, explaining)
-    return make_supervisor(system, "explicit", seconds, sizes, guards, progress)
+    return Solved(system, "explicit", seconds, sizes, guards, progress)
 
 
 def enabled_commands(plant: Plant, limit: Limit) -> list[Event] | None:

@@ -34,7 +34,7 @@ def lasting_counts(plant: Plant, invariant: Expr) -> tuple[Expr, ...]:
     """
 
     def find(invariant: Expr) -> tuple[Expr, ...]:
-        lasting = (_lasting(plant, count) for count in counts(invariant))
+        lasting = (_lasting(plant, count) for count in counts(invariant, plant.robot))
         tight = (tighter(count) for count in lasting if count is not None)
         return tuple(dict.fromkeys(expr for expr in tight if expr is not None))
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 from typing import Any, Protocol
 
@@ -116,13 +117,13 @@ class GuardMaker:
         together = conjunction(operands(conjunction([required, extra]), "and"))
         if event.requirement is None or self._is_like_another(event):
             return Guard(event, together, required, status)
-        length = _length(together)
+        length = _length(self._plant, together)
         steps = _FEW_STEPS if length <= _LONG else MOST_STEPS
         try:
             fresh = _condition(self._plant, event, inputs.within_plant(), steps)
         except TooLarge:
             fresh = together
-        if fresh is not together and _length(fresh) < length:
+        if fresh is not together and _length(self._plant, fresh) < length:
             return Guard(event, fresh, required, status)
         if (copy := Copy.of(event.key.partition(".")[0])) is not None:
             self._extending.setdefault(_of_family(event, copy), (copy, required))
@@ -158,23 +159,23 @@ def _condition(plant: Plant, event: Event, care_set: CareSet, most_steps: int = 
     left = _pruned(care_set, rank)
     if left.size <= _SMALL or (len(left.parts) < 3 and left.size <= _LARGE):
         conditions += _attempt(left, rank)
-        if (short := _short(conditions)) is not None:
+        if (short := _short(plant, conditions)) is not None:
             return short
     counts = _counts(plant, event, lasting=True)
     beside = [_beside(plant, event, care_set, count, rank) for count in counts]
     conditions += [one for one in beside if one is not None]
-    if (short := _short(conditions)) is not None:
+    if (short := _short(plant, conditions)) is not None:
         return short
     demanded = _demanded(plant, event, care_set)
     if demanded is not None:
         conditions.append(demanded)
-        if _length(demanded) <= _LONG:
-            return min(conditions, key=_length)
+        if _length(plant, demanded) <= _LONG:
+            return min(conditions, key=partial(_length, plant))
     if not conditions:
         conditions = _attempt(left, rank, most_steps)
     if not conditions:
         raise TooLarge(f"the guard of {event.name} would be too long")
-    return min(conditions, key=_length)
+    return min(conditions, key=partial(_length, plant))
 
 
 def _counts(plant: Plant, event: Event, lasting: bool = False) -> Iterator[Expr]:
@@ -201,14 +202,23 @@ def _comparisons(plant: Plant, event: Event) -> Iterator[Expr]:
     compared = dict.fromkeys(
         node
         for condition in concerned
-        for node in walk(condition)
-        if isinstance(node, Binary) and node.operation.is_comparison
-        if support(plant, node.left) and support(plant, node.right)
+        for node in plant.comparisons.of(condition, partial(_compared, plant))
     )
     for node in compared:
         if node.operator not in ("=", "!="):
             yield from (replace(node, operator=operator) for operator in ("<", "<=", ">", ">="))
     yield from (replace(node, operator="!=") for node in compared)
+
+
+def _compared(plant: Plant, condition: Expr) -> tuple[Binary, ...]:
+    """Return the comparisons in a condition of which both sides read the state."""
+    found = (
+        node
+        for node in walk(condition)
+        if isinstance(node, Binary) and node.operation.is_comparison
+        if support(plant, node.left) and support(plant, node.right)
+    )
+    return tuple(dict.fromkeys(found))
 
 
 def _beside(
@@ -274,16 +284,16 @@ def _variable_order(plant: Plant, event: Event) -> Callable[[int], tuple[bool, b
     return rank
 
 
-def _short(conditions: Sequence[Expr]) -> Expr | None:
+def _short(plant: Plant, conditions: Sequence[Expr]) -> Expr | None:
     """Return the shortest if it is not long; each length is computed once, since it takes time."""
-    lengths = [*map(_length, conditions)]
+    lengths = [_length(plant, one) for one in conditions]
     shortest = min(lengths, default=_LONG + 1)
     return None if shortest > _LONG else conditions[lengths.index(shortest)]
 
 
-def _length(expr: Expr) -> int:
+def _length(plant: Plant, expr: Expr) -> int:
     """Return how long a condition reads: two per leaf, one per negation."""
-    nodes = list(walk(with_counts(expr)))
+    nodes = list(walk(with_counts(expr, plant.robot)))
     leaves = sum(
         _of_count(node) if isinstance(node, Count) else 2
         for node in nodes

@@ -18,6 +18,7 @@ from typing import Final, TypeAlias
 from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.evaluation import evaluate
+from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.tree import Binary, Expr, Unary
 from robosc.expr.types import Value
 from robosc.plant.automaton import Event, Plant, PlantState
@@ -104,6 +105,8 @@ class StateSets:
             bits = (plant.variables[index].size - 1).bit_length()
             self._bits[index] = tuple(range(first, first + 2 * bits, 2))
             first += 2 * bits
+        self._rest = [[min(rest, v.size - 1) for v in plant.variables] for rest in (0, 1)]
+        self._holding: IdentityCache[Bdd] = IdentityCache()
         self._place = {index: place for place, index in enumerate(self._order)}
         self.manager = Manager(first)
         self.false = self.manager.false
@@ -128,6 +131,9 @@ class StateSets:
 
     def holds(self, expr: Expr) -> Bdd:
         """Return the states in which a condition holds."""
+        return self._holding.of(expr, self._new_holds)
+
+    def _new_holds(self, expr: Expr) -> Bdd:
         match expr:
             case Unary(operator="!", operand=operand):
                 return ~self.holds(operand)
@@ -271,7 +277,7 @@ class StateSets:
 
     def _at(self, variables: Sequence[int], row: _Row, rest: int = 0) -> PlantState:
         """Return the state with some values; all others are ``rest``, or their maximum."""
-        state = [min(rest, variable.size - 1) for variable in self.plant.variables]
+        state = list(self._rest[rest])
         for index, value in zip(variables, row, strict=True):
             state[index] = value
         return tuple(state)

@@ -1,0 +1,140 @@
+"""The document of ``robosc report``: what is known of each requirement, and on what it rests."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterable, Sequence
+from datetime import date
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from robosc.emit.controller.naming import place
+from robosc.errors import Diagnostic
+from robosc.evidence.runs import RecordedRun, RecordedRuns, RequirementRecord
+from robosc.model.entities import Assumption, Goal, Requirement
+from robosc.plant.model_text import to_dsl
+from robosc.source import Source
+from robosc.supervisor import Supervisor
+from robosc.synthesis.documents import step_document
+from robosc.synthesis.formatting import event_text
+from robosc.synthesis.verify.verify_report import VerifyReport, verify_document
+
+Document = dict[str, Any]
+
+STATEMENT = (
+    "This is evidence that tools computed. It is no certification, and no claim of conformity with"
+    " any standard: whether the model is that of the robot, and whether the requirements are those"
+    " that it needs, people have to judge."
+)
+PROVIDED = (
+    "The robot's components do what their behaviours in the model say: what they send comes where"
+    " the behaviour has a transition for it, with values of the stated types.",
+    "The node is the one that robosc generated from this model, unchanged, and it runs.",
+    "What ROS delivers late, twice or not at all is covered as far as the model has timeouts and"
+    " ages for it.",
+)
+"""What everything here rests on, beside the assumptions of the model."""
+
+
+def evidence(
+    supervisor: Supervisor,
+    verified: VerifyReport,
+    runs: RecordedRuns,
+    sources: Sequence[Source],
+    warnings: Iterable[Diagnostic],
+    version: str,
+) -> Document:
+    """The document, version 1; equal inputs give equal documents but for the date."""
+    robot = supervisor.plant.robot
+    safe = any(check.name == "safe" and check.holds for check in verified.checks)
+    files = [
+        {"file": Path(source.path).name, "sha256": sha256(source.text.encode()).hexdigest()}
+        for source in sources
+    ]
+    whole = sha256("".join(f["sha256"] for f in files).encode()).hexdigest()
+    return {
+        "version": 1,
+        "statement": STATEMENT,
+        "robot": robot.name,
+        "date": date.today().isoformat(),
+        "model": {"sha256": whole, "files": files},
+        "tools": {
+            "robosc": version,
+            "python": platform.python_version(),
+            "engine": supervisor.engine,
+        },
+        "states": {
+            "plant": supervisor.plant_states,
+            "under_control": supervisor.controlled_states,
+            "transitions": supervisor.controlled_transitions,
+        },
+        "provided": [*PROVIDED],
+        "assumptions": [_cited(assumption) for assumption in robot.assumptions],
+        "warnings": [
+            {"code": d.code, "message": d.message, "place": place(d.span)} for d in warnings
+        ],
+        "requirements": [
+            *(
+                _requirement(supervisor, safe, number, requirement, runs.shown[requirement.text])
+                for number, requirement in enumerate(robot.requirements)
+                if not requirement.implied
+            ),
+            *(_goal(goal, verified) for goal in robot.goals),
+        ],
+        "verification": verify_document(verified, step_document),
+        "runs": [_run(run) for run in runs.runs],
+    }
+
+
+def _cited(one: Requirement | Goal | Assumption) -> Document:
+    return {"id": one.id, "text": one.text, "place": place(one.span)}
+
+
+def _requirement(
+    supervisor: Supervisor,
+    safe: bool,
+    number: int,
+    requirement: Requirement,
+    shown: RequirementRecord,
+) -> Document:
+    robot = supervisor.plant.robot
+    guards = [guard for guard in supervisor.guards if number in guard.event.requirements]
+    events = {id(guard.event) for guard in guards}
+    return {
+        **_cited(requirement),
+        "commands": [
+            {
+                "command": event_text(guard.event),
+                "allowed_where": to_dsl(guard.expr, robot),
+                "status": guard.status,
+            }
+            for guard in guards
+        ],
+        "added": [
+            {"command": event_text(found.event), "reason": found.reason, "remedy": found.remedy}
+            for found in supervisor.explanations
+            if found.event is not None and id(found.event) in events
+        ],
+        "proved": "safe" if safe else None,
+        "stopped": shown.stopped,
+        "first": shown.first,
+        "violations": shown.violations,
+    }
+
+
+def _goal(goal: Goal, verified: VerifyReport) -> Document:
+    proved = [check.name for check in verified.checks if goal.text in check.name and check.holds]
+    return {
+        **_cited(goal),
+        "commands": [],
+        "added": [],
+        "proved": proved[0] if proved else None,
+        "stopped": 0,
+        "first": None,
+        "violations": [],
+    }
+
+
+def _run(run: RecordedRun) -> Document:
+    return {"path": run.path, "events": run.events, "found": [*run.found], "faulty": run.faulty}

@@ -1,0 +1,194 @@
+"""``robosc report``: what it says of each requirement is what synthesis, proof and runs say."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ros_support import Completed
+from runtime.schemas import validate
+from simulate.players import session
+from simulate.test_replay import lines_of, run_of, write
+
+from robosc import pipeline
+from robosc.supervisor import Supervisor
+
+Robosc = Callable[..., Completed]
+MODEL = """robot Cart {
+    component Base {
+        outgoing message front with identifier: "/front", timeout: 1 s, type: double
+        incoming message go with identifier: "/go", type: none
+        incoming message halt with identifier: "/halt", type: none
+        behaviour {
+            variable near: double = 0.0
+            initial marked state rest {
+                on response from front do near := value
+                on request to go goto driving
+            }
+            state driving {
+                on response from front do near := value
+                on request to halt goto rest
+            }
+        }
+    }
+    requirement "SR-1 far from things" go needs front.fresh and Base.near > 0.4
+    requirement "SR-2 <b>stop</b> | near" halt needs Base.near <= 0.4 or front.silent
+    requirement "SR-3 never stuck" possible Base.rest
+    assume "A-1 sensor" front needs value >= 0.0
+    stop with halt
+}"""
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    path = tmp_path / "cart.rscd"
+    path.write_text(MODEL, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def supervisor(model: Path) -> Supervisor:
+    return pipeline.supervise(pipeline.load(model).robot)
+
+
+def document(done: Completed, path: Path) -> Any:
+    assert done.returncode in (0, 1), done.stderr
+    found = json.loads(path.read_text(encoding="utf-8"))
+    validate(found, "report")
+    return found
+
+
+def by_id(found: Any) -> dict[str, Any]:
+    return {requirement["id"]: requirement for requirement in found["requirements"]}
+
+
+def test_each_requirement_with_its_commands_and_what_is_proved(
+    robosc: Robosc, model: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "evidence.json"
+    found = document(robosc("report", str(model), "--output", str(out)), out)
+    assert found["model"]["files"][0]["sha256"] == sha256(MODEL.encode()).hexdigest()
+    shown = by_id(found)
+    assert list(shown) == ["SR-1", "SR-2", "SR-3"]
+    assert [c["command"] for c in shown["SR-1"]["commands"]] == ["go.request"]
+    assert shown["SR-1"]["proved"] == "safe"
+    assert "always possible" in shown["SR-3"]["proved"]
+    assert [a["id"] for a in found["assumptions"]] == ["A-1"]
+    assert found["verification"]["verified"] is True
+    assert found["runs"] == []
+
+
+def test_equal_inputs_give_equal_bytes(robosc: Robosc, model: Path, tmp_path: Path) -> None:
+    for suffix in ("html", "md", "json"):
+        texts = []
+        for name in ("a", "b"):
+            out = tmp_path / f"{name}.{suffix}"
+            assert robosc("report", str(model), "--output", str(out)).returncode == 0
+            texts.append(out.read_bytes())
+        assert texts[0] == texts[1]
+
+
+def test_the_page_is_one_file_that_shows_text_as_text(
+    robosc: Robosc, model: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "evidence.html"
+    assert robosc("report", str(model), "--output", str(out)).returncode == 0
+    page = out.read_text(encoding="utf-8")
+    assert not re.search(r"(?:src|href)=|@import|url\(", page)
+    assert "<b>stop" not in page and "&lt;b&gt;stop" in page
+    for text in ("SR-1", "SR-2", "SR-3", "A-1 sensor", "no certification"):
+        assert text in page
+
+
+def test_where_a_log_shows_it_stopping_a_command(
+    robosc: Robosc, model: Path, supervisor: Supervisor, tmp_path: Path
+) -> None:
+    player = session(supervisor, execute=True)
+    lines = run_of(player, "front 2", "front 0.3", "front 0.2", "front 3", "wait 2", "front 0.1")
+    log = write(tmp_path / "run.jsonl", lines_of(lines))
+    out = tmp_path / "evidence.json"
+    done = robosc("report", str(model), "--logs", log, "--output", str(out))
+    found = document(done, out)
+    assert done.returncode == 0
+    first = by_id(found)["SR-1"]["first"]
+    assert first["command"] == "Base.go"
+    assert any("Base.near is 0.3" in value for value in first["values"])
+    # Anew: at 0.3, once it rests again; when it falls silent; each after it was allowed between.
+    assert by_id(found)["SR-1"]["stopped"] == _began(supervisor, lines_of(lines), "SR-1")
+    assert by_id(found)["SR-2"]["stopped"] == _began(supervisor, lines_of(lines), "SR-2")
+    (run,) = found["runs"]
+    assert not run["faulty"] and run["events"] > 5
+    again = robosc("report", str(model), "--logs", log)
+    assert "held a command back" in again.stdout
+
+
+def _began(supervisor: Supervisor, lines: list[str], requirement: str) -> int:
+    """How often it begins to hold back its command, read off the events by hand."""
+    near, fresh, driving, count, before = 0.0, False, False, 0, False
+    for text in lines:
+        event = json.loads(text)["event"]
+        match event["name"], event["kind"]:
+            case "front", "response":
+                near, fresh = event["value"], True
+            case "front", "timeout":
+                fresh = False
+            case "go", "request":
+                driving = True
+            case "halt", "request":
+                driving = False
+        if requirement == "SR-1":
+            holds = not driving and not (fresh and near > 0.4)
+        else:
+            holds = driving and not (near <= 0.4 or not fresh)
+        count += holds and not before
+        before = holds
+    return count
+
+
+def test_a_violation_in_a_log_is_told_with_its_requirement(
+    robosc: Robosc, model: Path, supervisor: Supervisor, tmp_path: Path
+) -> None:
+    player = session(supervisor, execute=True)
+    lines = lines_of(run_of(player, "front 2"))
+    place = next(n for n, line in enumerate(lines) if '"go"' in line)
+    faulty = lines[place].replace(f'"number":{place + 1}', '"number":1')
+    log = write(tmp_path / "run.jsonl", [faulty])
+    out = tmp_path / "evidence.json"
+    done = robosc("report", str(model), "--logs", log, "--output", str(out))
+    found = document(done, out)
+    assert done.returncode == 1
+    (violation,) = by_id(found)["SR-1"]["violations"]
+    assert "go" in violation["told"] and by_id(found)["SR-2"]["violations"] == []
+    assert found["runs"][0]["faulty"]
+    assert "VIOLATED" in robosc("report", str(model), "--logs", log).stdout
+
+
+def test_a_model_with_libraries_names_all_its_files(robosc: Robosc, tmp_path: Path) -> None:
+    (tmp_path / "geo.rscd").write_text("library Geo { constant limit: double = 0.4 }")
+    path = tmp_path / "cart.rscd"
+    path.write_text(MODEL.replace("> 0.4", "> Geo.limit"), encoding="utf-8")
+    out = tmp_path / "evidence.json"
+    found = document(robosc("report", str(path), "--output", str(out)), out)
+    assert [file["file"] for file in found["model"]["files"]] == ["cart.rscd", "geo.rscd"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--output", "evidence.pdf"), "a report is .html, .md or .json"),
+        (("--logs", "missing.jsonl"), "missing.jsonl"),
+        (("--bags", "missing.bag"), "missing.bag"),
+    ],
+)
+def test_what_cannot_be_done_writes_nothing(
+    robosc: Robosc, model: Path, tmp_path: Path, words: tuple[str, ...], told: str
+) -> None:
+    before = sorted(tmp_path.iterdir())
+    done = robosc("report", str(model), *words)
+    assert done.returncode == 2 and told in done.stderr and "Traceback" not in done.stderr
+    assert sorted(tmp_path.iterdir()) == before
