@@ -164,7 +164,8 @@ class Execution:
     @property
     def next_command(self) -> float | None:
         """Seconds until a command is due; None: none is."""
-        return self._engine.role.due()
+        due: float | None = self._engine.role.due()
+        return due
 
     @property
     def clocks(self) -> Mapping[str, float]:
