@@ -333,7 +333,7 @@ def _report(args: Arguments) -> int:
         print(text, end="")
     else:
         write_text(args.output, text)
-    return 0 if verified.verified and not runs.faulty else 1
+    return runs.exit_code if verified.verified else 1
 
 
 def _lsp(args: Arguments) -> int:

@@ -168,6 +168,100 @@ def test_a_violation_in_a_log_is_told_with_its_requirement(
     assert "VIOLATED" in robosc("report", str(model), "--logs", log).stdout
 
 
+def edited(lines: list[str]) -> list[str]:
+    """Lines of a log with the numbers that they would have in a run of their own."""
+    documents = [json.loads(line) for line in lines]
+    return [json.dumps({**d, "number": n}) for n, d in enumerate(documents, 1)]
+
+
+def test_a_requirement_is_not_accused_of_what_is_against_a_longer_one(
+    robosc: Robosc, tmp_path: Path
+) -> None:
+    """Its text is the beginning of the other's."""
+    text = MODEL.replace('"SR-1 far from things" ', "").replace(
+        "assume", "requirement go needs front.fresh  assume"
+    )
+    path = tmp_path / "cart.rscd"
+    path.write_text(text, encoding="utf-8")
+    player = session(pipeline.supervise(pipeline.load(path).robot), execute=True)
+    lines = lines_of(run_of(player, "front 0.3", "front 2"))
+    went = next(line for line in lines if '"go"' in line)
+    log = write(tmp_path / "run.jsonl", edited([lines[0], went]))
+    out = tmp_path / "evidence.json"
+    found = document(robosc("report", str(path), "--logs", log, "--output", str(out)), out)
+    accused = [r["text"] for r in found["requirements"] if r["violations"]]
+    assert accused == ["requirement go needs front.fresh and Base.near > 0.4"]
+
+
+def test_a_log_that_lost_events_is_not_told_as_required(
+    robosc: Robosc, model: Path, supervisor: Supervisor, tmp_path: Path
+) -> None:
+    lines = lines_of(run_of(session(supervisor, execute=True), "front 2", "front 0.3", "front 3"))
+    log = write(tmp_path / "run.jsonl", [lines[0], *lines[2:]])
+    out = tmp_path / "evidence.json"
+    done = robosc("report", str(model), "--logs", log, "--output", str(out))
+    assert done.returncode == 2
+    (run,) = json.loads(out.read_text(encoding="utf-8"))["runs"]
+    assert (run["faulty"], run["complete"]) == (False, False)
+    assert any("missing" in told for told in run["found"])
+    assert "as far as it could be judged" in robosc("report", str(model), "--logs", log).stdout
+
+
+def test_what_no_log_shows_is_not_told(robosc: Robosc, tmp_path: Path) -> None:
+    """Without a log, of what the data of a command decide, and of what is about states."""
+    text = MODEL.replace("type: none", "type: double", 1).replace(
+        "assume",
+        'requirement "SR-4" go needs value < 1.0 requirement "SR-5" always Base.near >= 0.0 assume',
+    )
+    path = tmp_path / "cart.rscd"
+    path.write_text(text, encoding="utf-8")
+    out = tmp_path / "evidence.json"
+    found = by_id(document(robosc("report", str(path), "--output", str(out)), out))
+    assert {r["stopped"] for r in found.values()} == {None}
+    assert "in the logs" not in robosc("report", str(path)).stdout
+    player = session(pipeline.supervise(pipeline.load(path).robot), execute=True)
+    log = write(tmp_path / "run.jsonl", lines_of(run_of(player, "front 2")))
+    done = robosc("report", str(path), "--logs", log, "--output", str(out))
+    found = by_id(document(done, out))
+    assert found["SR-5"]["stopped"] is None and found["SR-3"]["stopped"] is None
+    assert found["SR-2"]["stopped"] is not None
+
+
+def test_a_cancel_that_nothing_demands_is_told(robosc: Robosc, tmp_path: Path) -> None:
+    """The reasons name requirements that hold; none of them is violated."""
+    text = """robot Lift {
+        interface park use Fibonacci from actionlib_tutorials
+        component Arm {
+            outgoing message up with type: boolean, timeout: 1 s
+            action park with request: none, response: none, feedback: none links park
+            behaviour {
+                variable high: boolean
+                initial marked state rest {
+                    on response from up do high := value
+                    on request to park goto busy
+                }
+                state busy {
+                    on response from up do high := value
+                    on response, error, cancelled from park goto rest
+                }
+            }
+        }
+        requirement "SR-1" park needs Arm.high
+    }"""
+    path = tmp_path / "lift.rscd"
+    path.write_text(text, encoding="utf-8")
+    player = session(pipeline.supervise(pipeline.load(path).robot), execute=True)
+    lines = lines_of(run_of(player, "up true", "up false"))
+    cancel = next(line for line in lines if '"cancel"' in line)
+    begun = next(n for n, line in enumerate(lines) if '"park"' in line)
+    log = write(tmp_path / "run.jsonl", edited([*lines[: begun + 1], cancel]))
+    out = tmp_path / "evidence.json"
+    found = document(robosc("report", str(path), "--logs", log, "--output", str(out)), out)
+    assert by_id(found)["SR-1"]["violations"] == []
+    (run,) = found["runs"]
+    assert run["faulty"] and any("this requirement holds" in told for told in run["found"])
+
+
 def test_a_model_with_libraries_names_all_its_files(robosc: Robosc, tmp_path: Path) -> None:
     (tmp_path / "geo.rscd").write_text("library Geo { constant limit: double = 0.4 }")
     path = tmp_path / "cart.rscd"

@@ -18,7 +18,7 @@ from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.formatting import event_text
-from robosc.synthesis.verify.verify_report import VerifyReport, verify_document
+from robosc.synthesis.verify.verify_report import VerifyReport, possible_check, verify_document
 
 Document = dict[str, Any]
 
@@ -124,17 +124,24 @@ def _requirement(
 
 
 def _goal(goal: Goal, verified: VerifyReport) -> Document:
-    proved = [check.name for check in verified.checks if goal.text in check.name and check.holds]
+    name = possible_check(goal.text)
+    proved = any(check.name == name and check.holds for check in verified.checks)
     return {
         **_cited(goal),
         "commands": [],
         "added": [],
-        "proved": proved[0] if proved else None,
-        "stopped": 0,
+        "proved": name if proved else None,
+        "stopped": None,
         "first": None,
         "violations": [],
     }
 
 
 def _run(run: RecordedRun) -> Document:
-    return {"path": run.path, "events": run.events, "found": [*run.found], "faulty": run.faulty}
+    return {
+        "path": run.path,
+        "events": run.events,
+        "found": [*run.found],
+        "faulty": run.exit_code == 1,
+        "complete": run.exit_code != 2,
+    }

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from robosc.progress import Progress
-from robosc.runtime.model import Command, Controller
+from robosc.runtime.model import Controller
 from robosc.runtime.reasons import violated
 from robosc.simulate.bags.judgement import judge
-from robosc.simulate.event_log import LogEntry, read_log
-from robosc.simulate.replay import Follower
+from robosc.simulate.bags.judgement_report import judgement_notes, said_at
+from robosc.simulate.event_log import LogEntry
+from robosc.simulate.replay import Follower, fits, replay
+from robosc.simulate.values.shortened_values import UnknownValue
 from robosc.supervisor import Supervisor
 
 
 @dataclass
 class RequirementRecord:
     """A requirement in recorded runs: how often it began to hold a command back that the components
-    would have taken, when first and by which values; and where it was violated."""
+    would have taken (None: the runs do not show that), when first and by which values; and where it
+    was violated."""
 
-    stopped: int = 0
+    stopped: int | None = None
     first: dict[str, object] | None = None
     violations: list[dict[str, object]] = field(default_factory=list)
 
@@ -28,12 +31,12 @@ class RequirementRecord:
 @dataclass(frozen=True)
 class RecordedRun:
     """A log or a bag: what it is called, how many events were judged, and what was found that is
-    about no single requirement; ``faulty`` if it shows a violation or leaves the model."""
+    about no single requirement; ``exit_code`` is that of ``robosc replay``."""
 
     path: str
     events: int
     found: tuple[str, ...]
-    faulty: bool
+    exit_code: int
 
 
 @dataclass(frozen=True)
@@ -44,8 +47,10 @@ class RecordedRuns:
     shown: dict[str, RequirementRecord]
 
     @property
-    def faulty(self) -> bool:
-        return any(run.faulty for run in self.runs)
+    def exit_code(self) -> int:
+        """1: one shows a fault; 2: one could not be judged as a whole."""
+        codes = {run.exit_code for run in self.runs}
+        return 1 if 1 in codes else max(codes, default=0)
 
 
 def recorded_runs(
@@ -57,57 +62,66 @@ def recorded_runs(
         UsageError: one cannot be read, or has nothing of this robot.
         ModelError: commands of one topic cannot be told apart by their data.
     """
-    shown = {
-        requirement.text: RequirementRecord() for requirement in supervisor.plant.robot.requirements
-    }
+    requirements = supervisor.plant.robot.requirements
+    shown = {r.text: RequirementRecord() for r in requirements if not r.implied}
     runs = [_follow(supervisor, str(log), shown) for log in logs]
     runs += [_judge(supervisor, bag, shown, progress) for bag in bags]
     return RecordedRuns(tuple(runs), shown)
 
 
 def _follow(supervisor: Supervisor, log: str, shown: dict[str, RequirementRecord]) -> RecordedRun:
-    follower = Follower(supervisor)
     before: set[tuple[str, str]] = set()
-    for entry in read_log(log):
-        follower.take(entry)
+    unknown = 0
+
+    def look(follower: Follower, entry: LogEntry) -> None:
+        nonlocal before, unknown
         controller = follower.controller
-        if controller is None:
-            before = set()
-            continue
-        now = dict(_held_back(controller))
+        for text in () if controller is None else _shown_by_state(controller):
+            if text in shown:
+                shown[text].stopped = shown[text].stopped or 0
+        try:
+            now = {} if controller is None else dict(_held_back(controller))
+        except UnknownValue:
+            unknown += 1
+            return
         for (text, command), because in now.items():
-            if (text, command) not in before:
+            if text in shown and (text, command) not in before:
                 _stopped(shown[text], entry, command, because)
         before = set(now)
-    found = list(follower.missing)
-    for departure in follower.departures:
+
+    replayed = replay(supervisor, log, look)
+    found = list(replayed.missing)
+    if unknown:
+        found.append(f"after {unknown} events it is not known what was held back: values are cut")
+    for departure in replayed.departures:
         place = f"{departure.file}:{departure.line}: {departure.event}"
-        about = [text for text in shown if text in departure.reason]
+        about = [text for text in departure.requirements if text in shown]
         for text in about:
             shown[text].violations.append({"run": log, "place": place, "told": departure.reason})
         if not about:
             found.append(f"{place}: {departure.reason}")
-    return RecordedRun(log, follower.followed, tuple(found), bool(follower.departures))
+    return RecordedRun(log, replayed.events, tuple(found), replayed.exit_code)
 
 
-def _held_back(controller: Controller) -> Iterable[tuple[tuple[str, str], list[str]]]:
+def _shown_by_state(controller: Controller) -> Iterator[str]:
+    """The requirements of which a state alone tells whether they hold commands back."""
+    for command in controller.COMMANDS:
+        if command.kind == "request" and command.read is None:
+            yield from (controller.REQUIREMENTS[i].text for i in command.requirements)
+
+
+def _held_back(controller: Controller) -> Iterator[tuple[tuple[str, str], list[str]]]:
     """Requirements by which commands that the components would take are not allowed now."""
     for command in controller.COMMANDS:
-        if command.kind == "request" and _could_be(controller, command):
+        if command.kind == "request" and command.read is None and fits(controller, command):
             for reason in violated(controller, command):
                 yield (reason["text"], command.key), reason.get("because", [])
 
 
-def _could_be(controller: Controller, command: Command) -> bool:
-    if command.read is not None or not command.possible(vars(controller)):
-        return False
-    return command.synchronisation is None or bool(command.synchronisation(controller))
-
-
-def _stopped(shown: RequirementRecord, entry: LogEntry, command: str, because: list[str]) -> None:
-    shown.stopped += 1
-    if shown.first is None:
-        shown.first = {
+def _stopped(record: RequirementRecord, entry: LogEntry, command: str, because: list[str]) -> None:
+    record.stopped = (record.stopped or 0) + 1
+    if record.first is None:
+        record.first = {
             "run": entry.file,
             "time": entry.document.get("time"),
             "command": command,
@@ -119,16 +133,16 @@ def _judge(
     supervisor: Supervisor, bag: Path, shown: dict[str, RequirementRecord], progress: Progress
 ) -> RecordedRun:
     judgement = judge(supervisor, bag, (), progress)
-    found = list(judgement.missing)
+    found = list(judgement_notes(judgement))
     for finding in judgement.findings:
-        seconds = finding.time - judgement.start
-        told = f"{seconds:.3f} s: {finding.event}: {'; '.join(finding.reasons)}"
+        told = said_at(judgement, finding)
         about = [text for text in finding.about if text in shown]
         if finding.sort != "violation" or not about:
             found.append(told)
             continue
+        place = f"{finding.time - judgement.start:.3f} s"
         for text in about:
             shown[text].violations.append(
-                {"run": str(bag), "place": f"{seconds:.3f} s", "told": told, "count": finding.count}
+                {"run": str(bag), "place": place, "told": told, "count": finding.count}
             )
-    return RecordedRun(str(bag), judgement.events, tuple(found), bool(judgement.findings))
+    return RecordedRun(str(bag), judgement.events, tuple(found), judgement.exit_code)

@@ -7,8 +7,9 @@ and each command must have been allowed then, with just the data that the model 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from copy import copy
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from robosc.errors import UsageError, counted
@@ -30,13 +31,15 @@ from robosc.supervisor import Supervisor
 
 @dataclass(frozen=True)
 class Departure:
-    """Where a run leaves the model; ``number`` is the event's in the log."""
+    """Where a run leaves the model; ``number`` is the event's in the log, ``requirements`` are the
+    texts of those that it is against."""
 
     file: str
     line: int
     number: int
     event: str
     reason: str
+    requirements: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,11 @@ class Replayed:
         return 1 if self.departures else 2 if self.missing else 0
 
 
-def replay(supervisor: Supervisor, log: str) -> Replayed:
+def replay(
+    supervisor: Supervisor, log: str, look: Callable[[Follower, LogEntry], None] | None = None
+) -> Replayed:
     """Follow all runs of a log. Older files of a rotated log (``LOG.1`` …) are read before it.
+    ``look`` is called after each event.
 
     Raises:
         UsageError: a file cannot be read, or is no event log.
@@ -68,6 +74,8 @@ def replay(supervisor: Supervisor, log: str) -> Replayed:
     follower = Follower(supervisor)
     for entry in read_log(log):
         follower.take(entry)
+        if look is not None:
+            look(follower, entry)
     if not follower.runs:
         raise UsageError(f"{log} holds no events")
     if not (follower.followed or follower.departures or follower.missing):
@@ -109,6 +117,7 @@ class Follower:
         self._next = 1
         self.lost: str | None = None
         """Why the state is not known any more, in the present run."""
+        self._against: tuple[str, ...] = ()
         self.runs = self.events = self.mismatches = self.unchecked = self.followed = 0
         self.departures: list[Departure] = []
         self.missing: list[str] = []
@@ -159,11 +168,13 @@ class Follower:
         if entry.outcome not in ("applied", "forbidden", "undecided"):
             return
         self.followed += 1
+        self._against = ()
         self.lost = self._follows(self._controller, entry)
         if self.lost is not None:
             event = self._told(entry)
-            departure = Departure(entry.file, entry.line, entry.number, event, self.lost)
-            self.departures.append(departure)
+            self.departures.append(
+                Departure(entry.file, entry.line, entry.number, event, self.lost, self._against)
+            )
             self._controller = None  # what follows is not known any more
 
     def _told(self, entry: LogEntry) -> str:
@@ -234,8 +245,9 @@ class Follower:
             stopping = entry.document.get("detail") == STOP_COMMAND
             if self._stopped and not stopping:
                 return "the controller had made a safe stop"
-            if (reason := _perform(controller, command, entry, stopping, self._carried)) is None:
+            if (found := _perform(controller, command, entry, stopping, self._carried)) is None:
                 return None
+            reason, self._against = found
             event = self._events[entry.name, entry.kind]
             return "; ".join([reason, *data_behind(self._plant, event, controller.variables())])
         return f"the model has no {entry.text}"
@@ -246,7 +258,7 @@ class Follower:
             given = () if command.read is None else (restored_value(entry.value, parts),)
         except ValueError:
             return  # a message that could not be read did nothing
-        if command.apply is not None and _fits(controller, command, *given):
+        if command.apply is not None and fits(controller, command, *given):
             command.apply(controller, *given)
 
 
@@ -287,32 +299,35 @@ def _perform(
     entry: LogEntry,
     stopping: bool,
     carried: dict[tuple[str, str], dict[str, LoggedPart]],
-) -> str | None:
+) -> tuple[str, tuple[str, ...]] | None:
+    """Apply a command; why it cannot be, and the requirements that forbid it by text, if so."""
     value = entry.value
     parts = carried.get((command.key, command.kind), {})
     try:
         given = () if command.read is None else (restored_value(value, parts),)
     except ValueError as error:
-        return f"its data cannot be {json.dumps(value)}: {error}"
+        return f"its data cannot be {json.dumps(value)}: {error}", ()
     reasons = blocked_by(controller, command, *given)
     if reasons and not stopping:
-        return "; ".join(map(reason_text, reasons))
+        against = tuple(r["text"] for r in reasons if r["kind"] == "requirement")
+        return "; ".join(map(reason_text, reasons)), against
     if command.data is not None:
         try:
             data = command.data(controller)
         except Undefined:
-            return "some of its data has not arrived yet"
+            return "some of its data has not arrived yet", ()
         shown = Shortener()(data) if entry.shortened else jsonable(data)
         provided = json.loads(json.dumps(shown))
         if value is not None and provided != value:
-            return f"the model sends {json.dumps(provided)}, the log has {json.dumps(value)}"
+            sends = json.dumps(provided)
+            return f"the model sends {sends}, the log has {json.dumps(value)}", ()
     if command.apply is not None and (not reasons or _synchronises(controller, command, *given)):
         command.apply(controller, *given)
     return None
 
 
-def _fits(controller: Controller, command: Command, *given: Any) -> bool:
-    """Whether the components have a command now, whatever the requirements say."""
+def fits(controller: Controller, command: Command, *given: Any) -> bool:
+    """Return whether the components have a command now, whatever the requirements say."""
     return command.possible(vars(controller)) and _synchronises(controller, command, *given)
 
 
@@ -351,7 +366,16 @@ def replay_document(replayed: Replayed) -> dict[str, Any]:
         "runs": replayed.runs,
         "events": replayed.events,
         "mismatches": replayed.mismatches,
-        "departures": [asdict(departure) for departure in replayed.departures],
+        "departures": [
+            {
+                "file": d.file,
+                "line": d.line,
+                "number": d.number,
+                "event": d.event,
+                "reason": d.reason,
+            }
+            for d in replayed.departures
+        ],
         "missing": list(replayed.missing),
         "unchecked": replayed.unchecked,
     }

@@ -29,7 +29,7 @@ def judgement_text(judgement: Judgement) -> str:
     ]
     lines += [_line(judgement, finding) for finding in judgement.findings]
     lines += _tables(judgement)
-    lines += _notes(judgement)
+    lines += judgement_notes(judgement)
     lines.append(f"{judgement.robot.name}: {_verdict(judgement)}")
     return "\n".join(lines) + "\n"
 
@@ -80,7 +80,8 @@ def _goals(goals: Goals) -> str:
     return f"{counted(goals.count, 'goal')}: {', '.join(ends)}; the longest {goals.longest:.3f} s"
 
 
-def _notes(judgement: Judgement) -> Iterator[str]:
+def judgement_notes(judgement: Judgement) -> Iterator[str]:
+    """Yield what of a recording was not judged, and other remarks."""
     yield from judgement.missing
     yield from judgement.notes
     if judgement.absent:
@@ -176,7 +177,7 @@ def judgement_junit(judgement: Judgement) -> str:
         Outcome(
             requirement.text,
             [
-                _said_at(judgement, f)
+                said_at(judgement, f)
                 for f in judgement.of("violation")
                 if requirement.text in f.about
             ],
@@ -186,19 +187,20 @@ def judgement_junit(judgement: Judgement) -> str:
         for requirement in robot.requirements
     ]
     outcomes.append(
-        Outcome("what synthesis forbids", [_said_at(judgement, f) for f in judgement.of("blocked")])
+        Outcome("what synthesis forbids", [said_at(judgement, f) for f in judgement.of("blocked")])
     )
     if robot.corrected:
-        corrected = [_said_at(judgement, f) for f in judgement.of("corrected")]
+        corrected = [said_at(judgement, f) for f in judgement.of("corrected")]
         outcomes.append(Outcome("what a supervisor corrects", corrected))
     outcomes.append(
         Outcome(
-            "the run follows the model", [_said_at(judgement, f) for f in judgement.of("departure")]
+            "the run follows the model", [said_at(judgement, f) for f in judgement.of("departure")]
         )
     )
     outcomes.append(Outcome("the recording could be read as a whole", judgement.missing))
     return suite_text(judgement.bag, robot.name, outcomes)
 
 
-def _said_at(judgement: Judgement, finding: Finding) -> str:
+def said_at(judgement: Judgement, finding: Finding) -> str:
+    """Return a finding on one line, with its time in the recording."""
     return f"{finding.time - judgement.start:.3f} s: {_said(judgement, finding)}"

@@ -19,7 +19,13 @@ from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import remedy
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
 from robosc.synthesis.verify.steps import Coding, EventSteps, Successors, condition, grouped
-from robosc.synthesis.verify.verify_report import MISSING, Check, Findings, event_phrase
+from robosc.synthesis.verify.verify_report import (
+    MISSING,
+    Check,
+    Findings,
+    event_phrase,
+    possible_check,
+)
 
 _Work: TypeAlias = tuple[int, Successors, bool, bool]
 """One event in one state: its first label, its successors, whether its guard allows it, and whether
@@ -307,7 +313,7 @@ class ExplicitVerifier:
     def _check_possible(
         self, goal: _Goal, graph: CodedGraph, backward: Backward, reached: Reached
     ) -> Check:
-        name = f"always possible ({goal.text})"
+        name = possible_check(goal.text)
         missing = set(self._missing(goal, graph, backward, reached.among, forbidden=False))
         for state in reached.order if missing else ():
             if state in missing:

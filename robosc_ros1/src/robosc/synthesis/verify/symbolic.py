@@ -26,7 +26,13 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.verify.closures import Closure, place_of
 from robosc.synthesis.verify.state_sets import Relation, StateSets
-from robosc.synthesis.verify.verify_report import MISSING, Check, Findings, event_phrase
+from robosc.synthesis.verify.verify_report import (
+    MISSING,
+    Check,
+    Findings,
+    event_phrase,
+    possible_check,
+)
 
 _SECONDS: Final = 0.05
 """Between two reports of progress."""
@@ -108,7 +114,7 @@ class _Proof:
             nonblocking=_check("nonblocking", None if right else self._blocking(reached)),
             possible=tuple(
                 _check(
-                    f"always possible ({self.plant.robot.goals[goal.index].text})",
+                    possible_check(self.plant.robot.goals[goal.index].text),
                     None if right else self._lacking(goal, reached),
                 )
                 for goal in self.plant.goals

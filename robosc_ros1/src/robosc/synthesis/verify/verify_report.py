@@ -23,6 +23,11 @@ MISSING = "it cannot be reached any more"
 """Of what must remain possible."""
 
 
+def possible_check(text: str) -> str:
+    """Return the name of the check of what must remain possible, by the text of that."""
+    return f"always possible ({text})"
+
+
 @dataclass(frozen=True, slots=True)
 class Check:
     """The result for one property: ``detail`` says what fails, ``trace`` leads to it."""
