@@ -10,12 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from emit.generated_code import supervisor_of
 from ros_support import Completed
 from runtime.schemas import validate
+from simulate import test_logs_of_large_values as large
 from simulate.players import session
 from simulate.test_replay import lines_of, run_of, write
 
 from robosc import pipeline
+from robosc.evidence.runs import recorded_runs
 from robosc.supervisor import Supervisor
 
 Robosc = Callable[..., Completed]
@@ -260,6 +263,21 @@ def test_a_cancel_that_nothing_demands_is_told(robosc: Robosc, tmp_path: Path) -
     assert by_id(found)["SR-1"]["violations"] == []
     (run,) = found["runs"]
     assert run["faulty"] and any("this requirement holds" in told for told in run["found"])
+
+
+def test_where_values_are_cut_it_is_said_that_nobody_knows(tmp_path: Path) -> None:
+    """Their short forms decide nothing; whole, the same run leaves nothing open."""
+    supervisor = supervisor_of(large.MODEL)
+    logs = {}
+    for whole in (False, True):
+        lines = large.run(supervisor, 3, 60, whole_values=whole)
+        logs[whole] = Path(write(tmp_path / f"run_{whole}.jsonl", lines))
+    quiet = lambda *words: None  # noqa: E731
+    cut, known = (recorded_runs(supervisor, [logs[w]], [], quiet) for w in (False, True))
+    assert any("values are cut" in told for told in cut.runs[0].found)
+    assert known.runs[0].found == ()
+    text = "requirement pass needs any(r > 3.5 for r in Front.last.ranges) and Front.away"
+    assert (known.shown[text].stopped or 0) > 0
 
 
 def test_a_model_with_libraries_names_all_its_files(robosc: Robosc, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ controller, or to calls that a controller serves. How that is done depends on th
 from __future__ import annotations
 
 import json
+import math
 import threading
 import time
 from collections import deque
@@ -28,6 +29,7 @@ Json = Any
 _KEPT = 50
 _VERDICT = 2.0
 """Seconds for a supervisor to say what it made of a command."""
+_OF_32_BITS = 1e-6
 SILENT = 3.0
 """Seconds without a state after which nothing is sent: a state comes every second."""
 
@@ -100,32 +102,26 @@ class Verdicts:
         with self._changed:
             return self._count
 
-    def await_verdict(self, since: int, names: Sequence[str], data: Json) -> Json:
+    def await_verdict(self, since: int, names: Sequence[str], data: Json) -> tuple[Json, int]:
         """Return the first document after ``since`` that judges a request of one of these names,
-        with these data; None if none comes in time."""
+        with these data, and its place; None if none comes in time."""
         return self._await(since, lambda document: _is_about(document, names, data))
 
-    def await_end(self, since: int, names: Sequence[str], data: Json) -> Json:
+    def await_end(self, since: int, names: Sequence[str]) -> Json:
         """Return the first document after ``since`` that says how a call of one of these names
-        ended: not begun, with these data, answered, or failed; None if none comes in time."""
-        return self._await(
-            since,
-            lambda document: (
-                _kind(document, names) in ("response", "error")
-                or (_is_about(document, names, data) and document.get("outcome") != "applied")
-            ),
-        )
+        ended; None if none comes in time."""
+        return self._await(since, lambda d: _kind(d, names) in ("response", "error"))[0]
 
-    def _await(self, since: int, wanted: Callable[[Json], bool]) -> Json:
+    def _await(self, since: int, wanted: Callable[[Json], bool]) -> tuple[Json, int]:
         end = self._now() + _VERDICT
         with self._changed:
             while True:
                 for count, document in self._told:
                     if count > since and wanted(document):
-                        return document
+                        return document, count
                 left = end - self._now()
                 if left <= 0:
-                    return None
+                    return None, since
                 self._changed.wait(left)
 
 
@@ -180,7 +176,7 @@ class Running:
         with self._judging:
             since = self._verdicts.mark()
             self._caller.publish(self._name(tool), _fields(data))
-            verdict = self._verdicts.await_verdict(since, tool.alike, data)
+            verdict, _ = self._verdicts.await_verdict(since, tool.alike, data)
         return _outcome(verdict)
 
     def _call(self, tool: Tool, data: Json, watch: CallWatch) -> CallOutcome:
@@ -198,19 +194,28 @@ class Running:
         finally:
             with self._lock:
                 del self._busy[tool.key]
-        # A service of ROS 2 always answers: that its call was blocked or failed, the node says.
-        end: Json = {}
-        if word != "cancelled":
-            end = self._verdicts.await_end(since, tool.alike, data) or {}
-        if "blocked_by" in end:
-            return _outcome(end)
-        ended_well = not end or _kind(end, tool.alike) == "response"
-        if word == "cancelled" or (word == "answered" and ended_well):
+        if word == "cancelled":
             return CallOutcome(word, {"answer": answer})
-        if word == "answered":
-            word = "refused" if end.get("outcome") == "refused" else "failed"
-            answer = end.get("detail") or f"it ended with an error; the answer was {answer}"
-        return CallOutcome(word, {"why": [str(answer)]})
+        verdict, place = self._verdicts.await_verdict(since, tool.alike, data)
+        if verdict is not None and "blocked_by" in verdict:
+            return _outcome(verdict)
+        if word != "answered":
+            return CallOutcome(word, {"why": [str(answer)]})
+        return self._answered(tool, answer, verdict, place)
+
+    def _answered(self, tool: Tool, answer: Json, verdict: Json, place: int) -> CallOutcome:
+        """What an answer is: a service of ROS 2 gives one also where its call was not passed on, or
+        failed, so that only the node can say."""
+        told = f"; the answer was {json.dumps(answer)}"
+        if verdict is not None and verdict.get("outcome") != "applied":
+            word = "refused" if verdict.get("outcome") == "refused" else "failed"
+            return unsent(word, str(verdict.get("detail") or "it was not passed on") + told)
+        end = None if verdict is None else self._verdicts.await_end(place, tool.alike)
+        if end is None:
+            return unsent("unknown", "the node does not say what became of it" + told)
+        if _kind(end, tool.alike) == "error":
+            return unsent("failed", str(end.get("detail") or "it ended with an error") + told)
+        return CallOutcome("answered", {"answer": answer})
 
     def cancel(self, tool: Tool) -> CallOutcome:
         if tool.communication.kind not in (Kind.ACTION, Kind.SERVED_ACTION):
@@ -279,7 +284,13 @@ def _is_about(document: Json, names: Sequence[str], data: Json) -> bool:
     if data is None or document.get("corrected") or not isinstance(event.get("value"), dict):
         return True
     flat = dict(_leaves(data))
-    return all(flat.get(path, value) == value for path, value in event["value"].items())
+    return all(_alike(flat.get(path, value), value) for path, value in event["value"].items())
+
+
+def _alike(sent: Json, told: Json) -> bool:
+    """Whether a value is what was sent: on its way, a number may become one of 32 bits."""
+    numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in (sent, told))
+    return math.isclose(sent, told, rel_tol=_OF_32_BITS) if numbers else bool(sent == told)
 
 
 def _kind(document: Json, names: Sequence[str]) -> str | None:

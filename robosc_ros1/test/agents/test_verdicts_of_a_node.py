@@ -1,0 +1,123 @@
+"""What comes of a call, by the documents that a node tells of it."""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+import pytest
+from emit.generated_code import supervisor_of
+
+from robosc.agents import running
+from robosc.agents.outcomes import CallWatch
+from robosc.agents.running import End, Running, Verdicts
+from robosc.agents.tools import Tool, tools
+
+MODEL = """robot Door {
+    interface lock use SetBool from std_srvs
+    datatype object Wanted { data: boolean }
+    component Door {
+        outgoing message free with type: boolean
+        incoming message speed with type: double
+        service lock with request: Wanted, response: none links lock
+        behaviour {
+            variable is_free: boolean
+            on response from free do is_free := value
+            initial marked state open {
+                on request to speed
+                on request to lock goto busy
+            }
+            state busy { on request to speed on response, error from lock goto open }
+        }
+    }
+    requirement lock needs Door.is_free
+    stop with nothing
+}"""
+
+
+def told(kind: str, name: str, value: Any = None, **more: Any) -> str:
+    event = {"kind": kind, "name": name, "value": value}
+    return json.dumps({"version": 1, "event": event, "outcome": "applied", **more})
+
+
+class Told:
+    """A caller whose node tells these documents before it answers."""
+
+    def __init__(self, verdicts: Verdicts, documents: list[str], end: End) -> None:
+        self._verdicts, self._documents, self._end = verdicts, documents, end
+
+    def publish(self, topic: str, data: Any) -> None:
+        for document in self._documents:
+            self._verdicts.event(document)
+
+    def call(self, name: str, type_: str, data: Any, watch: CallWatch) -> End:
+        self.publish(name, data)
+        return self._end
+
+    goal = call
+
+    def close(self) -> None:
+        """Nothing goes on."""
+
+
+@pytest.fixture(scope="module")
+def offered() -> dict[str, Tool]:
+    robot = supervisor_of(MODEL).plant.robot
+    return {tool.name: tool for tool in tools(robot, True)}
+
+
+def ask(
+    tool: Tool, arguments: dict[str, Any], documents: list[str], end: End = ("answered", {})
+) -> dict[str, Any]:
+    verdicts = Verdicts()
+    caller = Told(verdicts, documents, end)
+    node = Running("/door", caller, verdicts, lambda given: None, guarded=True)  # type: ignore[arg-type, return-value]
+    return node.ask(tool, arguments, CallWatch(lambda report: None)).document()
+
+
+PASSED = told("request", "lock", {"data": True})
+BLOCKED = told("request", "lock", {"data": True}, blocked_by=[{"kind": "requirement", "text": "R"}])
+
+
+@pytest.mark.parametrize(
+    ("documents", "outcome"),
+    [
+        ([PASSED, told("response", "lock")], "answered"),
+        ([PASSED, told("error", "lock", detail="lost")], "failed"),
+        ([BLOCKED], "blocked"),
+        ([told("request", "lock", {"data": True}, outcome="refused")], "refused"),
+        ([told("request", "lock", {"data": True}, outcome="failed")], "failed"),
+        # What others called before, and still hear of, says nothing of this call.
+        ([told("response", "lock"), BLOCKED], "blocked"),
+        ([told("error", "lock"), PASSED, told("response", "lock")], "answered"),
+        ([told("request", "lock", {"data": False}), told("response", "lock"), BLOCKED], "blocked"),
+    ],
+)
+def test_a_service_that_always_answers(
+    offered: dict[str, Tool], documents: list[str], outcome: str
+) -> None:
+    assert ask(offered["lock"], {"data": True}, documents)["outcome"] == outcome
+
+
+@pytest.mark.parametrize("documents", [[], [PASSED], [told("response", "lock")]])
+def test_nobody_knows_what_a_silent_node_made_of_it(
+    offered: dict[str, Tool], documents: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(running, "_VERDICT", 0.0)
+    assert ask(offered["lock"], {"data": True}, documents)["outcome"] == "unknown"
+
+
+@pytest.mark.parametrize("speed", [0.1, 12.5, 1e-8, -3.3e7, 0.0])
+def test_a_number_of_32_bits_is_what_was_sent(offered: dict[str, Tool], speed: float) -> None:
+    (arrived,) = struct.unpack("f", struct.pack("f", speed))
+    document = told("request", "speed", {"value": arrived})
+    assert ask(offered["speed"], {"value": speed}, [document])["outcome"] == "sent"
+
+
+def test_another_number_is_another_s(
+    offered: dict[str, Tool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(running, "_VERDICT", 0.0)
+    document = told("request", "speed", {"value": 0.2})
+    assert ask(offered["speed"], {"value": 0.1}, [document])["outcome"] == "unknown"
