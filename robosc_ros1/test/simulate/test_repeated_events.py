@@ -12,6 +12,7 @@ from robosc import pipeline
 from robosc.simulate.faults import LineFault
 from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker
+from robosc.simulate.values.literals import parse_raw
 
 MODEL = """robot Cart {
     component Base {
@@ -149,8 +150,6 @@ def test_the_times_are_multiples_however_one_waits(
     ],
 )
 def test_objects_are_written_as_in_the_model(written: str, same: str) -> None:
-    from robosc.simulate.values.literals import parse_raw
-
     assert parse_raw(written) == parse_raw(same)
 
 
@@ -159,7 +158,13 @@ def test_objects_are_written_as_in_the_model(written: str, same: str) -> None:
     ["linear: { x: 1", "linear: { 1 }", "a: { x: 1 }, a.x: 2", "points: [{ x: 1 }", "a: [1 2]"],
 )
 def test_a_fault_in_an_object_is_told(written: str) -> None:
-    from robosc.simulate.values.literals import parse_raw
-
     with pytest.raises(LineFault):
         parse_raw(written)
+
+
+@pytest.mark.parametrize("opening", ["{ a: ", "[{ a: ", "["])
+def test_what_is_nested_too_deep_is_told(opening: str) -> None:
+    closing = "".join({"{": " }", "[": "]"}[c] for c in reversed(opening) if c in "{[")
+    assert parse_raw(f"a: {opening * 5}1{closing * 5}")
+    with pytest.raises(LineFault):
+        parse_raw(f"a: {opening * 3000}1{closing * 3000}, b: free x")

@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
+from robosc import limits
 from robosc.expr.types import Value
 from robosc.language.tokens import (
     ESCAPES,
@@ -59,11 +60,11 @@ def parse_raw(text: str) -> Raw:
     return {**fields, **_by_path(given)}
 
 
-def _fields_at(tokens: Tokens, at: int) -> tuple[dict[str, Raw], int]:
+def _fields_at(tokens: Tokens, at: int, depth: int = 0) -> tuple[dict[str, Raw], int]:
     """``x: 1, pose: { x: 2 }`` from a token on, and the token behind it."""
     fields: dict[str, Raw] = {}
     while field := _FIELD.match(tokens.kinds, at):
-        found = _value_at(tokens, field.end())
+        found = _value_at(tokens, field.end(), depth)
         if found is None:
             break
         path = "".join(tokens.texts(at, field.end(1)))
@@ -100,26 +101,28 @@ def _end(what: re.Pattern[str], tokens: Tokens, at: int) -> int:
     return found.end() if found else at
 
 
-def _value_at(tokens: Tokens, at: int) -> tuple[Raw, int] | None:
-    """The value at a token and the token behind it."""
+def _value_at(tokens: Tokens, at: int, depth: int = 0) -> tuple[Raw, int] | None:
+    """The value at a token and the token behind it; None too deep in others, as in the model."""
+    if depth > limits.NESTED_DATA:
+        return None
     if tokens.text(at) == "[":
         try:
             array, end = json.JSONDecoder().raw_decode(tokens.source.text, tokens.offset(at))
         except (ValueError, RecursionError):
-            return _array_at(tokens, at + 1)
+            return _array_at(tokens, at + 1, depth + 1)
         return array, tokens.before(end)
     if tokens.text(at) == "{":
-        fields, end = _fields_at(tokens, at + 1)
+        fields, end = _fields_at(tokens, at + 1, depth + 1)
         return (fields, end + 1) if tokens.text(end) == "}" else None
     end = _end(_LITERAL, tokens, at)
     return None if end == at else (_literal(tokens, at, end), end)
 
 
-def _array_at(tokens: Tokens, at: int) -> tuple[Raw, int] | None:
+def _array_at(tokens: Tokens, at: int, depth: int) -> tuple[Raw, int] | None:
     """Elements as in the model, behind the bracket: ``[{ x: 1 }, free]``."""
     elements: list[Raw] = []
     while tokens.text(at) != "]":
-        found = _value_at(tokens, at)
+        found = _value_at(tokens, at, depth)
         if found is None:
             return None
         element, at = found
