@@ -53,6 +53,15 @@ class Pending:
                 answer(taken.entry, taken.message)
             place = self._next_decided()
 
+    def _is_known(self, index: int) -> bool:
+        """Whether one is decided; one that cannot be, for an unexpected exception, is left out:
+        else it would be tried, and told of, again and again."""
+        try:
+            return self._is_decided(self._seen[index])
+        except Exception:
+            del self._seen[index]
+            raise
+
     def _next_decided(self) -> Optional[int]:
         """Apply the first command that need not wait, and return its place; or that of an answer to
         one that was applied; None: all have to wait."""
@@ -60,7 +69,7 @@ class Pending:
         for index, seen in enumerate(self._seen):
             place = self.place(seen)
             before = {place} if seen.entry is None else {place, seen.key + "cancel"}
-            if waiting.isdisjoint(before) and self._is_decided(seen):
+            if waiting.isdisjoint(before) and self._is_known(index):
                 return index
             waiting.add(place)
         return None
