@@ -142,24 +142,6 @@ def load(model: Model, options: Options = Options(), target: Target | None = Non
     return Loaded(robot, diagnostics)
 
 
-def sources(model: Model, options: Options = Options()) -> tuple[Source, ...]:
-    """The texts of a model: its own file, and the libraries that it needs, by name.
-
-    Raises UsageError if the file cannot be read.
-    """
-    from robosc.model.resolve import read
-    from robosc.model.ros.definitions import MessageDefinitions
-
-    source, _ = _source_of(model)
-    if source is None:
-        return ()
-    definitions = MessageDefinitions.for_model(_path_of(model))
-    folders = [str(folder) for folder in options.library_path]
-    found = read(source, folders, definitions, supervises=options.supervises)
-    contents = (file.contents for _, file in sorted(found.libraries.items()))
-    return (source, *(one.scope.source for one in contents if one is not None))
-
-
 def check(model: Model, options: Options = Options()) -> Checked:
     """Everything that is to be said about a robot or a library, synthesis included.
 

@@ -325,10 +325,9 @@ def _report(args: Arguments) -> int:
     supervisor = pipeline.supervise(loaded.robot, args.progress)
     verified = pipeline.verify(supervisor, args.progress)
     runs = recorded_runs(supervisor, args.logs, args.bags, args.progress)
-    sources = pipeline.sources(args.model, _options(args))
     args.progress.clear()
     warnings = sort_diagnostics(loaded.diagnostics + supervisor.diagnostics)
-    text = rendered(evidence(supervisor, verified, runs, sources, warnings, __version__), suffix)
+    text = rendered(evidence(supervisor, verified, runs, warnings, __version__), suffix)
     if args.output is None:
         print(text, end="")
     else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from datetime import date
 from hashlib import sha256
 from pathlib import Path
@@ -14,7 +14,6 @@ from robosc.errors import Diagnostic
 from robosc.evidence.runs import RecordedRun, RecordedRuns, RequirementRecord
 from robosc.model.entities import Assumption, Goal, Requirement
 from robosc.plant.model_text import to_dsl
-from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.formatting import event_text
@@ -41,17 +40,13 @@ def evidence(
     supervisor: Supervisor,
     verified: VerifyReport,
     runs: RecordedRuns,
-    sources: Sequence[Source],
     warnings: Iterable[Diagnostic],
     version: str,
 ) -> Document:
     """The document, version 1; equal inputs give equal documents but for the date."""
     robot = supervisor.plant.robot
     safe = any(check.name == "safe" and check.holds for check in verified.checks)
-    files = [
-        {"file": Path(source.path).name, "sha256": sha256(source.text.encode()).hexdigest()}
-        for source in sources
-    ]
+    files = [{"file": Path(s.path).name, "sha256": s.sha256} for s in robot.sources]
     whole = sha256("".join(f["sha256"] for f in files).encode()).hexdigest()
     return {
         "version": 1,

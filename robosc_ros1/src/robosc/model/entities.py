@@ -30,7 +30,7 @@ from robosc.language.events import (
 from robosc.model.automata import Behaviour, Lasting, State, Transition, Variable, span_field
 from robosc.model.diagnostics import Report
 from robosc.names import Copy
-from robosc.source import Span
+from robosc.source import Source, Span
 from robosc.syntax.nodes import ExprNode, Repeated
 
 
@@ -354,6 +354,8 @@ class Robot:
     goes_on: bool = False
     """``stop with nothing``: it may go on with its last commands when the node ends."""
     supervises: bool = False
+    sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
+    """The texts of the model: its own file, then the libraries that it needs, by name."""
     """Whether the data of commands are those that another controller sends."""
     conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)
     """Reads conditions with the names of the model's own requirements."""

@@ -130,6 +130,10 @@ class _Loader:
         robot = None if file.contents is None or has_errors(ordered) else file.contents.robot
         if file.contents is not None and file.contents.scope.node.kind == "library":
             robot = None
+        if robot is not None:
+            found = (library.contents for _, library in sorted(self._libraries.items()))
+            libraries = (contents.scope.source for contents in found if contents is not None)
+            robot = replace(robot, sources=(source, *libraries))
         return ReadResult(robot, ordered, file.contents, self._libraries)
 
     def _file(self, source: Source) -> ResolvedFile:

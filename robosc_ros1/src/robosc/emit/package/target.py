@@ -6,7 +6,7 @@ import json
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from hashlib import sha256
+from pathlib import Path
 
 from robosc import __version__
 from robosc.emit.controller.assembly import controller_context
@@ -160,14 +160,9 @@ def _model_module(supervisor: Supervisor, source: str) -> str:
     sentence = "The model as data, as it is published on ~model."
     model = assignment("MODEL", model_document(supervisor, source))
     version = assignment("GENERATOR", f"robosc {__version__}")
-    sources = assignment("SOURCES", _hashes(supervisor.plant.robot))
+    hashes = {Path(s.path).name: s.sha256 for s in supervisor.plant.robot.sources}
+    sources = assignment("SOURCES", hashes)
     return _data_module(source, sentence, f"\n{version}{sources}{model}")
-
-
-def _hashes(robot: Robot) -> dict[str, str]:
-    """SHA-256 of the model's file and of the libraries that it uses, by their names."""
-    spans = [robot.span, *(c.span for c in robot.components), *(r.span for r in robot.requirements)]
-    return {file_of(s): sha256(s.source.text.encode()).hexdigest() for s in spans}
 
 
 def _licence(source: str) -> str:

@@ -2,7 +2,10 @@
 """The model as data, as it is published on ~model."""
 
 GENERATOR = "robosc 0.1.0"
-SOURCES = {"gauntlet.rscd": "a4ad6b5843b4850857de036e03dc3a90840a3003b7cb80f1a41ba565febd9505"}
+SOURCES = {
+    "gauntlet.rscd": "a4ad6b5843b4850857de036e03dc3a90840a3003b7cb80f1a41ba565febd9505",
+    "wheels.rscd": "2a6390cfe4f235c4744c797cf3962976c454339982a3ebd128badddb2e8457f4",
+}
 MODEL = {
     "version": 1,
     "robot": "Gauntlet",
