@@ -9,6 +9,7 @@ import pytest
 import reflecting
 import ros_support
 from agents.agent_support import sdk, start_agent
+from agents.tried import LIBRARIES, LIMITER
 from emit.golden_packages import GOLDEN, package_of
 from primitives import PRIMITIVES_OF_ROS1
 from ros1.stage import Node, Puppet, Stage
@@ -138,13 +139,20 @@ def nodes(
 
 @pytest.fixture(scope="session")
 def guarded_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
-    """The line follower's supervisor and controller, and the supervisor of a lifter."""
+    """The line follower's supervisor and controller, and supervisors of a lifter and a limiter."""
     workspace = make_workspace()
     workspace.add(EXAMPLES / "robot_common")
     model = str(EXAMPLES / "line_follower_first_edition" / "line_follower.rscd")
     lifter = str(Path(__file__).with_name("lifter.rscd"))
-    for file, mode in ((model, "supervisor"), (model, "controller"), (lifter, "supervisor")):
-        where = ("--output", str(workspace.folder / "src"))
+    limiter = str(LIMITER)
+    for file, mode in (
+        (model, "supervisor"),
+        (model, "controller"),
+        (lifter, "supervisor"),
+        (limiter, "supervisor"),
+    ):
+        libraries = ("--library-path", str(LIBRARIES)) if file == limiter else ()
+        where = (*libraries, "--output", str(workspace.folder / "src"))
         done = run_robosc(("generate", file, "--mode", mode, *where), workspace.folder, {})
         assert done.returncode == 0, done.stderr
     workspace.build()

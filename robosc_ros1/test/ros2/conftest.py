@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import reflecting
 from agents.agent_support import sdk, start_agent
+from agents.tried import LINE_FOLLOWER
 from emit.golden_packages import GOLDEN
 from primitives import PRIMITIVES_OF_ROS2
 from ros2.bed import HERE, REPOSITORY, Bed, Unavailable, test_bed
@@ -104,6 +105,7 @@ def _build(bed: Bed, folder: Path) -> None:
     for mode in ("supervisor", "monitor"):
         generate(folder, arm, "--mode", mode)
     generate(folder, REPOSITORY / "examples/line_follower/line_follower.rscd", "--mode", "monitor")
+    generate(folder, LINE_FOLLOWER, "--mode", "supervisor")
     for mode in ("supervisor", "monitor"):
         generate(folder, HERE / "models" / "crane.rscd", "--mode", mode)
     mirror, prefix = HERE / "models" / "mirror.rscd", bed.environment["AMENT_PREFIX_PATH"]
