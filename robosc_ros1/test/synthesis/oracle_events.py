@@ -351,7 +351,9 @@ class OracleEvents:
                 assert behaviour is not None
                 values.append([next(s.name for s in behaviour.states if s.initial)])
             elif what == "var":
-                values.append([self.variables[name].initial])
+                variable = self.variables[name]
+                every = values_of(variable.type, (), self.samples)
+                values.append(list(every) if variable.persistent else [variable.initial])
             elif what == "phase":
                 values.append([first_phase(self.robot.communications[name])])
             else:

@@ -97,8 +97,15 @@ def _state_variables(
                         view, None, reference_to(variable), variable.key
                     )
                     initial = values.index(variable.initial)
+                    others = range(len(values)) if variable.persistent else ()
+                    starts = dict.fromkeys((initial, *others)) if others else ()
                     yield StateVariable(
-                        VariableKind.DATA, variable.key, values, initial, labels=labels
+                        VariableKind.DATA,
+                        variable.key,
+                        values,
+                        initial,
+                        labels=labels,
+                        starts=tuple(starts),
                     )
         for communication in component.communications:
             phases = communication.phases
