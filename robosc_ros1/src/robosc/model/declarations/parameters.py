@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
 
@@ -24,11 +24,13 @@ _OF_ROS = ("start_type_description_service", "use_sim_time")
 """Parameters that ROS itself declares for every node."""
 
 
-def check_parameters(parameters: Iterable[RosParameter], report: Report) -> None:
+def check_parameters(robot: Robot, report: Report) -> None:
     """Report names that clash with parameters of every node, or with others of the model."""
     taken = {parameter.name for parameter in declared(())}.union(_GROUPS, _OF_ROS)
+    if any(variable.persistent for variable in robot.variables.values()):
+        taken |= {"persistent_file", "forget"}
     seen: dict[str, RosParameter] = {}
-    for parameter in parameters:
+    for parameter in robot.parameters:
         name = parameter.name
         group = name.partition("/")[0]
         if group in taken:
