@@ -98,7 +98,7 @@ def what_if(
 
     ``state`` is a document of ``~state`` or of the simulator. The clocks of the model begin anew.
     """
-    machine = make(parameters, {})
+    machine = make(parameters)
     assert isinstance(machine, Execution)
     unknown = machine.restore(state)
     results = []

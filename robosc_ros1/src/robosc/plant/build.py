@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain
 
 from robosc.errors import StateSpaceError
@@ -97,16 +98,13 @@ def _state_variables(
                         view, None, reference_to(variable), variable.key
                     )
                     initial = values.index(variable.initial)
-                    others = range(len(values)) if variable.persistent else ()
-                    starts = dict.fromkeys((initial, *others)) if others else ()
-                    yield StateVariable(
-                        VariableKind.DATA,
-                        variable.key,
-                        values,
-                        initial,
-                        labels=labels,
-                        starts=tuple(starts),
+                    found = StateVariable(
+                        VariableKind.DATA, variable.key, values, initial, labels=labels
                     )
+                    if variable.persistent:
+                        others = (n for n in range(len(values)) if n != initial)
+                        found = replace(found, starts=(initial, *others))
+                    yield found
         for communication in component.communications:
             phases = communication.phases
             if phases is not None:

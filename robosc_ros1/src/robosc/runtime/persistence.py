@@ -32,9 +32,9 @@ class Keeper:
     def __init__(self, controller: Controller, name: str, tell: Callable[[str, str], None]) -> None:
         self._controller = controller
         self._tell = tell
-        folder = os.environ.get("ROS_HOME") or "~/.ros"
-        own = os.path.join(folder, "persistent", name.strip("/").replace("/", ".") + ".json")
-        self.path = Path(os.path.realpath(os.path.expanduser(controller.persistent_file or own)))
+        home = os.environ.get("ROS_HOME") or "~/.ros"
+        own = "%s/persistent/%s.json" % (home, name.strip("/").replace("/", "."))
+        self.path = _found(controller.persistent_file or own)
         self.faults: List[str] = []
         self._cannot = ""
         self._written: Dict[str, Any] = {}
@@ -99,11 +99,20 @@ class Keeper:
         try:
             write(self.path, self._controller.ROBOT, values)
             self._written, self._cannot = values, ""
-        except OSError as error:
-            text = "%s: persistent variables are not kept: %s" % (self.path, error.strerror)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            text = "%s: persistent variables are not kept: %s" % (self.path, reason)
             if text != self._cannot:
                 self._tell("error", text)
             self._cannot = text
+
+
+def _found(path: str) -> Path:
+    """Return the file that a path names; links stay when it is replaced."""
+    try:
+        return Path(path).expanduser().resolve()
+    except (RuntimeError, OSError, ValueError):  # no such user, links in a circle
+        return Path(path)
 
 
 def read(path: Path, robot: str) -> Dict[str, Any]:
@@ -144,11 +153,11 @@ def write(path: Path, robot: str, values: Dict[str, Any]) -> None:
         raise OSError(0, "it is no file")
     document = {"version": 1, "robot": robot, "values": values, "check": _check(robot, values)}
     new = path.with_name(path.name + ".new")
-    with open(new, "w", encoding="utf-8") as file:
+    with new.open("w", encoding="utf-8") as file:
         file.write(json.dumps(document) + "\n")
         file.flush()
         os.fsync(file.fileno())
-    os.replace(new, path)
+    new.replace(path)
     folder = os.open(path.parent, os.O_RDONLY)
     try:
         os.fsync(folder)  # else a power failure may bring the old file back

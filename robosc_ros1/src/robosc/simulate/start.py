@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from robosc.errors import UsageError
@@ -26,7 +27,7 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     of the model among them. Raise InvalidLine if one is unknown or has a wrong value.
     """
 
-    def make(given: Mapping[str, Any], starts: Mapping[str, Any]) -> Machine:
+    def make(given: Mapping[str, Any], starts: Mapping[str, Any] = MappingProxyType({})) -> Machine:
         robot = supervisor.plant.robot
         settings = read_settings(robot, given)
         chosen = supervisor_with(supervisor, settings.more, starts)

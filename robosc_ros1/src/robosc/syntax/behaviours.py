@@ -172,7 +172,9 @@ def _variable(persistent: bool) -> Rule:
         - maybe(symbol("=") - Expression("an initial value after '='"))
     )
     return Rule(
-        grammar, make_node(VariableNode, persistent), tail=lambda node: () if node.initial else ("'='",)
+        grammar,
+        make_node(VariableNode, persistent),
+        tail=lambda node: () if node.initial else ("'='",),
     )
 
 

@@ -94,8 +94,8 @@ class FiniteView:
         """Return the indexes of the possible initial outcomes of a test, that of the defaults
         first.
 
-        A test that reads parameters or persistent variables can have any outcome, but not NaN if it only compares
-        parameters, variables and constants.
+        A test that reads parameters or persistent variables can have any outcome, but not NaN if it
+        only compares parameters, variables and constants.
         """
 
         def initial(leaf: Leaf) -> Value | None:

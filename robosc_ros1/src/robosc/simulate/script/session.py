@@ -38,8 +38,9 @@ from robosc.simulate.values.event_data import Given, complete
 from robosc.simulate.values.literals import Raw, literal_text, parse_raw
 from robosc.syntax.parser import read_bytes
 
-MakeMachine = Callable[[Mapping[str, Any], Mapping[str, Any]], Machine]
-"""A machine in its initial state, with these parameters, and values of persistent variables."""
+MakeMachine = Callable[..., Machine]
+"""A machine in its initial state, with these parameters, and perhaps values of persistent
+variables, by name."""
 
 WORDS: Mapping[str, tuple[str, str]] = {
     "show": ("show", "the state, what can happen, and what forbids commands"),
