@@ -19,6 +19,8 @@ from robosc.simulate.script.session import MakeMachine
 from robosc.simulate.values.literals import parse_raw
 from robosc.supervisor import Supervisor
 
+_NOTHING: Mapping[str, Any] = MappingProxyType({})
+
 
 def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     """Makes machines of single events, or of the controller as it executes.
@@ -27,7 +29,7 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     of the model among them. Raise InvalidLine if one is unknown or has a wrong value.
     """
 
-    def make(given: Mapping[str, Any], starts: Mapping[str, Any] = MappingProxyType({})) -> Machine:
+    def make(given: Mapping[str, Any], starts: Mapping[str, Any] = _NOTHING) -> Machine:
         robot = supervisor.plant.robot
         settings = read_settings(robot, given)
         chosen = supervisor_with(supervisor, settings.more, starts)
@@ -44,7 +46,7 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
 
 
 def supervisor_with(
-    supervisor: Supervisor, values: Mapping[str, Any], starts: Mapping[str, Any]
+    supervisor: Supervisor, values: Mapping[str, Any], starts: Mapping[str, Any] = _NOTHING
 ) -> Supervisor:
     """The supervisor for a robot whose parameters have these values, by name in ROS, and whose
     persistent variables start with those of ``starts``.
