@@ -23,6 +23,8 @@ class Place:
 class RandomBehaviours(RandomExpressions):
     """Draws the states and transitions of components."""
 
+    stays = False
+
     # --- behaviour ---------------------------------------------------------------------------
 
     def component_text(self, component: RandomComponent) -> str:
@@ -57,7 +59,9 @@ class RandomBehaviours(RandomExpressions):
         lines = []
         for variable in component.variables:
             initial = f" = {variable.initial}" if variable.initial is not None else ""
-            lines.append(f"variable {variable.name}: {variable.type.text}{initial}")
+            stays = self.stays and variable.type.values and self.chance(60)
+            word = "persistent variable" if stays else "variable"
+            lines.append(f"{word} {variable.name}: {variable.type.text}{initial}")
         for state, body in bodies.items():
             words = ["initial"] if state == component.states[0] else []
             words += ["marked"] if state in component.marked else []

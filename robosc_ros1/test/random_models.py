@@ -38,16 +38,22 @@ def models(
 
 
 def random_model(
-    rng: random.Random, size: int = 2, *, served: bool = False, assumes: bool = False
+    rng: random.Random,
+    size: int = 2,
+    *,
+    served: bool = False,
+    assumes: bool = False,
+    stays: bool = False,
 ) -> str:
     """The text of a robot that ``check`` accepts without errors.
 
     ``served``: at least half of what would be services are calls of the robot. ``assumes``: there
-    are assumptions.
+    are assumptions. ``stays``: most finite variables are persistent.
     """
     builder = _Builder(rng, BUDGETS[size])
     builder.serves = served
     builder.assumes = assumes
+    builder.stays = stays
     return builder.build()
 
 

@@ -275,6 +275,13 @@ def replay(parser: argparse.ArgumentParser) -> None:
         help="with a bag: a parameter of the model or of its node (may be repeated)",
     )
     parser.add_argument(
+        "--start",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="with a bag: the value with which a persistent variable started (may be repeated)",
+    )
+    parser.add_argument(
         "--remap",
         metavar="FROM:=TO",
         action="append",

@@ -294,8 +294,9 @@ def _replay(args: Arguments) -> int:
         args.model, args.log = args.log, args.model  # this order was the only one at first
     if is_bag(args.log):
         return _judge(args)
-    if args.junit is not None or args.parameter or args.remap:
-        raise UsageError("--junit, --parameter and --remap are for bags: .bag, .mcap, .db3")
+    if args.junit is not None or args.parameter or args.start or args.remap:
+        only = "--junit, --parameter, --start and --remap are for bags: .bag, .mcap, .db3"
+        raise UsageError(only)
     replayed = replay(_supervise(args), args.log)
     _show(args, replay_document, replay_text, replayed)
     return replayed.exit_code
@@ -305,8 +306,9 @@ def _judge(args: Arguments) -> int:
     from robosc.simulate.bags import judgement_report as told
     from robosc.simulate.bags.bag_files import target_of
     from robosc.simulate.bags.judgement import judge
+    from robosc.simulate.start import started
 
-    supervisor = _supervise(args, target_of(args.log))
+    supervisor = started(_supervise(args, target_of(args.log)), args.start)
     judgement = judge(supervisor, Path(args.log), args.parameter, args.progress, args.remap)
     args.progress.clear()
     if args.junit is not None:

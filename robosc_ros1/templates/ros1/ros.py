@@ -159,6 +159,10 @@ class RosPort(CallingPort):
 class RosOutlet(TopicOutlet):
     """The node's own topics."""
 
+    @property
+    def name(self):
+        return rospy.get_name()
+
     def publisher(self, topic, type_, depth, latched=False):
         name = topic.replace("~/", "~")
         return rospy.Publisher(name, type_, queue_size=depth, latch=latched)

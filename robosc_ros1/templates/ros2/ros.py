@@ -229,6 +229,7 @@ class RosOutlet(TopicOutlet):
 
     def __init__(self, node, model, settings, watch):
         self._node = node
+        self.name = node.get_fully_qualified_name()
         super().__init__(model, settings, watch)
 
     def publisher(self, topic, type_, depth, latched=False):

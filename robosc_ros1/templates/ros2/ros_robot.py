@@ -262,6 +262,9 @@ def start_controller(*parameters):
             words += ["-p", "qos.%s.depth:=1000" % name]
         elif communication["kind"] == "service":
             words += ["-p", "timeout.%s:=%s" % (name, TIMEOUT)]
+    if any(v.get("persistent") for c in PLANT["components"] for v in c["variables"]):
+        file = Path(tempfile.gettempdir(), "%s_%d_persistent.json" % (PACKAGE, os.getpid()))
+        words += ["-p", "forget:=true", "-p", "persistent_file:=%s" % file]
     code = "from %s.start import main; main()" % PACKAGE
     return subprocess.Popen([sys.executable, "-c", code, *words])
 

@@ -77,6 +77,21 @@ CONSTRUCTS = {
         }
         requirement drive needs slow and speed.fresh
     """,
+    "what stays": """
+        component Tour {
+            outgoing message arrived with timeout: 1 s, type: none
+            behaviour {
+                persistent variable next: integer(0..2) = 0
+                persistent variable asked: boolean = true
+                initial marked state on {
+                    on response from arrived if next < 2 do next := next + 1
+                    on request to halt do asked := false
+                }
+            }
+        }
+        requirement drive needs Tour.next < 2 and arrived.fresh
+        requirement halt needs Tour.asked
+    """,
     "arrays": """
         datatype object Scan { ranges: array(double) step: double }
         interface scans use Scan from some_msgs

@@ -67,7 +67,7 @@ THIRD_PARTY = {
 }
 """Library to the modules that may import it."""
 
-ENVIRONMENT = ("cli", "console", "verbs", "model.ros.packages")
+ENVIRONMENT = ("cli", "console", "verbs", "model.ros.packages", "runtime.persistence")
 """Only these look at environment variables."""
 
 PACKAGE = SOURCES / "robosc"

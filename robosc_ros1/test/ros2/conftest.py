@@ -31,6 +31,7 @@ MODELS = {
     REPOSITORY / "examples" / "order" / "order.rscd": "order_controller",
     HERE / "models" / "workbench.rscd": "workbench_controller",
     HERE / "models" / "everything.rscd": "everything_controller",
+    HERE / "models" / "tour.rscd": "tour_controller",
     GOLDEN / "models" / "watch.rscd": "watch_controller",
     GOLDEN / "models" / "shared.rscd": "shared_controller",
     GOLDEN / "models" / "thermostat.rscd": "thermostat_controller",

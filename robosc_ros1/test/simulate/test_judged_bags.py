@@ -200,7 +200,10 @@ def test_a_run_without_faults(robosc: Robosc, supervisor: Supervisor, tmp_path: 
         (("nowhere.bag",), "cannot read nowhere.bag: there is no such file"),
         (("text.mcap",), "text.mcap is no file of the format .mcap: it was not recorded by ROS"),
         (("run.bag", "--parameter", "speed=1"), "unknown parameter ~speed"),
-        (("events.log", "--junit", "x.xml"), "--junit, --parameter and --remap are for bags"),
+        (
+            ("events.log", "--junit", "x.xml"),
+            "--junit, --parameter, --start and --remap are for bags",
+        ),
     ],
 )
 def test_what_cannot_be_judged(

@@ -132,7 +132,7 @@ def test_the_tree_tells_the_keyword_value_from_a_name() -> None:
 def test_a_name_may_begin_with_a_keyword() -> None:
     text = "component A { behaviour { variable valuex: doubles = orange on request to onward } }"
     assert declarations(text) == [
-        "Component(A, [Behaviour([Variable(valuex, doubles, orange),"
+        "Component(A, [Behaviour([Variable(False, valuex, doubles, orange),"
         " ResultTransition([request], [onward], -, [], -)])])"
     ]
 

@@ -112,10 +112,11 @@ def test_parts_of_a_component(text: str, tree: str) -> None:
 @pytest.mark.parametrize(
     ("text", "tree"),
     [
-        ("variable a: boolean", "Variable(a, boolean, -)"),
-        ("variable a: integer(0..9) = 3", "Variable(a, integer(0..9), 3)"),
-        ("variable a: E = free", "Variable(a, E, free)"),
-        ("variable a: double = -0.5", "Variable(a, double, (-0.5))"),
+        ("persistent variable a: boolean", "Variable(True, a, boolean, -)"),
+        ("variable a: boolean", "Variable(False, a, boolean, -)"),
+        ("variable a: integer(0..9) = 3", "Variable(False, a, integer(0..9), 3)"),
+        ("variable a: E = free", "Variable(False, a, E, free)"),
+        ("variable a: double = -0.5", "Variable(False, a, double, (-0.5))"),
         ("state a { }", "State(a, False, False, [])"),
         ("initial state a { }", "State(a, True, False, [])"),
         ("marked state a { }", "State(a, False, True, [])"),

@@ -350,7 +350,7 @@ def test_declarations_in_the_wrong_block_are_given_to_the_right_one() -> None:
     tree, _ = read(CASES["declarations in the wrong block"][0])
     assert tree is not None
     assert [shown(d) for d in tree.declarations] == [
-        "Component(A, [Behaviour([State(s, False, False, []), Variable(v, boolean, -)]),"
+        "Component(A, [Behaviour([State(s, False, False, []), Variable(False, v, boolean, -)]),"
         " Message(incoming, m, -, T, -)])",
         "Object(T, [Property(x, double)])",
         "Stop(m)",

@@ -112,11 +112,11 @@ def _graphs(what: str, ours: Document, theirs: Document, oracle: Oracle) -> Iter
 
 
 def _order(document: Document, oracle: Oracle) -> Iterator[str]:
-    """States breadth-first from the initial one, the steps of each in model order."""
+    """States breadth-first from the initial ones, the steps of each in model order."""
     events = [(e.kind.word, oracle.name(e), e.index or None) for e in oracle.events]
     place = {event: i for i, event in enumerate(events)}
     order = []
-    seen = {document["initial"]: None}
+    seen = dict.fromkeys(document.get("initials", [document["initial"]]))
     for t in document["transitions"]:
         event = t["event"]
         order.append((t["source"], place[event["kind"], event["name"], event.get("index")]))

@@ -342,7 +342,8 @@ class OracleEvents:
 
     @cached_property
     def initials(self) -> list[OracleState]:
-        """One for each combination of values of the parameters, which never change."""
+        """One for each combination of values of the parameters, which never change, and of the
+        persistent variables: those with the values after ``=`` first."""
         types = {parameter.key: parameter.type for parameter in self.robot.parameters}
         values: list[list[Any]] = []
         for what, name in self.slots:
@@ -351,7 +352,9 @@ class OracleEvents:
                 assert behaviour is not None
                 values.append([next(s.name for s in behaviour.states if s.initial)])
             elif what == "var":
-                values.append([self.variables[name].initial])
+                variable = self.variables[name]
+                every = values_of(variable.type, (), self.samples) if variable.persistent else []
+                values.append(list(dict.fromkeys((variable.initial, *every))))
             elif what == "phase":
                 values.append([first_phase(self.robot.communications[name])])
             else:

@@ -87,6 +87,7 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("stop", (Role.DECLARATION, Role.LABEL), ("robot",))
     yield Keyword("for", clause, ("robot", "for"))
     yield Keyword("variable", declaration, ("behaviour",))
+    yield Keyword("persistent", modifier, ("behaviour",))
     yield Keyword("initial", modifier, _TRANSITIONS)
     yield Keyword("marked", modifier, _TRANSITIONS)
     yield Keyword("state", declaration, _TRANSITIONS)
@@ -162,6 +163,7 @@ _MEANINGS = {
     "action": "A ROS action of the component, whose goals the controller sends and cancels.",
     "behaviour": "The variables and states of a component, and what makes them change.",
     "variable": "What a component remembers besides its state.",
+    "persistent": "The variable keeps its value when the node ends, until it starts again.",
     "initial": "The state in which the component starts.",
     "marked": "A state in which the component may rest: one must remain reachable for ever.",
     "state": "A state of the component, with the transitions that leave it, or states in it.",

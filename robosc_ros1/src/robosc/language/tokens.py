@@ -287,6 +287,7 @@ LOOKS = {
         "action": "(?= NAME with )",
         "behaviour": "(?= '{' )",
         "variable": "(?= NAME ':' )",
+        "persistent": "(?= variable )",
         "initial": "(?= marked? state )",
         "marked": "(?= state )",
         "state": "(?= NAME '{' )",

@@ -25,7 +25,8 @@ class Variable:
     """A variable of a component.
 
     ``in_state`` is False if it is not part of the plant's state (docs/semantics.md, "Data").
-    ``initial`` is None for an object or an array, which holds nothing at the start.
+    ``initial`` is None for an object or an array, which holds nothing at the start. ``persistent``:
+    the value outlasts the node, so that it may start with any.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Variable:
     type: Type
     initial: Value | None
     in_state: bool
+    persistent: bool = False
     span: Span = span_field()
 
     @property

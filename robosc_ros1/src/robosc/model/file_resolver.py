@@ -122,7 +122,7 @@ class FileResolver:
         robot = self._robot()
         self._scope.names.close()
         if self._scope.node.kind == "robot":
-            check_parameters(robot.parameters, self._report)
+            check_parameters(robot, self._report)
         return FileContents(self._scope, self.types, self.component_table, robot)
 
     def _parameters(self) -> Iterator[RosParameter]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain
 
 from robosc.errors import StateSpaceError
@@ -97,9 +98,13 @@ def _state_variables(
                         view, None, reference_to(variable), variable.key
                     )
                     initial = values.index(variable.initial)
-                    yield StateVariable(
+                    found = StateVariable(
                         VariableKind.DATA, variable.key, values, initial, labels=labels
                     )
+                    if variable.persistent:
+                        others = (n for n in range(len(values)) if n != initial)
+                        found = replace(found, starts=(initial, *others))
+                    yield found
         for communication in component.communications:
             phases = communication.phases
             if phases is not None:

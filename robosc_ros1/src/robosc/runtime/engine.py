@@ -49,6 +49,7 @@ from .time_monitor import TimeMonitor
 
 if TYPE_CHECKING:  # a package has them if its model does
     from .ages import Ages
+    from .persistence import Keeper
     from .served import ServedCalls
 
 _BATCH = 100
@@ -85,6 +86,8 @@ class Engine(Generic[R]):
         """The reason of the safe stop; None: not stopped."""
         self.closing = False
         """Whether it is to end."""
+        self.keeper: Optional[Keeper] = None
+        """What keeps the values of persistent variables; None: there are none."""
         self.changed = threading.Event()
         """Set for the reporter after events."""
         self._end = 0.0  # when, at the latest, if it is closing
@@ -244,6 +247,8 @@ class Engine(Generic[R]):
             self.pauses.look()
             function(*arguments)
             self.recorder.settle()
+            if self.keeper is not None:
+                self.keeper.look()
         except Exception as error:
             self.unexpected(error)
         if self.recorder.number != number and not self.changed.is_set():

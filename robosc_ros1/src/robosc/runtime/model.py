@@ -9,7 +9,19 @@ alone where that is unambiguous.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 from .values import Undefined, as_read
 
@@ -219,6 +231,11 @@ class Controller:
     and the attributes with its state, "waiting" or "holding", and with how often it began anew."""
     STAGES: Tuple[str, ...] = ()
     """``Component.state stage`` of the states that perform a command; see :mod:`.places`."""
+    PERSISTENT: Mapping[str, Tuple[str, Sequence[Any]]] = {}
+    """The variables that keep their values when the node ends, ``Component.variable``: the
+    attribute, and all values of its type."""
+    persistent_file = ""
+    forget = False
     STEP_BOUND: int
     """The step bound: more internal transitions after one event are a cycle."""
 
@@ -239,6 +256,22 @@ class Controller:
         """Set the values of the model's parameters, by name, before the first event."""
         for parameter in self.PARAMETERS:
             setattr(self, parameter.attribute, as_read(values[parameter.name]))
+
+    def kept_values(self) -> Dict[str, Any]:
+        """Return the values of the persistent variables, by name."""
+        return {name: getattr(self, row[0]) for name, row in self.PERSISTENT.items()}
+
+    def start(self, values: Mapping[str, Any]) -> List[str]:
+        """Set persistent variables, by name, before the first event; return the names of those for
+        which there is no value of their type."""
+        lacking = []
+        for name, (attribute, allowed) in self.PERSISTENT.items():
+            value = values.get(name)
+            if type(value) is type(allowed[0]) and value in allowed:
+                setattr(self, attribute, value)
+            else:
+                lacking.append(name)
+        return lacking
 
     def parameters(self) -> Dict[str, Any]:
         """Return the values of the model's parameters, by name."""

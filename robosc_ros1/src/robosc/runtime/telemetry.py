@@ -35,7 +35,11 @@ _ROOM = 16000
 
 class Outlet:
     """The destination of documents, implemented by the node; only the reporter's thread calls
-    it."""
+    it.
+
+    ``name`` is the full name of the node."""
+
+    name = ""
 
     def state(self, text: str) -> None:
         raise NotImplementedError
@@ -231,6 +235,12 @@ class Reporter:
             self._log = EventLog(
                 settings.event_log, int(settings.event_log_size * 1e6), settings.event_log_files
             )
+        self._start: Dict[str, Any] = {}
+        if engine.controller.PERSISTENT:
+            from .persistence import Keeper
+
+            engine.keeper = Keeper(engine.controller, outlet.name, engine.tell)
+            self._start = engine.keeper.began_with
         self._last_counters: Dict[str, int] = {}
         self._thread = threading.Thread(target=self._run, name="reporter", daemon=True)
 
@@ -242,6 +252,8 @@ class Reporter:
         self._engine.changed.set()
         if self._thread.is_alive():  # it may be stopped before it started
             self._thread.join(timeout)
+        if self._engine.keeper is not None:
+            self._engine.keeper.close(timeout)
 
     def is_alive(self) -> bool:
         """Whether its thread runs, which may outlast ``close``."""
@@ -273,6 +285,8 @@ class Reporter:
             blind = snapshot.get("not_judging")
             if blind and blind not in faults:
                 faults.insert(0, "not judging: " + blind)
+            if self._engine.keeper is not None:
+                faults += self._engine.keeper.all_faults()
             if self._log_fault:
                 faults.append(self._log_fault)
             whole = self._engine.settings.whole_values and self._outlet.wants_state()
@@ -319,10 +333,10 @@ class Reporter:
             return
         documents = [event_document(entry) for entry in entries]
         self._latest.extend(documents[-_LATEST:])
-        parameters = self._engine.controller.parameters()
-        if entries[0].number == 1 and parameters:
-            # A log can only be interpreted with the parameters.
-            documents[0] = {**documents[0], "parameters": parameters}
+        given = {"parameters": self._engine.controller.parameters(), "start": self._start}
+        if entries[0].number == 1:
+            # A log can only be interpreted with what the node was given.
+            documents[0] = {**documents[0], **{n: v for n, v in given.items() if v}}
         if self._original is not None:
             self._original.take(documents)
         lines = [dump(document) for document in documents]

@@ -152,6 +152,7 @@ class Follower:
             self._controller = self._fresh.copy()
             told = entry.document.get("parameters", {})
             self._controller.configure({**self._fresh.parameters(), **told})
+            self._controller.start(entry.document.get("start", {}))
             self._stopped = False
             self._next = 1
             self.lost = None

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
-from robosc.model.declarations.parameters import with_parameters
+from robosc.errors import UsageError
+from robosc.model.declarations.parameters import with_parameters, with_starts
 from robosc.plant.build import lower
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.event_by_event import SingleEvents
@@ -17,6 +19,8 @@ from robosc.simulate.script.session import MakeMachine
 from robosc.simulate.values.literals import parse_raw
 from robosc.supervisor import Supervisor
 
+_NOTHING: Mapping[str, Any] = MappingProxyType({})
+
 
 def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     """Makes machines of single events, or of the controller as it executes.
@@ -25,10 +29,10 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     of the model among them. Raise InvalidLine if one is unknown or has a wrong value.
     """
 
-    def make(given: Mapping[str, Any]) -> Machine:
+    def make(given: Mapping[str, Any], starts: Mapping[str, Any] = _NOTHING) -> Machine:
         robot = supervisor.plant.robot
         settings = read_settings(robot, given)
-        chosen = supervisor_with(supervisor, settings.more)
+        chosen = supervisor_with(supervisor, settings.more, starts)
         if execute and robot.supervises:
             stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
             return SupervisedExecution(chosen, read_settings(robot, {**stop, **given}))
@@ -41,19 +45,40 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     return make
 
 
-def supervisor_with(supervisor: Supervisor, values: Mapping[str, Any]) -> Supervisor:
-    """The supervisor for a robot whose parameters have these values, by name in ROS.
+def supervisor_with(
+    supervisor: Supervisor, values: Mapping[str, Any], starts: Mapping[str, Any] = _NOTHING
+) -> Supervisor:
+    """The supervisor for a robot whose parameters have these values, by name in ROS, and whose
+    persistent variables start with those of ``starts``.
 
     What it allows is the same for all; where the robot starts, and its data, are not.
+
+    Raises:
+        InvalidLine: there is no such variable, or the value is not of its type.
     """
     robot = supervisor.plant.robot
-    chosen = with_parameters(robot, values)
+    try:
+        chosen = with_starts(with_parameters(robot, values), starts)
+    except ValueError as error:
+        raise InvalidLine(str(error)) from None
     if chosen is robot:
         return supervisor
     plant = lower(chosen)
     events = dict(zip(map(id, supervisor.plant.events), plant.events, strict=True))
     guards = tuple(replace(g, event=events[id(g.event)]) for g in supervisor.guards)
     return replace(supervisor, plant=plant, guards=guards)
+
+
+def started(supervisor: Supervisor, texts: Iterable[str]) -> Supervisor:
+    """The supervisor with values of persistent variables, given as ``NAME=VALUE``.
+
+    Raises:
+        UsageError: one is no such variable, or has a wrong value.
+    """
+    try:
+        return supervisor_with(supervisor, {}, parameters(texts))
+    except InvalidLine as fault:
+        raise UsageError(str(fault)) from None
 
 
 def parameters(texts: Iterable[str]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from robosc.language.tokens import pattern
 from robosc.syntax import terminals as t
 from robosc.syntax.blocks import Block, Child, Rule, items_of
 from robosc.syntax.declarations import data_part
-from robosc.syntax.elements import built, choice, keyword, listed, maybe, symbol, terminal
+from robosc.syntax.elements import built, choice, keyword, listed, maybe, nothing, symbol, terminal
 from robosc.syntax.expressions import ACCESS, Expression
 from robosc.syntax.leaves import make_access, make_integer, make_name, make_node, make_tuple
 from robosc.syntax.nodes import (
@@ -160,15 +160,21 @@ def _late_initial(reading: ParseState, start: int, end: int, parts: list[Any]) -
     return True
 
 
-def _variable() -> Rule:
+def _variable(persistent: bool) -> Rule:
+    """The rule of a variable whose first keyword is ``persistent`` or ``variable``."""
+    word = "'variable' after 'persistent'"
+    first = keyword("variable", word) if persistent else nothing()
     grammar = (
-        t.name("a name for the variable")
+        first
+        - t.name("a name for the variable")
         - symbol(":", "':' after the name of the variable")
         - t.type_("a type after ':'")
         - maybe(symbol("=") - Expression("an initial value after '='"))
     )
     return Rule(
-        grammar, make_node(VariableNode), tail=lambda node: () if node.initial else ("'='",)
+        grammar,
+        make_node(VariableNode, persistent),
+        tail=lambda node: () if node.initial else ("'='",),
     )
 
 
@@ -182,7 +188,8 @@ def behaviour_rule() -> Block:
     )
     states = {word: _state(lambda: state_block, word) for word in ("initial", "marked", "state")}
     state_block = Block(items_of("state", {**states, **transitions}, advice=advice))
-    rules = {"variable": _variable(), **states, **transitions}
+    variables = {word: _variable(word == "persistent") for word in ("persistent", "variable")}
+    rules = {**variables, **states, **transitions}
     return Block(
         items_of("behaviour", rules, advice=advice),
         child=Child(state_block, lambda node, late: None),

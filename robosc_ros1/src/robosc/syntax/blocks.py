@@ -86,6 +86,7 @@ _IN_MESSAGES = {
     "outgoing": ("'outgoing message'", "'outgoing service'", "'outgoing action'"),
     "initial": (),
     "marked": (),
+    "persistent": (),
 }
 """How messages name the declarations of a first keyword, if not by that alone."""
 

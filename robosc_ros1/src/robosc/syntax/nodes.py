@@ -388,8 +388,9 @@ ValueNode: TypeAlias = ConstantNode | ParameterNode | ConditionNode
 
 @dataclass(frozen=True, slots=True)
 class VariableNode(_Node):
-    """``variable name: type = initial``."""
+    """``variable name: type = initial``, perhaps with ``persistent`` before it."""
 
+    persistent: bool
     name: Name
     type: TypeNode
     initial: ExprNode | None

@@ -51,6 +51,7 @@ from robosc.emit.package.config import ATTRIBUTES, declared_communications, decl
 from robosc.emit.package.rendering import instantiated
 from robosc.expr.traversal import may_be_undefined
 from robosc.expr.tree import TRUE, Expr
+from robosc.expr.types import domain
 from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
 from robosc.model.stages import told_stages
@@ -67,7 +68,8 @@ _RESERVED = """
     Rows Tau Undefined annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS
     REQUIREMENTS PARAMETERS STAGES STEP_BOUND assigned components configure copied copy
     count_undefined given holds in_range kept i message now only_field optional parameters reason
-    rows self state undefined value variables LASTING follow lasting
+    rows self state undefined value variables LASTING follow lasting PERSISTENT
+    persistent_file forget kept_values start
 """
 
 
@@ -140,6 +142,11 @@ class _Builder:
             afters=tuple(afters),
             lasting=lasting_views(self.robot, self.attributes),
             guard_parts=tuple(map(self._part, self.part_names.used(self.shown))),
+            persistent=tuple(
+                (v.key, self.attributes.variables[v.key], repr(domain(v.type)))
+                for v in self.robot.variables.values()
+                if v.persistent
+            ),
             parameters=tuple(
                 AttributeView(
                     self.attributes.parameters[p.key], readable(p.default), f"{p.key}: {p.type}"

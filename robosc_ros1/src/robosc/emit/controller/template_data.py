@@ -265,6 +265,8 @@ class ControllerContext(CopyView):
     refusals: tuple[RefusalView, ...] = ()
     lasting: tuple[LastingView, ...] = ()
     parameters: tuple[AttributeView, ...] = ()
+    persistent: tuple[tuple[str, str, str], ...] = ()
+    """The persistent variables: key, attribute, and the values of the type as a text."""
     parameter_rows: tuple[str, ...] = ()
     """The entries of the table of parameters, as arguments."""
     imports: tuple[tuple[str, tuple[str, ...]], ...] = ()

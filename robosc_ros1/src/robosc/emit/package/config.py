@@ -127,7 +127,7 @@ def declared_parameters(
 
     ``attributes`` are those of the generated controller, by the parameters' keys.
     """
-    return [
+    own = [
         Parameter(
             p.name,
             meaning=f"parameter {p.key} of the model" + _IN_SECONDS * (p.type == DurationType()),
@@ -138,6 +138,26 @@ def declared_parameters(
         )
         for p in robot.parameters
     ]
+    return own + list(KEEPING) * any(v.persistent for v in robot.variables.values())
+
+
+KEEPING = (
+    Parameter(
+        "persistent_file",
+        "string",
+        "",
+        "file of the values of persistent variables (empty: one named after the node)",
+        attribute="persistent_file",
+    ),
+    Parameter(
+        "forget",
+        "boolean",
+        False,
+        "persistent variables begin anew, whatever their file has",
+        attribute="forget",
+    ),
+)
+"""The parameters of nodes with persistent variables."""
 
 
 def playable_parameters(robot: Robot) -> list[Parameter]:

@@ -110,6 +110,7 @@ def _component(component: Component, plant: Plant) -> dict[str, Json]:
         ]
         variables = [
             {"name": v.name, "type": str(v.type), "initial": v.initial}
+            | ({"persistent": True} if v.persistent else {})
             | _message(v.type)
             | _comparisons(v, plant)
             for v in behaviour.variables

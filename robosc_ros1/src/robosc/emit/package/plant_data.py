@@ -219,6 +219,7 @@ def _plant_component(component: Component, enums: _Enums) -> Json:
             "type": _type(v.type, enums),
             "initial": v.initial,
             "in_state": v.in_state,
+            **({"persistent": True} if v.persistent else {}),
         }
         for v in behaviour.variables
     ]

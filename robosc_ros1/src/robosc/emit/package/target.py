@@ -142,6 +142,8 @@ def _parts(controller: ControllerContext, robot: Robot, mode: Mode) -> Iterator[
     communications = robot.communications.values()
     if any(c.max_age is not None for c in communications):
         yield "ages"
+    if controller.persistent:
+        yield "persistence"
     if controller.tables["taus"]:
         yield "internal_transitions"
     if mode != "monitor" and any(c.sort.served for c in communications):

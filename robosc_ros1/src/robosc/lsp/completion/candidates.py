@@ -53,6 +53,7 @@ _MORE = {
     "outgoing": ("outgoing message", "outgoing service", "outgoing action"),
     "initial": ("initial state", "initial marked state"),
     "marked": ("marked state",),
+    "persistent": ("persistent variable",),
     "default": ("default ->", "value"),
 }
 """What is offered for a keyword that others must follow."""

@@ -170,7 +170,9 @@ class _Completer:
             yield from self._performs(words[words.index("state") + 2 :])
             return
         match self._context.word(0):
-            case "variable":
+            case "persistent" if len(words) == 1:
+                yield from keywords(("variable",))
+            case "variable" | "persistent":
                 yield from self._variable()
             case "initial" if len(words) == 1:
                 yield from keywords(("state", "marked state"))

@@ -169,6 +169,8 @@ def _begins(kind: str, word: str, words: list[str]) -> bool:
         return False
     if word in ("service", "action") and words == ["outgoing"]:
         return False
+    if word == "variable" and last == "persistent":
+        return False
     return not (word in ("state", "marked") and last in ("initial", "marked"))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.expr.evaluation import constant
-from robosc.expr.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value
+from robosc.expr.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value, domain
 from robosc.model.automata import (
     Behaviour,
     CompositeState,
@@ -84,7 +84,15 @@ class BehaviourResolver:
         if type_ is None or (initial is None and not starts_empty):
             self._is_sound = False
             return None
-        return Variable(name.text, self._instance.name, type_, initial, False, span=name.span)
+        if node.persistent and domain(type_) is None:
+            self._report.add(
+                "variable-type",
+                node.type.span,
+                f"'{name.text}' cannot be persistent: it is {describe(type_)}",
+                "what stays is a boolean, an enum, or an integer with a range: integer(0..9)",
+            )
+        owner = self._instance.name
+        return Variable(name.text, owner, type_, initial, False, node.persistent, span=name.span)
 
     def _initial(self, node: VariableNode, type_: Type) -> Value | None:
         if node.initial is None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
 
-from robosc.errors import Note
+from robosc.errors import Note, listing
 from robosc.expr.tree import Expr, RosParameter
-from robosc.expr.types import ArrayType, ObjectType, Type
+from robosc.expr.types import ArrayType, ObjectType, Type, domain
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Robot
+from robosc.model.entities import Component, Robot
 from robosc.model.typing.compatibility import completed
 from robosc.runtime.settings import declared
 from robosc.source import Span
@@ -24,11 +24,13 @@ _OF_ROS = ("start_type_description_service", "use_sim_time")
 """Parameters that ROS itself declares for every node."""
 
 
-def check_parameters(parameters: Iterable[RosParameter], report: Report) -> None:
+def check_parameters(robot: Robot, report: Report) -> None:
     """Report names that clash with parameters of every node, or with others of the model."""
     taken = {parameter.name for parameter in declared(())}.union(_GROUPS, _OF_ROS)
+    if any(variable.persistent for variable in robot.variables.values()):
+        taken |= {"persistent_file", "forget"}
     seen: dict[str, RosParameter] = {}
-    for parameter in parameters:
+    for parameter in robot.parameters:
         name = parameter.name
         group = name.partition("/")[0]
         if group in taken:
@@ -66,6 +68,37 @@ def with_parameters(robot: Robot, values: Mapping[str, Any]) -> Robot:
         return None if found is None else _with_defaults(found, changed)
 
     return replace(_with_defaults(robot, changed), conditions=read)
+
+
+def with_starts(robot: Robot, values: Mapping[str, Any]) -> Robot:
+    """The robot in which persistent variables start with these values, by name; the component may
+    be left out where only one has a variable of that name.
+
+    Raises:
+        ValueError: there is no such variable, or the value is not of its type.
+    """
+    stays = {key: v for key, v in robot.variables.items() if v.persistent}
+    chosen: dict[str, Any] = {}
+    for name, value in values.items():
+        keys = [key for key, v in stays.items() if name in (key, v.name)]
+        if len(keys) != 1:
+            known = f"; there are {listing(list(stays))}" if stays else ""
+            raise ValueError(f"'{name}' is no persistent variable{known}")
+        allowed = domain(stays[keys[0]].type)
+        if allowed is None or type(value) is not type(allowed[0]) or value not in allowed:
+            raise ValueError(f"{keys[0]} cannot start with {value!r}: it is {stays[keys[0]].type}")
+        chosen[keys[0]] = value
+
+    def started(component: Component) -> Component:
+        behaviour = component.behaviour
+        if behaviour is None:
+            return component
+        variables = tuple(
+            replace(v, initial=chosen.get(v.key, v.initial)) for v in behaviour.variables
+        )
+        return replace(component, behaviour=replace(behaviour, variables=variables))
+
+    return replace(robot, components=tuple(map(started, robot.components))) if chosen else robot
 
 
 def _of_type(value: Any, type_: Type) -> Any:

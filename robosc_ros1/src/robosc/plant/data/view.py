@@ -94,8 +94,8 @@ class FiniteView:
         """Return the indexes of the possible initial outcomes of a test, that of the defaults
         first.
 
-        A test that reads parameters can have any outcome, but not NaN if it only compares
-        parameters, variables and constants.
+        A test that reads parameters or persistent variables can have any outcome, but not NaN if it
+        only compares parameters, variables and constants.
         """
 
         def initial(leaf: Leaf) -> Value | None:
@@ -103,12 +103,19 @@ class FiniteView:
             return self.robot.variables[f"{leaf.component}.{leaf.variable}"].initial
 
         first = outcomes.index(value_of(test, initial))
-        fixed = not any(map(reads_parameters, test.sides))
+        fixed = not any(map(self._is_open, test.sides))
         if fixed or (isinstance(test.subject, Holds) and self._needs_nothing(test.subject.operand)):
             return (first,)
         numbers = all(isinstance(s, Literal | VariableRef | ParameterRef) for s in test.sides)
         found = (n for n, outcome in enumerate(outcomes) if not (numbers and outcome != outcome))
         return first, *(number for number in found if number != first)
+
+    def _is_open(self, side: Expr) -> bool:
+        """Whether a side of a test may have several values at the start."""
+        read = (part for part in walk(side) if isinstance(part, VariableRef))
+        variables = self.robot.variables
+        stays = any(variables[f"{part.component}.{part.variable}"].persistent for part in read)
+        return stays or reads_parameters(side)
 
     def _needs_nothing(self, expr: Expr) -> bool:
         """Whether an expression is undefined initially, because it needs data not yet received."""

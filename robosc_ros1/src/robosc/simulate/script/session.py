@@ -38,8 +38,9 @@ from robosc.simulate.values.event_data import Given, complete
 from robosc.simulate.values.literals import Raw, literal_text, parse_raw
 from robosc.syntax.parser import read_bytes
 
-MakeMachine = Callable[[Mapping[str, Any]], Machine]
-"""A machine in its initial state, with these parameters."""
+MakeMachine = Callable[..., Machine]
+"""A machine in its initial state, with these parameters, and perhaps values of persistent
+variables, by name."""
 
 WORDS: Mapping[str, tuple[str, str]] = {
     "show": ("show", "the state, what can happen, and what forbids commands"),
@@ -53,6 +54,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
     "random": ("random N [SEED]", "take N random steps; the same seed gives the same ones"),
     "undo": ("undo [N]", "undo the last N steps"),
     "restart": ("restart", "begin again"),
+    "start": ("start NAME: VALUE", "restart with a value of a persistent variable: start next: 3"),
     "set": ("set NAME VALUE", "restart with a parameter, as in: set limit 0.5"),
     "expect": ("expect …", "CONDITION, enabled EVENT, disabled EVENT, sent …, data …, marked …"),
     "save": ("save FILE", "write all steps so far as a script"),
@@ -103,7 +105,8 @@ class Session:
     def __init__(self, make: MakeMachine, parameters: Mapping[str, Any] | None = None) -> None:
         self._make = make
         self._parameters = dict(parameters or {})
-        self.machine = make(self._parameters)
+        self._starts: dict[str, Any] = {}
+        self.machine = make(self._parameters, self._starts)
         self.history: list[str] = []
         """What was done, as lines that do it again; one for each step of the machine."""
         self.latest: tuple[Happening, ...] = tuple(self.machine.beginning)
@@ -124,7 +127,7 @@ class Session:
             return Done()
         if word == "stop" and self._repeated.pop(rest.strip(), None) is not None:
             return Done()  # also where 'stop' is a command
-        if word in WORDS:
+        if word in WORDS and not (word == "start" and not self._stays()):
             if rest.strip() and WORDS[word][0] == word:
                 raise InvalidLine(f"'{word}' takes no arguments")
             action: Callable[[str], Done] = getattr(self, f"_{word}")
@@ -304,12 +307,25 @@ class Session:
         value = parse_raw(rest.removeprefix(name).lstrip().removeprefix("="))
         if not name or value is None or isinstance(value, dict):
             raise InvalidLine("write a parameter and its value: set rate 5")
-        parameters = {**self._parameters, name: value}
-        self.machine = self._make(parameters)
-        self._parameters = parameters
+        self._begin_with({**self._parameters, name: value}, self._starts)
+        return self._did(self.machine.beginning, f"{name} is {literal_text(value)}; restarted")
+
+    def _start(self, rest: str) -> Done:
+        values = parse_raw(rest)
+        if not isinstance(values, dict):
+            raise InvalidLine("write persistent variables and their values: start next: 3")
+        self._begin_with(self._parameters, {**self._starts, **values})
+        return self._did(self.machine.beginning)
+
+    def _stays(self) -> bool:
+        """Whether the model has persistent variables; else ``start`` may be a communication."""
+        return any(v.persistent for v in self.machine.plant.robot.variables.values())
+
+    def _begin_with(self, parameters: dict[str, Any], starts: dict[str, Any]) -> None:
+        self.machine = self._make(parameters, starts)
+        self._parameters, self._starts = parameters, starts
         self.history.clear()
         self._repeated.clear()
-        return self._did(self.machine.beginning, f"{name} is {literal_text(value)}; restarted")
 
     def _expect(self, rest: str) -> Done:
         expect(rest, self.machine, self.latest)
@@ -355,6 +371,7 @@ class Session:
         robot = self.machine.plant.robot
         lines = [f"# {robot.name}"]
         lines += [f"set {name} {literal_text(value)}" for name, value in self._parameters.items()]
+        lines += [f"start {name}: {literal_text(value)}" for name, value in self._starts.items()]
         lines += self.history
         state = self.machine.state
         lasting = {one.name for one in robot.lasting}

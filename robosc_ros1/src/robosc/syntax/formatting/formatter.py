@@ -99,7 +99,7 @@ _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     FunctionNode: ("function {name}{parameters}: {type} = | {value}",),
     ConditionNode: ("condition {name} = | {value}", "? | for {duration}"),
     BehaviourNode: ("behaviour {items}",),
-    VariableNode: ("variable {name}: {type}", "? | = {initial}"),
+    VariableNode: ("?{persistent} ", "variable {name}: {type}", "? | = {initial}"),
     StateNode: (*_STATE, " {items}"),
     ResultTransitionNode: ("on {events} from {communications}", *_CLAUSES),
     AfterNode: ("after {duration}", *_CLAUSES),

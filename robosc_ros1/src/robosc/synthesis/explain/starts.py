@@ -1,8 +1,9 @@
 """How an explanation begins: in the initial state closest to the parameters' defaults.
 
-Parameters of the node are unknown at synthesis, so there is an initial state for each of their
-values. An explanation mentions a parameter only if its default would not do. One without a trace
-begins in some state, of which it tells what concerns its condition.
+Parameters of the node, and what persistent variables have kept, are unknown at synthesis, so there
+is an initial state for each of their values. An explanation mentions a parameter only if its
+default would not do. One without a trace begins in some state, of which it tells what concerns its
+condition.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ UNTRACED = "(no trace to such a state was looked for: that would take too long)"
 
 
 def assumed(plant: Plant, start: PlantState) -> str:
-    """Return which parameters differ from their defaults in an initial state, as a clause."""
+    """Return what differs from the defaults of the model in an initial state, as a clause."""
     texts = [
         to_dsl(condition_on(plant, number, [index]), plant.robot)
         for number, index in enumerate(start)
