@@ -10,6 +10,7 @@ import pytest
 from ros1.stage import Puppet
 from ros_support import Master, Workspace, await_condition, run_robosc
 
+MODES = ("controller", "supervisor", "monitor")
 NODE = "tour_controller"
 MODEL = Path(__file__).parents[1] / "ros2" / "models" / "tour.rscd"
 
@@ -18,8 +19,10 @@ MODEL = Path(__file__).parents[1] / "ros2" / "models" / "tour.rscd"
 def tour(make_workspace: Callable[[], Workspace]) -> Workspace:
     workspace = make_workspace()
     where = ("--output", str(workspace.folder / "src"))
-    done = run_robosc(("generate", str(MODEL), *where), workspace.folder, {})
-    assert done.returncode == 0, done.stderr
+    for mode in MODES:
+        words = ("generate", str(MODEL), "--mode", mode, *where)
+        done = run_robosc(words, workspace.folder, {})
+        assert done.returncode == 0, done.stderr
     workspace.build()
     return workspace
 
@@ -60,6 +63,8 @@ def test_a_killed_node_goes_on(
 
 
 @pytest.mark.slow
-def test_the_package_has_a_test_that_begins_anew(tour: Workspace) -> None:
+@pytest.mark.parametrize("mode", MODES)
+def test_the_package_has_a_test_that_begins_anew(tour: Workspace, mode: str) -> None:
+    name = f"tour_{mode}"
     for _ in range(2):
-        tour.run("rostest", "--text", NODE, f"{NODE}.test", "seconds:=3", timeout=300)
+        tour.run("rostest", "--text", name, f"{name}.test", "seconds:=3", timeout=300)
