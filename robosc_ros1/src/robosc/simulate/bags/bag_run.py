@@ -97,7 +97,6 @@ class _Heard:
     handlers: dict[str, list[Handler]] = field(default_factory=dict)
     absent: list[str] = field(default_factory=list)
     unseen: list[str] = field(default_factory=list)
-    unheard: list[str] = field(default_factory=list)
 
 
 def settings_of(robot: Robot, given: Sequence[str] = ()) -> Settings:
@@ -176,12 +175,6 @@ class BagRun:
         """The names of the communications that a bag cannot show, or this one does not."""
         names = self.supervisor.plant.robot.display_names
         return [names[key] for key in self._heard.unseen]
-
-    @property
-    def unheard(self) -> Sequence[str]:
-        """The names of the commands of which the bag has no topic."""
-        names = self.supervisor.plant.robot.display_names
-        return [names[key] for key in self._heard.unheard]
 
     @property
     def unjudged(self) -> Sequence[tuple[str, str]]:
@@ -273,7 +266,6 @@ class BagRun:
                 self._connect_commands(topic, matches)
             else:
                 self._heard.absent.append(topic)
-                self._heard.unheard += [match.key for match in matches]
         self._judge.leave_out(self._heard.unseen)
         self._judge.order_matters(not_commuting(self.supervisor))
 
@@ -316,7 +308,6 @@ class BagRun:
             self._add(name + part, handlers[part])
         if not there:
             self._heard.absent.append(name)
-            self._heard.unheard.append(owner.key)
         return bool(there)
 
     def _demand_type(self, name: str, owner: Communication, part: str = "") -> None:

@@ -81,7 +81,6 @@ class Judgement:
     """What should be in the recording, and could not be read."""
     absent: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
-    unheard: tuple[str, ...] = ()
     unjudged: tuple[tuple[str, str], ...] = ()
 
     @property
@@ -122,7 +121,7 @@ def judge(
             collector.take(entry)
         judgement.tracks = run.tracks
         judgement.absent, judgement.unseen = tuple(run.absent), tuple(run.unseen)
-        judgement.unheard, judgement.unjudged = tuple(run.unheard), tuple(run.unjudged)
+        judgement.unjudged = tuple(run.unjudged)
         if run.undecided:
             bag.storage.notes.append(_late(run.undecided))
         judgement.notes, judgement.missing = (

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from robosc.errors import counted
-from robosc.language.events import EventKind
-from robosc.model.entities import Requirement
 from robosc.runtime.verdicts import Sort
 from robosc.simulate.bags.judgement import Finding, Goals, Judgement
 from robosc.simulate.script.junit import Outcome, suite_text
@@ -173,10 +171,7 @@ def judgement_document(judgement: Judgement) -> dict[str, Any]:
 
 
 def judgement_junit(judgement: Judgement) -> str:
-    """A test case for each requirement, for synthesis, for corrections, and for the model.
-
-    A requirement that the recording does not show is skipped, with the reason.
-    """
+    """A test case for each requirement, for synthesis, for corrections, and for the model."""
     robot = judgement.robot
     outcomes = [
         Outcome(
@@ -188,7 +183,6 @@ def judgement_junit(judgement: Judgement) -> str:
             ],
             str(requirement.span.source.path),
             requirement.span.line,
-            skipped=_not_judged(judgement, requirement),
         )
         for requirement in robot.requirements
     ]
@@ -205,17 +199,6 @@ def judgement_junit(judgement: Judgement) -> str:
     )
     outcomes.append(Outcome("the recording could be read as a whole", judgement.missing))
     return suite_text(judgement.bag, robot.name, outcomes)
-
-
-def _not_judged(judgement: Judgement, requirement: Requirement) -> str:
-    """Why nothing, or not all, can be said of a requirement; empty if it was judged."""
-    names = {judgement.robot.display_names[key] for key in requirement.communications}
-    unheard = sorted(names & {*judgement.unheard})
-    unknown = {n for n, kind in judgement.unjudged if requirement.concerns(EventKind(kind))}
-    blind = sorted(names & {*unknown, *judgement.unseen} - {*unheard})
-    said = [f"the bag has no topic of {', '.join(unheard)}"] if unheard else []
-    said += [f"the bag does not show all that {', '.join(blind)} depends on"] if blind else []
-    return "; ".join(said)
 
 
 def said_at(judgement: Judgement, finding: Finding) -> str:

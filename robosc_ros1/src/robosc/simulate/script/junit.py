@@ -55,26 +55,20 @@ def junit_text(script: str, robot: str, cases: Sequence[Case]) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """A statement about a recording: what contradicts it, and its place in the model.
-
-    ``skipped`` is why it could not be judged, if nothing contradicts it; empty: it was.
-    """
+    """A statement about a recording: what contradicts it, and its place in the model."""
 
     name: str
     failures: Sequence[str]
     file: str = ""
     line: int = 0
-    skipped: str = ""
 
 
 def suite_text(title: str, robot: str, outcomes: Sequence[Outcome]) -> str:
     """A test suite with a test case for each outcome."""
     failures = sum(bool(outcome.failures) for outcome in outcomes)
-    skipped = sum(bool(o.skipped and not o.failures) for o in outcomes)
     suite = ElementTree.Element(
         "testsuite",
         name=_text(title), tests=str(len(outcomes)), failures=str(failures), errors="0",
-        skipped=str(skipped),
     )  # fmt: skip
     for outcome in outcomes:
         one = ElementTree.SubElement(
@@ -86,8 +80,6 @@ def suite_text(title: str, robot: str, outcomes: Sequence[Outcome]) -> str:
         if outcome.failures:
             told = ElementTree.SubElement(one, "failure", message=_text(outcome.failures[0]))
             told.text = _text("\n".join(outcome.failures))
-        elif outcome.skipped:
-            ElementTree.SubElement(one, "skipped", message=_text(outcome.skipped))
     return _document(suite)
 
 
