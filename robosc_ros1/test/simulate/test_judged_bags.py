@@ -182,6 +182,14 @@ def test_what_the_command_line_tells(
     failed = [case.get("name") for case in suite if case.find("failure") is not None]
     assert any("requirement move needs" in str(name) for name in failed)
     assert suite.get("failures") == str(len(failed))
+    skipped = {str(case.get("name")): case.find("skipped") for case in suite}
+    told = [reason for reason in skipped.values() if reason is not None]
+    assert suite.get("skipped") == str(len(told))
+    # The service is in no bag of ROS 1: nobody knows what was asked of it.
+    for name, reason in skipped.items():
+        if "requirement set_light_state" in name or name == "the run follows the model":
+            assert reason is not None
+            assert "the bag does not show set_light_state" in str(reason.get("message"))
     done = robosc("replay", str(MODEL), "run.bag")
     assert done.returncode == 1
     assert "violated: move was sent" in done.stdout

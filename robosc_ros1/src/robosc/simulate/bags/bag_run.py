@@ -25,6 +25,7 @@ from robosc.runtime.observation import Handler, SeenAction, SeenActionOfRos2, Se
 from robosc.runtime.recorder import Entry
 from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
+from robosc.runtime.unseen import unknown_in
 from robosc.simulate.bags.bag_files import Bag
 from robosc.simulate.bags.lookahead import Lookahead
 from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names
@@ -97,6 +98,7 @@ class _Heard:
     handlers: dict[str, list[Handler]] = field(default_factory=dict)
     absent: list[str] = field(default_factory=list)
     unseen: list[str] = field(default_factory=list)
+    unsent: list[str] = field(default_factory=list)
 
 
 def settings_of(robot: Robot, given: Sequence[str] = ()) -> Settings:
@@ -182,6 +184,17 @@ class BagRun:
         names = self.supervisor.plant.robot.display_names
         return [(names[key], kind) for key, kind in self._judge.unjudged]
 
+    @property
+    def unsent(self) -> Sequence[str]:
+        """The names of the commands whose topic the bag does not have."""
+        names = self.supervisor.plant.robot.display_names
+        return [names[key] for key in self._heard.unsent]
+
+    @property
+    def judges_states(self) -> bool:
+        """Whether all is seen on which the requirements on states depend."""
+        return not unknown_in(self.engine.controller, self._heard.unseen)
+
     def entries(self, progress: Progress) -> Iterator[Entry]:
         """Follow the recording; the events, with the verdicts on them."""
         engine, port = self.engine, self._port
@@ -266,6 +279,7 @@ class BagRun:
                 self._connect_commands(topic, matches)
             else:
                 self._heard.absent.append(topic)
+                self._heard.unsent += [match.key for match in matches]
         self._judge.leave_out(self._heard.unseen)
         self._judge.order_matters(not_commuting(self.supervisor))
 

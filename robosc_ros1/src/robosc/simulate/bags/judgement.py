@@ -82,6 +82,10 @@ class Judgement:
     absent: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
     unjudged: tuple[tuple[str, str], ...] = ()
+    unsent: tuple[str, ...] = ()
+    """The commands whose topic is not in the recording."""
+    judges_states: bool = True
+    """Whether the requirements on states were judged."""
 
     @property
     def exit_code(self) -> int:
@@ -122,6 +126,7 @@ def judge(
         judgement.tracks = run.tracks
         judgement.absent, judgement.unseen = tuple(run.absent), tuple(run.unseen)
         judgement.unjudged = tuple(run.unjudged)
+        judgement.unsent, judgement.judges_states = tuple(run.unsent), run.judges_states
         if run.undecided:
             bag.storage.notes.append(_late(run.undecided))
         judgement.notes, judgement.missing = (

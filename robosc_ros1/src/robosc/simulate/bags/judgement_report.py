@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from robosc.errors import counted
+from robosc.language.events import EventKind
+from robosc.model.entities import Requirement
 from robosc.runtime.verdicts import Sort
 from robosc.simulate.bags.judgement import Finding, Goals, Judgement
 from robosc.simulate.script.junit import Outcome, suite_text
@@ -171,8 +173,10 @@ def judgement_document(judgement: Judgement) -> dict[str, Any]:
 
 
 def judgement_junit(judgement: Judgement) -> str:
-    """A test case for each requirement, for synthesis, for corrections, and for the model."""
+    """A test case for each requirement, for synthesis, for corrections, and for the model. What was
+    not judged as a whole, and is not contradicted, is skipped, with the reason."""
     robot = judgement.robot
+    not_judged = "; ".join(_not_judged(judgement, lambda name, kind: True))
     outcomes = [
         Outcome(
             requirement.text,
@@ -183,22 +187,57 @@ def judgement_junit(judgement: Judgement) -> str:
             ],
             str(requirement.span.source.path),
             requirement.span.line,
+            _unjudged(judgement, requirement),
         )
         for requirement in robot.requirements
     ]
     outcomes.append(
-        Outcome("what synthesis forbids", [said_at(judgement, f) for f in judgement.of("blocked")])
+        Outcome(
+            "what synthesis forbids",
+            [said_at(judgement, f) for f in judgement.of("blocked")],
+            unjudged=not_judged,
+        )
     )
     if robot.corrected:
         corrected = [said_at(judgement, f) for f in judgement.of("corrected")]
-        outcomes.append(Outcome("what a supervisor corrects", corrected))
+        outcomes.append(Outcome("what a supervisor corrects", corrected, unjudged=not_judged))
     outcomes.append(
         Outcome(
-            "the run follows the model", [said_at(judgement, f) for f in judgement.of("departure")]
+            "the run follows the model",
+            [said_at(judgement, f) for f in judgement.of("departure")],
+            unjudged=_not_followed(judgement),
         )
     )
     outcomes.append(Outcome("the recording could be read as a whole", judgement.missing))
     return suite_text(judgement.bag, robot.name, outcomes)
+
+
+def _unjudged(judgement: Judgement, requirement: Requirement) -> str:
+    """Why it is not known of a requirement whether it was kept; empty: it is known."""
+    if not requirement.communications:
+        return "" if judgement.judges_states else _not_followed(judgement)
+    names = {judgement.robot.display_names[key] for key in requirement.communications}
+    kinds = {kind for kind in EventKind if requirement.concerns(kind)}
+    return "; ".join(
+        _not_judged(judgement, lambda name, kind: name in names and EventKind(kind) in kinds)
+    )
+
+
+def _not_judged(judgement: Judgement, concerns: Callable[[str, str], bool]) -> Iterator[str]:
+    """Yield why some commands were not judged."""
+    unjudged = [_event(name, kind) for name, kind in judgement.unjudged if concerns(name, kind)]
+    if unjudged:
+        yield f"not judged: {', '.join(unjudged)}, since {_not_followed(judgement)}"
+    unsent = [name for name in judgement.unsent if concerns(name, EventKind.REQUEST.value)]
+    if unsent:
+        yield f"the topic is not in the recording: {', '.join(unsent)}"
+
+
+def _not_followed(judgement: Judgement) -> str:
+    """What is not followed, since the bag does not show it; empty: all is."""
+    if not judgement.unseen:
+        return ""
+    return f"the bag does not show {', '.join(judgement.unseen)}"
 
 
 def said_at(judgement: Judgement, finding: Finding) -> str:

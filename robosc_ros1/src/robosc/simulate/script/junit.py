@@ -55,20 +55,26 @@ def junit_text(script: str, robot: str, cases: Sequence[Case]) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """A statement about a recording: what contradicts it, and its place in the model."""
+    """A statement about a recording: what contradicts it, and its place in the model.
+
+    ``unjudged`` is why it could not be judged, where nothing contradicts it; empty: it was.
+    """
 
     name: str
     failures: Sequence[str]
     file: str = ""
     line: int = 0
+    unjudged: str = ""
 
 
 def suite_text(title: str, robot: str, outcomes: Sequence[Outcome]) -> str:
     """A test suite with a test case for each outcome."""
     failures = sum(bool(outcome.failures) for outcome in outcomes)
+    skipped = sum(bool(outcome.unjudged and not outcome.failures) for outcome in outcomes)
     suite = ElementTree.Element(
         "testsuite",
         name=_text(title), tests=str(len(outcomes)), failures=str(failures), errors="0",
+        skipped=str(skipped),
     )  # fmt: skip
     for outcome in outcomes:
         one = ElementTree.SubElement(
@@ -80,6 +86,8 @@ def suite_text(title: str, robot: str, outcomes: Sequence[Outcome]) -> str:
         if outcome.failures:
             told = ElementTree.SubElement(one, "failure", message=_text(outcome.failures[0]))
             told.text = _text("\n".join(outcome.failures))
+        elif outcome.unjudged:
+            ElementTree.SubElement(one, "skipped", message=_text(outcome.unjudged))
     return _document(suite)
 
 
