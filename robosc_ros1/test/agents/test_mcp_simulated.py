@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from agents.agent_support import StartAgent
+from agents.tried import LIBRARIES, LIMITER
 from ros_support import EXAMPLES, SOURCES
 
 MODEL = str(EXAMPLES / "line_follower" / "line_follower.rscd")
@@ -162,3 +163,19 @@ def _status(url: str, headers: dict[str, Any]) -> int:
             return int(answer.status)
     except urllib.error.HTTPError as error:
         return int(error.code)
+
+
+def test_the_limiter_of_the_gallery_corrects_as_the_docs_say(start_agent: StartAgent) -> None:
+    model = (str(LIMITER), "--library-path", str(LIBRARIES))
+    with start_agent(*model, "--simulate", env=ENVIRONMENT) as agent:
+        agent.call("play", line="scan ranges: [0.3, 0.3], range_min: 0.05, range_max: 10.0")
+        steered = {"linear": {"x": 1.0}, "angular": {"z": 0.4}}
+        told = agent.call("move", **steered)
+        assert (told["outcome"], told["corrected"]["place"]) == ("corrected", "limiter.rscd:40")
+        fields = told["corrected"]["fields"]
+        assert fields["linear.x"] == {"sent": 1.0, "made": pytest.approx(0.15)}
+        assert fields["angular.z"] == {"sent": 0.4, "made": pytest.approx(0.06)}
+        agent.call("play", line="wait 1")
+        told = agent.call("move", **steered)
+        assert told["outcome"] == "blocked"
+        assert told["blocked_by"][0]["because"] == ["scan.fresh is false"]

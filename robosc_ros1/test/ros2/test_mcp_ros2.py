@@ -179,7 +179,7 @@ ARM = Trial(
         "/beacon": situation == 1,
         "/door/lock": situation != 2,
         "/reach": situation == 0,
-    }.get(arrived[0], True),  # fmt: skip
+    }.get(arrived[0], True),
 )
 
 

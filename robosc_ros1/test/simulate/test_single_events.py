@@ -16,6 +16,7 @@ from robosc.plant.automaton import VariableKind
 from robosc.simulate.faults import Failed, InvalidLine, Refused
 from robosc.simulate.machines.event_by_event import SingleEvents
 from robosc.simulate.script.session import Session
+from robosc.simulate.start import machine_maker
 from robosc.simulate.values.event_data import parameter_values
 from robosc.supervisor import Supervisor
 from robosc.synthesis import explore
@@ -362,6 +363,24 @@ robot R {
     requirement move needs scan.fresh and Laser.front > near
 }
 """
+
+
+LIMITED = """
+robot Limited {
+    component Motor { incoming message move with type: double }
+    requirement move needs value <= 0.5
+}
+"""
+
+
+@pytest.mark.parametrize("execute", [False, True])
+def test_why_tells_for_which_data_a_command_is_allowed(execute: bool) -> None:
+    """A plant has an event for each kind of data; "never" is true of one of them alone."""
+    supervisor = supervisor_of(LIMITED, supervises=True)
+    told = play(Session(machine_maker(supervisor, execute=execute), {}), "why move").text
+    parts = re.split(r"(?=move.request[(])", told)
+    said = {part.split(")")[0]: "as required" in part for part in parts if "allowed where" in part}
+    assert said == {"move.request(value <= 0.5": True, "move.request(!(value <= 0.5": False}, told
 
 
 def test_why_tells_the_part_that_fails_with_its_values() -> None:

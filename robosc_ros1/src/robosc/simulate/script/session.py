@@ -37,6 +37,7 @@ from robosc.simulate.script.trace_steps import fired_by
 from robosc.simulate.values.event_data import Given, complete
 from robosc.simulate.values.literals import Raw, literal_text, parse_raw
 from robosc.syntax.parser import read_bytes
+from robosc.synthesis.formatting import event_text
 
 MakeMachine = Callable[..., Machine]
 """A machine in its initial state, with these parameters, and perhaps values of persistent
@@ -339,21 +340,30 @@ class Session:
             near = get_close_matches(rest, names, 1)
             hint = f"did you mean '{near[0]}'?" if near else f"there are {listing(names)}"
             raise InvalidLine(f"there is no command '{rest}'; {hint}")
-        return Done(text="\n".join(self._about(c) for c in found))
+        one = len(found) == 1
+        return Done(text="\n".join(self._about(command, one) for command in found))
 
-    def _about(self, command: CommandState) -> str:
+    def _about(self, command: CommandState, one: bool) -> str:
+        """Text about a command; ``one``: it stands for all its data, which its plant may divide."""
         event = command.event
         supervisor = self.machine.supervisor
         robot = supervisor.plant.robot
         waits_for = listing(command.waits_for)
         enabled = f"enabled, but {waits_for} is preferred and sent" if waits_for else "enabled"
-        lines = [label(event), *(f"  now: {reason}" for reason in command.reasons or [enabled])]
-        for guard in supervisor.guards:
-            if guard.event == event:
-                *parts, condition = supervisor.part_names.lines(guard.expr)
-                lines += [f"  {part}" for part in parts]
-                lines.append(f"  allowed where {condition} ({guard.status})")
-        for index in event.requirements:
+        title = label(event) if one else event_text(event)
+        lines = [title, *(f"  now: {reason}" for reason in command.reasons or [enabled])]
+        alike = (event.key, event.kind)
+        guards = [
+            g for g in supervisor.guards
+            if g.event == event or (one and (g.event.key, g.event.kind) == alike)
+        ]  # fmt: skip
+        for guard in guards:
+            *parts, condition = supervisor.part_names.lines(guard.expr)
+            lines += [f"  {part}" for part in parts]
+            which = f"{event_text(guard.event)} " if len(guards) > 1 else ""
+            lines.append(f"  {which}allowed where {condition} ({guard.status})")
+        for index in dict.fromkeys(i for e in [event, *(g.event for g in guards)]
+                                   for i in e.requirements):  # fmt: skip
             requirement = robot.requirements[index]
             span = requirement.span
             lines.append(f"  {span.source.path}:{span.line}: {requirement.text}")
