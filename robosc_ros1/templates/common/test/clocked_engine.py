@@ -25,7 +25,7 @@ def use(package, is_heard):
 
     def make(controller, own, settings):
         engine = make_engine(controller, own, settings, own.now)
-        engine.pauses.look = lambda: None
+        engine.pauses.look = engine.pauses.notice = lambda: None
         run = engine.run
 
         def run_with_the_clock():
@@ -36,6 +36,6 @@ def use(package, is_heard):
         engine.run = run_with_the_clock
         return engine
 
-    import_module(package + ".ros").RosPort.make_engine = staticmethod(make)
+    import_module(package + ".node").controller_engine = make
     node = import_module(package + ".ros_node")
     node.Reporter = partial(node.Reporter, diagnostics_period=LOOK)
