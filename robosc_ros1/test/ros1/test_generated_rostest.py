@@ -108,5 +108,6 @@ def test_it_finds_a_faulty_controller(lantern: Workspace, fault: str) -> None:
         "rostest", "--text", "lantern_controller", "lantern_controller.test", check=False
     )
     output = done.stdout + done.stderr
-    assert re.search(r"ERRORS: 1 \[test_run_\d+\]", output), output  # --text ends with 0 all the same
+    # With --text, rostest ends with 0 all the same.
+    assert re.search(r"ERRORS: 1 \[test_run_\d+\]", output), output
     assert re.search(r"run_\d+\.sim, line \d+ \(after '.*'\): ", output), output
