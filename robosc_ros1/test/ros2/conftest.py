@@ -103,7 +103,7 @@ def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
 def _build(bed: Bed, folder: Path) -> None:
     (folder / "src").mkdir()
     for model, package in MODELS.items():
-        generate(folder, model, "--package", package)
+        generate(folder, model, "--package", package, prefix=bed.environment["AMENT_PREFIX_PATH"])
     arm = HERE / "models" / "guarded_arm.rscd"
     for mode in ("supervisor", "monitor"):
         generate(folder, arm, "--mode", mode)
