@@ -74,15 +74,20 @@ def test_where_no_provide_holds_the_defaults_of_the_message_are_judged() -> None
     assert conditions("requirement value >= 0.5 disables move", "") == ["true"]
 
 
-def test_what_a_provide_leaves_out_has_its_default(tmp_path: Path) -> None:
+def packages_with(tmp_path: Path, definition: str) -> Packages:
+    """A package ``poses`` of ROS 2 with a message ``Turn``."""
     (folder := tmp_path / "poses" / "msg").mkdir(parents=True)
     (folder.parent / "package.xml").write_text(
         "<package format='3'><name>poses</name><version>1.0.0</version><description>-</description>"
         "<maintainer email='a@b.org'>A</maintainer><license>MIT</license>"
         "<export><build_type>ament_cmake</build_type></export></package>"
     )
-    (folder / "Turn.msg").write_text("float64 x\nfloat64 w 1.0 # no turn\nfloat64[] far\n")
-    packages = Packages.for_model(tmp_path / "robot.rscd", {"ROS_PACKAGE_PATH": str(tmp_path)})
+    (folder / "Turn.msg").write_text(definition)
+    return Packages.for_model(tmp_path / "robot.rscd", {"ROS_PACKAGE_PATH": str(tmp_path)})
+
+
+def test_what_a_provide_leaves_out_has_its_default(tmp_path: Path) -> None:
+    packages = packages_with(tmp_path, "float64 x\nfloat64 w 1.0 # no turn\nfloat64[] far\n")
     text = """
         component Base { incoming message turn with type: poses/Turn }
         provide turn with { far: [2.0] }
@@ -92,6 +97,49 @@ def test_what_a_provide_leaves_out_has_its_default(tmp_path: Path) -> None:
     """
     robot = resolve(text, MessageDefinitions(packages))
     assert [to_dsl(r.condition, robot) for r in robot.requirements] == ["true", "false", "true"]
+
+
+ARRAYS = "float64[] any\nfloat64[3] three\nfloat64[] given [1.5, 2.5]\nfloat64[2] both [0.5, 4.0]\n"
+
+
+@pytest.mark.parametrize(
+    ("condition", "expected"),
+    [
+        ("value.three[2] >= 0.0", "true"),
+        ("value.three[2] > 0.0", "false"),
+        ("value.given[1] = 2.5", "true"),
+        ("value.both[0] > 1.0", "false"),
+        ("length(value.any) = 0", "true"),
+        ("length(value.given) = 2", "true"),
+        ("length(value.three) = 3", "true"),
+        ("length(value.both) < 2", "false"),
+        ("any(x > 3.0 for x in value.both)", "any(x > 3.0 for x in [0.5, 4.0])"),
+    ],
+)
+def test_an_array_that_is_left_out_is_as_ros_makes_it(
+    tmp_path: Path, condition: str, expected: str
+) -> None:
+    text = f"""
+        component Base {{ incoming message turn with type: poses/Turn }}
+        provide turn with {{}}
+        requirement turn needs {condition}
+    """
+    robot = resolve(text, MessageDefinitions(packages_with(tmp_path, ARRAYS)))
+    assert [to_dsl(r.condition, robot) for r in robot.requirements] == [expected]
+
+
+@pytest.mark.parametrize("part", ["any[0]", "three[3]", "given[2]"])
+def test_an_element_that_an_array_left_out_does_not_have_is_refused(
+    tmp_path: Path, part: str
+) -> None:
+    """It passed as 0, though what is sent has no such element."""
+    text = f"""
+        component Base {{ incoming message turn with type: poses/Turn }}
+        provide turn with {{}}
+        requirement turn needs value.{part} >= 0.0
+    """
+    found = faults(text, MessageDefinitions(packages_with(tmp_path, ARRAYS)))
+    assert found == [("data-not-given", f"value.{part}")]
 
 
 def test_each_part_is_a_requirement_and_those_on_data_are_no_reason_to_cancel() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from robosc.expr.types import Value
 from robosc.model.ros import rosidl
-from robosc.model.ros.interfaces import Definition
+from robosc.model.ros.interfaces import Default, Definition
 from robosc.model.ros.recorded import definitions
 
 
@@ -41,12 +41,17 @@ def test_constants_of_ros_2(line: str, value: Value) -> None:
         ("string<=22 a 'x'", "string", "x"),
         ("wstring<=22 a", "string", None),
         ("int32 a 007", "int32", 7),
-        ("uint8[<=3] a [1, 2]", "uint8[]", None),
-        ("float64[2] a [1.0, 2.0]", "float64[2]", None),
+        ("uint8[<=3] a [1, 2]", "uint8[]", (1, 2)),
+        ("float64[2] a [1.0, 2.0]  # a comment", "float64[2]", (1.0, 2.0)),
+        ("int32[] a []", "int32[]", ()),
+        ("int32[] a", "int32[]", None),
+        ("bool[2] a [true, 0]", "bool[2]", (True, False)),
+        ("string[] a ['one, two', \"three\"]", "string[]", ("one, two", "three")),
+        ("string[] a [one, two]", "string[]", ("one", "two")),
         ("p/msg/Other a", "p/Other", None),
     ],
 )
-def test_fields_of_ros_2(line: str, type_: str, value: Value | None) -> None:
+def test_fields_of_ros_2(line: str, type_: str, value: Default | None) -> None:
     (field,) = message(line).fields
     assert (str(field.type), field.default) == (type_, value)
     assert field.type.wide == line.startswith("wstring")
@@ -57,6 +62,7 @@ def test_fields_of_ros_2(line: str, type_: str, value: Value | None) -> None:
     [
         ("uint8 MOST=300", "line 1: 300 is not from 0 to 255"),
         ("int8 a -200", "line 1: -200 is not from -128 to 127"),
+        ("int8[2] a [3, -200]", "line 1: -200 is not from -128 to 127"),
         ("uint8 lower=1", "line 1: the name lower must be of upper case"),
         ("uint8 Upper", "line 1: the name Upper must be of lower case"),
         ("uint8 a__b", "line 1: the name a__b must be of lower case"),

@@ -184,22 +184,35 @@ class _CommandData:
                 return self._unknown(reference, "it is given part by part")
             inner = _inside(data, path[0]) if path else None
             if inner is None:
-                return self._left_out(reference, data)
+                return self._left_out(reference, data, path)
             data, path = inner, path[1:]
         if isinstance(data, Literal) and data.value is NOW:
             return self._unknown(reference, "it gets the time at which it is sent")
         return part_of(data, path, reference.type, data.span) if path else data
 
-    def _left_out(self, reference: ValueRef, data: DataObject | DataArray) -> Expr:
-        """The default of a field that no provide statement gives."""
+    def _left_out(
+        self, reference: ValueRef, data: DataObject | DataArray, path: Sequence[str | int]
+    ) -> Expr:
+        """The default of a field that no provide statement gives; ``path`` leads there from the
+        data."""
         if isinstance(data, DataArray):
             return self._unknown(reference, "the provide statement lists the elements of an array")
         field = self._field_of(self._command, reference.path)
         if field is None and not self._command.communication.binding.found:
             return self._unknown(reference, "its definition, with its default, is not installed")
-        if field is not None and field.default is not None:
-            return Literal(field.default, reference.type, reference.span)
-        return Literal(_default(reference.type), reference.type, reference.span)
+        for place, step in enumerate(path, len(reference.path) - len(path)):
+            if isinstance(step, int):
+                whole = self._field_of(self._command, reference.path[:place])
+                if whole is not None and not -whole.elements <= step < whole.elements:
+                    return self._unknown(
+                        reference, "an array that is not given has no such element"
+                    )
+        value: Any = None if field is None else field.default
+        if value is None:
+            value = _default(reference.type)
+            if field is not None and isinstance(reference.type, ArrayType):
+                value = (_default(reference.type.element),) * field.elements
+        return Literal(value, reference.type, reference.span)
 
     def _unknown(self, reference: ValueRef, reason: str) -> Expr:
         what = path_text(("value", *reference.path))

@@ -57,13 +57,27 @@ class FieldType:
         return "/" in self.base or self.base in ("time", "duration")
 
 
+Default = Value | tuple[Value, ...]
+"""What a field is where none is given; of an array a tuple."""
+
+
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A field of a message; ``default`` is its value where none is given, None: zero or empty."""
+    """A field of a message; ``default`` None: zero or empty."""
 
     name: str
     type: FieldType
-    default: Value | None = None
+    default: Default | None = None
+
+    @property
+    def elements(self) -> int:
+        """The number of elements of an array that nobody gives."""
+        return len(self.default) if isinstance(self.default, tuple) else self.type.length or 0
+
+    def element(self, index: int) -> Field:
+        """An element of an array, with what it is where nobody gives the array."""
+        given = isinstance(self.default, tuple) and -self.elements <= index < self.elements
+        return Field(self.name, self.type.element, self.default[index] if given else None)  # type: ignore[index]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +94,7 @@ class Definition:
     def of(
         cls,
         name: str,
-        fields: Iterable[tuple[str, str] | tuple[str, str, Value | None]],
+        fields: Iterable[tuple[str, str] | tuple[str, str, Default | None]],
         constants: Iterable[tuple[str, Value]] = (),
         doubts: Iterable[str] = (),
     ) -> Definition:

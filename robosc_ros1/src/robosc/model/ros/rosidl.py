@@ -19,7 +19,7 @@ from math import prod
 from pathlib import Path
 
 from robosc.expr.types import Value
-from robosc.model.ros.interfaces import INTEGERS, PARTS, Definition, Folder
+from robosc.model.ros.interfaces import INTEGERS, PARTS, Default, Definition, Folder
 
 
 def read(file: Path, package: str, type_: str, folder: Folder) -> tuple[Definition, ...]:
@@ -72,7 +72,7 @@ def texts(text: str, package: str, type_: str, folder: Folder) -> Iterator[Defin
 
 
 def _part(lines: list[tuple[int, str]], package: str, name: str) -> Definition:
-    fields: list[tuple[str, str, Value | None]] = []
+    fields: list[tuple[str, str, Default | None]] = []
     constants = []
     doubts: list[str] = []
     for number, line in lines:
@@ -100,9 +100,12 @@ def _part(lines: list[tuple[int, str]], package: str, name: str) -> Definition:
             base = _BUILT_IN.get(base, f"{package}/{base}")
         else:  # recorders also name the folder: geometry_msgs/msg/Point
             base = f"{base.partition('/')[0]}/{base.rpartition('/')[2]}"
-        single = base in _BUILT_IN.values() and match["length"] is None
-        default = _default(match["base"], match["rest"], where) if single else None
-        doubts += _out_of_range(match["base"], default, where)
+        default: Default | None = None
+        if base in _BUILT_IN.values():
+            read = _default if match["length"] is None else _default_of_array
+            default = read(match["base"], match["rest"], where)
+        for part in default if isinstance(default, tuple) else (default,):
+            doubts += _out_of_range(match["base"], part, where)
         fields.append((match["name"], _spelled(base, match["length"]), default))
     return Definition.of(name, fields, constants, doubts)
 
@@ -124,6 +127,20 @@ def _default(base: str, text: str, where: str) -> Value | None:
         return _unquoted(quoted[0])
     text = text.partition("#")[0].strip()
     return _constant(base, text, where) if text else None
+
+
+def _default_of_array(base: str, text: str, where: str) -> tuple[Value, ...] | None:
+    """The default of an array, ``[1, 2]``; None if there is none.
+
+    Raises:
+        ValueError: an element is not of the type.
+    """
+    if not text.startswith("["):
+        return None
+    if _BUILT_IN.get(base) in _STRINGS and _QUOTED.search(text):
+        return tuple(_unquoted(found) for found in _QUOTED.findall(text))
+    listed = text[1:].partition("]")[0].strip()
+    return tuple(_constant(base, part, where) for part in listed.split(",")) if listed else ()
 
 
 def _unquoted(text: str) -> str:

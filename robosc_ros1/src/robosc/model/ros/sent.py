@@ -38,7 +38,7 @@ class SentData:
         field: Field | None = None
         for step in path or (command.field or "",):
             if isinstance(step, int):
-                field = field and Field(field.name, field.type.element)
+                field = field and field.element(step)
                 continue
             if field is not None:
                 inner = self._definitions.fields(field.type)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import mmap
 import re
 import struct
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
-from robosc.simulate.bags.storage import Channel, Contents, Damaged, Encoding, unpack
+from robosc.simulate.bags.chunked_file import Buffer, Chunk, ChunkedFile, Entry
+from robosc.simulate.bags.storage import Channel, Encoding
 
 _MAGIC = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _STATISTICS = 3, 4, 5, 6, 7, 11
@@ -24,48 +23,21 @@ _SCHEMAS = {"ros1msg": "ros1msg", "ros2msg": "ros2msg", "ros2idl": "ros2idl", "o
 _DURABLE = re.compile(r"durability:\s*(?:1\b|transient_local)", re.IGNORECASE)
 
 
-class _Chunk(NamedTuple):
-    """A chunk in the file: its form, place, size, and the size of what is in it."""
-
-    form: str
-    begin: int
-    end: int
-    size: int
-
-
 def is_latched(profiles: str) -> bool:
     """Whether the profiles of quality of service, as a recorder writes them, keep messages for
     who comes late."""
     return bool(_DURABLE.search(profiles))
 
 
-class McapFile:
+class McapFile(ChunkedFile):
     """An MCAP file. A message outside of chunks is one of the chunk 0, which is the file itself."""
 
     def __init__(self, path: Path) -> None:
-        self.contents = Contents()
-        self._file = path.open("rb")
-        self._data = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
-        self._chunks = [_Chunk("", 0, len(self._data), len(self._data))]
         self._schemas: dict[int, tuple[str, str, str]] = {}
         self._foreign: set[int] = set()
-        try:
-            self._walk()
-        except BaseException:
-            self.close()
-            raise
+        super().__init__(path)
 
-    def close(self) -> None:
-        self._data.close()
-        self._file.close()
-
-    def load(self, chunk: int) -> bytes | mmap.mmap:
-        if not chunk:
-            return self._data
-        form, begin, end, size = self._chunks[chunk]
-        return unpack(form, memoryview(self._data)[begin:end], size)
-
-    def message(self, chunk: bytes | mmap.mmap, place: int) -> bytes:
+    def message(self, chunk: Buffer, place: int) -> bytes:
         _, length = _RECORD.unpack_from(chunk, place)
         return bytes(chunk[place + _BEFORE_DATA : place + _RECORD.size + length])
 
@@ -74,7 +46,7 @@ class McapFile:
     def _walk(self) -> None:
         """Read all but the messages. A chunk has its index behind it; where that is missing, or
         its channels are not told elsewhere, it is unpacked."""
-        entries: list[tuple[int, int, int]] = []  # time, channel, place
+        entries: list[Entry] = []
         is_open = ended = False
         for code, begin, end in _records(self._data, len(_MAGIC), len(self._data)):
             if is_open and code != _MESSAGE_INDEX:
@@ -116,25 +88,9 @@ class McapFile:
     def _open_chunk(self, begin: int, end: int) -> None:
         _, _, size, _, length = struct.unpack_from("<QQQII", self._data, begin)
         form = self._data[begin + 32 : begin + 32 + length].decode()
-        self._chunks.append(_Chunk(form, begin + 40 + length, end, size))
+        self._chunks.append(Chunk(form, begin + 40 + length, end, size))
 
-    def _take_chunk(self, entries: list[tuple[int, int, int]]) -> None:
-        """Add the messages of the last chunk, from its index if it has one."""
-        number = len(self._chunks) - 1
-        if not entries:
-            self._scan_chunk(number)
-            return
-        entries.sort(key=lambda entry: entry[2])
-        add = self.contents.index.add
-        for time, channel, place in entries:
-            add(time, channel, number, place)
-
-    def _scan_chunk(self, number: int) -> None:
-        try:
-            data = self.load(number)
-        except Damaged as damage:
-            self.contents.cut = self.contents.cut or str(damage)
-            return
+    def _take_records(self, data: Buffer, number: int) -> None:
         for code, begin, end in _records(data, 0, len(data)):
             if end > len(data):
                 break
@@ -143,7 +99,7 @@ class McapFile:
             else:
                 self._describe(data, code, begin)
 
-    def _message(self, data: bytes | mmap.mmap, begin: int, chunk: int) -> None:
+    def _message(self, data: Buffer, begin: int, chunk: int) -> None:
         channel, _, time, _ = _MESSAGE_HEAD.unpack_from(data, begin)
         self.contents.index.add(time, channel, chunk, begin - _RECORD.size)
 
@@ -156,7 +112,7 @@ class McapFile:
         return sorted({c for c, n in zip(index.chunks, index.channels, strict=True)
                        if n not in known})  # fmt: skip
 
-    def _describe(self, data: bytes | mmap.mmap, code: int, begin: int) -> None:
+    def _describe(self, data: Buffer, code: int, begin: int) -> None:
         if code == _SCHEMA:
             (number,) = struct.unpack_from("<H", data, begin)
             name, encoding, text = _strings(data, begin + 2, 3)
@@ -186,7 +142,7 @@ class McapFile:
         )  # fmt: skip
 
 
-def _records(data: bytes | mmap.mmap, begin: int, end: int) -> Iterator[tuple[int, int, int]]:
+def _records(data: Buffer, begin: int, end: int) -> Iterator[tuple[int, int, int]]:
     """Code, begin and end of each record; of one that is cut off, the end lies behind ``end``."""
     while begin + _RECORD.size <= end:
         code, length = _RECORD.unpack_from(data, begin)
@@ -197,7 +153,7 @@ def _records(data: bytes | mmap.mmap, begin: int, end: int) -> Iterator[tuple[in
         begin += length
 
 
-def _strings(data: bytes | mmap.mmap, place: int, count: int) -> list[str]:
+def _strings(data: Buffer, place: int, count: int) -> list[str]:
     """Strings one after the other, each behind its length."""
     found = []
     for _ in range(count):
@@ -207,7 +163,7 @@ def _strings(data: bytes | mmap.mmap, place: int, count: int) -> list[str]:
     return found
 
 
-def _mapping(data: bytes | mmap.mmap, place: int) -> dict[str, str]:
+def _mapping(data: Buffer, place: int) -> dict[str, str]:
     """The map of a channel's metadata."""
     (size,) = struct.unpack_from("<I", data, place)
     found: dict[str, str] = {}

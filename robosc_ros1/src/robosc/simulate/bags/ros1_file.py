@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-import mmap
 import struct
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import NamedTuple
 
-from robosc.simulate.bags.storage import Channel, Contents, Damaged, unpack
+from robosc.simulate.bags.chunked_file import Buffer, Chunk, ChunkedFile, Entry
+from robosc.simulate.bags.storage import Channel
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _MESSAGE, _BAG, _INDEX, _CHUNK, _CHUNK_INFO, _CONNECTION = 2, 3, 4, 5, 6, 7
 _SIZE = struct.Struct("<I")
 _ENTRY = struct.Struct("<III")
 _COUNT = struct.Struct("<II")
-
-_Buffer = bytes | mmap.mmap
-
-
-class _Chunk(NamedTuple):
-    """A chunk in the file: its form, place, and the size of what is in it."""
-
-    form: str
-    begin: int
-    end: int
-    size: int
 
 
 class _Record(NamedTuple):
@@ -38,32 +26,11 @@ class _Record(NamedTuple):
     end: int
 
 
-class Ros1File:
+class Ros1File(ChunkedFile):
     """A bag of ROS 1. A message outside of chunks is one of the chunk 0, the file itself: so are
     those of the last chunk where the recorder died in it."""
 
-    def __init__(self, path: Path) -> None:
-        self.contents = Contents()
-        self._file = path.open("rb")
-        self._data = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
-        self._chunks = [_Chunk("", 0, len(self._data), len(self._data))]
-        try:
-            self._walk()
-        except BaseException:
-            self.close()
-            raise
-
-    def close(self) -> None:
-        self._data.close()
-        self._file.close()
-
-    def load(self, chunk: int) -> _Buffer:
-        if not chunk:
-            return self._data
-        form, begin, end, size = self._chunks[chunk]
-        return unpack(form, memoryview(self._data)[begin:end], size)
-
-    def message(self, chunk: _Buffer, place: int) -> bytes:
+    def message(self, chunk: Buffer, place: int) -> bytes:
         (header,) = _SIZE.unpack_from(chunk, place)
         place += 4 + header
         (length,) = _SIZE.unpack_from(chunk, place)
@@ -75,7 +42,7 @@ class Ros1File:
         """Read all but the messages. A chunk has its index behind it; where that is missing, or
         its connections are not told elsewhere, it is unpacked."""
         data, contents = self._data, self.contents
-        entries: list[tuple[int, int, int]] = []  # time, connection, place
+        entries: list[Entry] = []
         is_open = is_indexed = False
         end = len(_MAGIC)
         for record in _records(data, end):
@@ -115,29 +82,14 @@ class Ros1File:
     def _open_chunk(self, record: _Record, end: int) -> None:
         form = record.header["compression"].decode()
         size = int.from_bytes(record.header["size"], "little")
-        self._chunks.append(_Chunk(form, record.begin, end, size))
+        self._chunks.append(Chunk(form, record.begin, end, size))
 
-    def _take_chunk(self, entries: list[tuple[int, int, int]]) -> None:
-        """Add the messages of the last chunk, from its index if it has one."""
-        number = len(self._chunks) - 1
-        if not entries:
-            self._scan_chunk(number)
-            return
-        entries.sort(key=lambda entry: entry[2])
-        for time, connection, place in entries:
-            self.contents.index.add(time, connection, number, place)
-
-    def _scan_chunk(self, number: int) -> None:
-        try:
-            data = self.load(number)
-        except Damaged as damage:
-            self.contents.cut = self.contents.cut or str(damage)
-            return
+    def _take_records(self, data: Buffer, number: int) -> None:
         for record in _records(data, 0):
             if record.end <= len(data):
                 self._take(data, record, number)
 
-    def _take(self, data: _Buffer, record: _Record, chunk: int) -> None:
+    def _take(self, data: Buffer, record: _Record, chunk: int) -> None:
         if record.code == _MESSAGE:
             sec, nsec = struct.unpack("<II", record.header["time"])
             connection = int.from_bytes(record.header["conn"], "little")
@@ -145,7 +97,7 @@ class Ros1File:
         else:
             self._describe(data, record)
 
-    def _describe(self, data: _Buffer, record: _Record) -> None:
+    def _describe(self, data: Buffer, record: _Record) -> None:
         if record.code != _CONNECTION:
             return
         told = _header(bytes(data[record.begin : record.end]))
@@ -158,7 +110,7 @@ class Ros1File:
         )  # fmt: skip
 
 
-def _records(data: _Buffer, place: int) -> Iterator[_Record]:
+def _records(data: Buffer, place: int) -> Iterator[_Record]:
     """The records from a place on, until one whose header is cut off, or none."""
     size = len(data)
     while place + 4 <= size:
