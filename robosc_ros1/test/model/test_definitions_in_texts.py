@@ -86,7 +86,8 @@ module p { module msg {
         double covariance[9], one;
         short rows[SIZE];
         @default (value="it's \\"so\\"") string name;
-        sequence<double, 3> many;
+        @default (value="(1.5, 2.0)") sequence<double, 3> many;
+        @default (value="(\\"a, b\\", \\"c\\")") string labels[2];
         sequence<Inner> inners;
         sequence<string<5>> words;
         wstring<7> wide;
@@ -101,12 +102,14 @@ def test_idl() -> None:
     found = rosidl.idl_structs(IDL, "p")
     assert {f.name: str(f.type) for f in found["Odd"].fields} == {
         "covariance": "float64[9]", "one": "float64", "rows": "int16[2]", "name": "string",
+        "labels": "string[2]",
         "many": "float64[]", "inners": "p/Inner[]", "words": "string[]", "wide": "string",
         "triple": "float64[3]", "pose": "q/Pose", "colour": "uint32", "other": "q/Pose",
         "last": "uint64",
     }  # fmt: skip
     assert found["Odd"].constants == (("SIZE", 2), ("TEXT", "ab"))
-    assert found["Odd"].field("name").default == 'it\'s "so"'  # type: ignore[union-attr]
+    defaults = {f.name: f.default for f in found["Odd"].fields if f.default is not None}
+    assert defaults == {"name": 'it\'s "so"', "many": (1.5, 2.0), "labels": ("a, b", "c")}
     assert [f.name for f in found["Inner"].fields] == ["a", "b"]
 
 

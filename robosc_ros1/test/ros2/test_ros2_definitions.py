@@ -62,7 +62,8 @@ float64 area 1.5
         Definition.of(
             "shapes/Shape",
             (
-                ("name", "string", "round # thing"), ("corners", "int32[]"), ("labels", "wstring[3]"),
+                ("name", "string", "round # thing"), ("corners", "int32[]", (1, 2)),
+                ("labels", "wstring[3]"),
                 ("centre", "shapes/Point"), ("stamp", "builtin_interfaces/Time"),
                 ("area", "float64", 1.5),
             ),

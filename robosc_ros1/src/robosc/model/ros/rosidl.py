@@ -258,6 +258,15 @@ def _idl_value(base: str, text: str, strings: Sequence[str], where: str) -> Valu
     return _constant(base, text, where)
 
 
+def _idl_elements(text: str) -> tuple[Value, ...] | None:
+    """The default of an array, which ROS 2 writes as a tuple of Python within a string."""
+    try:
+        found = ast.literal_eval(text)
+    except (ValueError, SyntaxError):
+        return None
+    return found if isinstance(found, tuple) else None
+
+
 class _Members:
     """The members of the structs of a text, whose aliases and sizes of arrays are resolved."""
 
@@ -274,7 +283,7 @@ class _Members:
             name, length = self._declared(declarator)
             self._aliases[name] = self._spelled(" ".join(base.split()), length)
 
-    def of(self, body: str) -> Iterator[tuple[str, str, Value | None]]:
+    def of(self, body: str) -> Iterator[tuple[str, str, Default | None]]:
         """Name, type and default of each member."""
         for statement in filter(None, map(str.strip, body.split(";"))):
             given = re.search(r"@(\d+)", statement)
@@ -289,11 +298,16 @@ class _Members:
                 if name == _NO_MEMBER:
                     continue
                 base, length = self._spelled(f"{head}{bracket}{type_}".strip(), length)
-                default = None
-                if given is not None and length is None and "/" not in base:
+                default: Default | None = None
+                if given is not None and "/" not in base:
                     text = self._defaults[int(given[1])]
                     where = f"the default of {name}"
-                    default = _idl_value(base, text, self._strings, where)
+                    if length is None:
+                        default = _idl_value(base, text, self._strings, where)
+                    else:
+                        default = _idl_elements(
+                            str(_idl_value("string", text, self._strings, where))
+                        )
                 yield name, _with_length(base, length), default
 
     def _declared(self, text: str) -> tuple[str, int | None]:
