@@ -48,6 +48,8 @@ def test_constants_of_ros_2(line: str, value: Value) -> None:
         ("bool[2] a [true, 0]", "bool[2]", (True, False)),
         ("string[] a ['one, two', \"three\"]", "string[]", ("one, two", "three")),
         ("string[] a [one, two]", "string[]", ("one", "two")),
+        ('string[] a [one, two]  # as in ["x"]', "string[]", ("one", "two")),
+        ("string[] a [\"a]\", 'it\\'s']  # ['x']", "string[]", ("a]", "it's")),
         ("p/msg/Other a", "p/Other", None),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -167,6 +168,34 @@ def test_idl_says_the_same_as_what_it_was_made_from(bed: Bed, tmp_path: Path) ->
             assert is_ros2_package(share / package, "2")
             seen += 1
     assert seen > 90
+
+
+def test_idl_has_the_defaults_of_what_it_was_made_from(bed: Bed, shapes: Path) -> None:
+    """rosidl writes the default of an array as a tuple of Python, in a string; in no interface of
+    the bed is there one."""
+    write(
+        shapes,
+        "msg/Shape.msg",
+        """
+int32[<=5] corners [1, 2]
+string[] names ["a, b", "it's", 'say "x"']
+float64[2] both [0.5, 4.0]
+bool[] flags [true, false]
+int8[] none []
+string name "it's"
+""",
+    )
+    made = (
+        "import sys; from pathlib import Path; from rosidl_adapter.msg import convert_msg_to_idl;"
+        "convert_msg_to_idl(Path(sys.argv[1]), 'shapes', Path('msg/Shape.msg'), Path(sys.argv[2]))"
+    )
+    alone = shapes.parent / "idl" / "shapes"
+    subprocess.run([bed.python, "-c", made, shapes, alone / "msg"], check=True)
+    (by_hand,) = read(shapes, "shapes", "Shape", "msg") or ()
+    assert (by_hand,) == read(alone, "shapes", "Shape", "msg")
+    assert [f.default for f in by_hand.fields] == [
+        (1, 2), ("a, b", "it's", 'say "x"'), (0.5, 4.0), (True, False), (), "it's",
+    ]  # fmt: skip
 
 
 def write_copy(file: Path, folder: Path) -> None:

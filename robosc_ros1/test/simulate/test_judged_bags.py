@@ -195,6 +195,24 @@ def test_what_the_command_line_tells(
     assert "violated: move was sent" in done.stdout
 
 
+def test_commands_of_which_a_recording_has_nothing_are_not_called_kept(
+    robosc: Robosc, tmp_path: Path
+) -> None:
+    """A message, a service or an action: only the sensor was recorded."""
+    bag = BagWriter(tmp_path / "run.bag", {})
+    for number in range(20):
+        bag.write("/distance", "std_msgs/msg/Float32", START + number * 0.1, {"data": 2.0})
+    bag.close()
+    done = robosc("replay", str(MODEL), "run.bag", "--junit", "run.xml")
+    assert done.returncode == 0, done.stderr
+    suite = ElementTree.parse(tmp_path / "run.xml").getroot()
+    passed = [str(case.get("name")) for case in suite if not len(case)]
+    assert passed == ["the recording could be read as a whole"]
+    told = {str(case.get("name")): case.find("skipped") for case in suite}
+    (grab, *_) = [r for name, r in told.items() if name.startswith("requirement grab needs")]
+    assert grab is not None and grab.get("message") == "not in the recording: grab"
+
+
 def test_a_run_without_faults(robosc: Robosc, supervisor: Supervisor, tmp_path: Path) -> None:
     recorded(supervisor, tmp_path, "bag", seconds=5.0)
     done = robosc("replay", str(MODEL), "run.bag")

@@ -47,6 +47,7 @@ _LINE = re.compile(
 )
 
 _QUOTED = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])*\'')
+_ELEMENT = re.compile(rf"\s*(?P<text>{_QUOTED.pattern}|[^,\]]*?)\s*(?P<end>[,\]]|$)")
 _FIELD_NAME = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")
 _CONSTANT_NAME = re.compile(r"[A-Z]([A-Z0-9_]?[A-Z0-9]+)*")
 _STRINGS = ("string", "wstring")
@@ -137,10 +138,14 @@ def _default_of_array(base: str, text: str, where: str) -> tuple[Value, ...] | N
     """
     if not text.startswith("["):
         return None
-    if _BUILT_IN.get(base) in _STRINGS and _QUOTED.search(text):
-        return tuple(_unquoted(found) for found in _QUOTED.findall(text))
-    listed = text[1:].partition("]")[0].strip()
-    return tuple(_constant(base, part, where) for part in listed.split(",")) if listed else ()
+    found: list[Value] = []
+    element = _ELEMENT.match(text, 1)
+    while element is not None and (element["text"] or element["end"] == ","):
+        is_string = _BUILT_IN.get(base) in _STRINGS
+        given = element["text"]
+        found.append(_unquoted(given) if is_string else _constant(base, given, where))
+        element = _ELEMENT.match(text, element.end()) if element["end"] == "," else None
+    return tuple(found)
 
 
 def _unquoted(text: str) -> str:

@@ -186,7 +186,7 @@ class BagRun:
 
     @property
     def unsent(self) -> Sequence[str]:
-        """The names of the commands whose topic the bag does not have."""
+        """The names of the commands whose topics the bag does not have."""
         names = self.supervisor.plant.robot.display_names
         return [names[key] for key in self._heard.unsent]
 
@@ -289,12 +289,12 @@ class BagRun:
         self._add(topic, lambda message: self._judge.offer(topic, patterns, message))
 
     def _connect_action(self, action: Communication) -> None:
-        if self.bag.ros_1:
-            self._add_parts(action, SeenAction(self._judge, action.key).handlers)
-        elif self._reads_ends(action) or self._reads_goals(action):
+        if not self.bag.ros_1 and (self._reads_ends(action) or self._reads_goals(action)):
             self._heard.unseen.append(action.key)
-        else:
-            self._add_parts(action, SeenActionOfRos2(self._judge, action.key).handlers)
+            return
+        seen = SeenAction if self.bag.ros_1 else SeenActionOfRos2
+        if not self._add_parts(action, seen(self._judge, action.key).handlers):
+            self._heard.unsent.append(action.key)
 
     def _reads_ends(self, action: Communication) -> bool:
         """Whether the model reads the goal's result, which a bag of ROS 2 does not have."""

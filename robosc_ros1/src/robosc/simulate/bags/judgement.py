@@ -83,7 +83,7 @@ class Judgement:
     unseen: tuple[str, ...] = ()
     unjudged: tuple[tuple[str, str], ...] = ()
     unsent: tuple[str, ...] = ()
-    """The commands whose topic is not in the recording."""
+    """The commands whose topics are not in the recording."""
     judges_states: bool = True
     """Whether the requirements on states were judged."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 from robosc.errors import counted
@@ -176,7 +176,7 @@ def judgement_junit(judgement: Judgement) -> str:
     """A test case for each requirement, for synthesis, for corrections, and for the model. What was
     not judged as a whole, and is not contradicted, is skipped, with the reason."""
     robot = judgement.robot
-    not_judged = "; ".join(_not_judged(judgement, lambda name, kind: True))
+    not_judged = "; ".join(_not_judged(judgement))
     outcomes = [
         Outcome(
             requirement.text,
@@ -214,23 +214,25 @@ def judgement_junit(judgement: Judgement) -> str:
 
 def _unjudged(judgement: Judgement, requirement: Requirement) -> str:
     """Why it is not known of a requirement whether it was kept; empty: it is known."""
-    if not requirement.communications:
-        return "" if judgement.judges_states else _not_followed(judgement)
-    names = {judgement.robot.display_names[key] for key in requirement.communications}
-    kinds = {kind for kind in EventKind if requirement.concerns(kind)}
-    return "; ".join(
-        _not_judged(judgement, lambda name, kind: name in names and EventKind(kind) in kinds)
-    )
+    if requirement.communications:
+        return "; ".join(_not_judged(judgement, requirement))
+    return "" if judgement.judges_states else _not_followed(judgement)
 
 
-def _not_judged(judgement: Judgement, concerns: Callable[[str, str], bool]) -> Iterator[str]:
-    """Yield why some commands were not judged."""
-    unjudged = [_event(name, kind) for name, kind in judgement.unjudged if concerns(name, kind)]
+def _not_judged(judgement: Judgement, requirement: Requirement | None = None) -> Iterator[str]:
+    """Yield why commands were not judged, all or those of a requirement."""
+    unjudged, unsent = list(judgement.unjudged), list(judgement.unsent)
+    if requirement is not None:
+        names = {judgement.robot.display_names[key] for key in requirement.communications}
+        unsent = [name for name in unsent if name in names]
+        unjudged = [
+            (n, k) for n, k in unjudged if n in names and requirement.concerns(EventKind(k))
+        ]
     if unjudged:
-        yield f"not judged: {', '.join(unjudged)}, since {_not_followed(judgement)}"
-    unsent = [name for name in judgement.unsent if concerns(name, EventKind.REQUEST.value)]
+        told = ", ".join(_event(name, kind) for name, kind in unjudged)
+        yield f"not judged: {told}, since {_not_followed(judgement)}"
     if unsent:
-        yield f"the topic is not in the recording: {', '.join(unsent)}"
+        yield f"not in the recording: {', '.join(unsent)}"
 
 
 def _not_followed(judgement: Judgement) -> str:
