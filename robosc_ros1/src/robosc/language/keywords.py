@@ -163,7 +163,7 @@ _MEANINGS = {
     "action": "A ROS action of the component, whose goals the controller sends and cancels.",
     "behaviour": "The variables and states of a component, and what makes them change.",
     "variable": "What a component remembers besides its state.",
-    "persistent": "The variable keeps its value when the node ends, until it starts again.",
+    "persistent": "The variable keeps its value over the end of the node.",
     "initial": "The state in which the component starts.",
     "marked": "A state in which the component may rest: one must remain reachable for ever.",
     "state": "A state of the component, with the transitions that leave it, or states in it.",

@@ -354,9 +354,9 @@ class Robot:
     goes_on: bool = False
     """``stop with nothing``: it may go on with its last commands when the node ends."""
     supervises: bool = False
+    """Whether the data of commands are those that another controller sends."""
     sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
     """The texts of the model: its own file, then the libraries that it needs, by name."""
-    """Whether the data of commands are those that another controller sends."""
     conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)
     """Reads conditions with the names of the model's own requirements."""
     span: Span = span_field()
@@ -380,6 +380,11 @@ class Robot:
     def variables(self) -> dict[str, Variable]:
         """All variables by key, in model order."""
         return {v.key: v for component in self.components for v in component.variables}
+
+    @property
+    def persistent(self) -> dict[str, Variable]:
+        """The variables that keep their values over the node's end, by key."""
+        return {key: variable for key, variable in self.variables.items() if variable.persistent}
 
     @cached_property
     def yields_to(self) -> dict[str, tuple[str, ...]]:

@@ -23,7 +23,7 @@ from typing import (
     Union,
 )
 
-from .values import Undefined, as_read
+from .values import Undefined, as_read, is_one_of
 
 SERVED = ("outgoing service", "outgoing action")
 """The sorts of the services and actions that the robot calls and the controller serves."""
@@ -267,7 +267,7 @@ class Controller:
         lacking = []
         for name, (attribute, allowed) in self.PERSISTENT.items():
             value = values.get(name)
-            if type(value) is type(allowed[0]) and value in allowed:
+            if is_one_of(value, allowed):
                 setattr(self, attribute, value)
             else:
                 lacking.append(name)

@@ -11,7 +11,6 @@ import json
 import os
 import stat
 import threading
-import time
 import zlib
 from pathlib import Path
 from typing import Any, Callable, Dict, List
@@ -38,7 +37,7 @@ class Keeper:
         self.faults: List[str] = []
         self._cannot = ""
         self._written: Dict[str, Any] = {}
-        self._closing = False
+        self._closing = threading.Event()
         self._changed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="keeper", daemon=True)
         if not controller.forget:
@@ -78,7 +77,7 @@ class Keeper:
 
     def close(self, timeout: float) -> None:
         """Write the last values."""
-        self._closing = True
+        self._closing.set()
         self._changed.set()
         self._thread.join(timeout)
 
@@ -87,13 +86,11 @@ class Keeper:
         while not closing:
             self._changed.wait()
             self._changed.clear()
-            closing = self._closing
+            closing = self._closing.is_set()
             values = self._now
             if values != self._written:
                 self._write(values)
-            began = time.monotonic()
-            while not self._closing and time.monotonic() < began + PERIOD:
-                time.sleep(PERIOD / 5)
+            self._closing.wait(PERIOD)
 
     def _write(self, values: Dict[str, Any]) -> None:
         try:

@@ -8,7 +8,7 @@ import functools
 import math
 import operator
 from types import SimpleNamespace
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 Value = Any
 """A value of the language: bool, int, float or str; for an event's value a dict of them by path;
@@ -36,6 +36,11 @@ UNREADABLE = (AttributeError, TypeError, ValueError, OverflowError, LookupError)
 
 class Undefined(IndexError):
     """An expression reads a missing array element, or data that have not been received."""
+
+
+def is_one_of(value: Any, allowed: Sequence[Value]) -> bool:
+    """Return whether a value is one of those of a type; True is not 1."""
+    return type(value) is type(allowed[0]) and value in allowed
 
 
 def widen(number: Value) -> float:

@@ -143,9 +143,8 @@ class _Builder:
             lasting=lasting_views(self.robot, self.attributes),
             guard_parts=tuple(map(self._part, self.part_names.used(self.shown))),
             persistent=tuple(
-                (v.key, self.attributes.variables[v.key], repr(domain(v.type)))
-                for v in self.robot.variables.values()
-                if v.persistent
+                (key, self.attributes.variables[key], repr(domain(variable.type)))
+                for key, variable in self.robot.persistent.items()
             ),
             parameters=tuple(
                 AttributeView(

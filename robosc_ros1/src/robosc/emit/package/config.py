@@ -28,6 +28,7 @@ from robosc.expr.types import (
     Type,
 )
 from robosc.language.events import EventKind, Kind
+from robosc.model.declarations.parameters import KEEPING
 from robosc.model.entities import Communication, Robot
 from robosc.runtime import qos, settings
 from robosc.runtime.model import ONCE, Parameter
@@ -138,26 +139,7 @@ def declared_parameters(
         )
         for p in robot.parameters
     ]
-    return own + list(KEEPING) * any(v.persistent for v in robot.variables.values())
-
-
-KEEPING = (
-    Parameter(
-        "persistent_file",
-        "string",
-        "",
-        "file of the values of persistent variables (empty: one named after the node)",
-        attribute="persistent_file",
-    ),
-    Parameter(
-        "forget",
-        "boolean",
-        False,
-        "persistent variables begin anew, whatever their file has",
-        attribute="forget",
-    ),
-)
-"""The parameters of nodes with persistent variables."""
+    return [*own, *(KEEPING if robot.persistent else ())]
 
 
 def playable_parameters(robot: Robot) -> list[Parameter]:

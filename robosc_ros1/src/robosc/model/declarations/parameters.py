@@ -12,7 +12,9 @@ from robosc.expr.types import ArrayType, ObjectType, Type, domain
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Component, Robot
 from robosc.model.typing.compatibility import completed
+from robosc.runtime.model import Parameter
 from robosc.runtime.settings import declared
+from robosc.runtime.values import is_one_of
 from robosc.source import Span
 from robosc.syntax.nodes import ExprNode
 
@@ -22,13 +24,30 @@ _GROUPS = ("goal_timeout", "qos", "qos_overrides", "rate", "timeout")
 """Namespaces of parameters that every generated node has, or may have."""
 _OF_ROS = ("start_type_description_service", "use_sim_time")
 """Parameters that ROS itself declares for every node."""
+KEEPING = (
+    Parameter(
+        "persistent_file",
+        "string",
+        "",
+        "file of the values of persistent variables (empty: one named after the node)",
+        attribute="persistent_file",
+    ),
+    Parameter(
+        "forget",
+        "boolean",
+        False,
+        "persistent variables begin anew, whatever their file has",
+        attribute="forget",
+    ),
+)
+"""The parameters of nodes with persistent variables."""
 
 
 def check_parameters(robot: Robot, report: Report) -> None:
     """Report names that clash with parameters of every node, or with others of the model."""
     taken = {parameter.name for parameter in declared(())}.union(_GROUPS, _OF_ROS)
-    if any(variable.persistent for variable in robot.variables.values()):
-        taken |= {"persistent_file", "forget"}
+    if robot.persistent:
+        taken.update(parameter.name for parameter in KEEPING)
     seen: dict[str, RosParameter] = {}
     for parameter in robot.parameters:
         name = parameter.name
@@ -77,7 +96,7 @@ def with_starts(robot: Robot, values: Mapping[str, Any]) -> Robot:
     Raises:
         ValueError: there is no such variable, or the value is not of its type.
     """
-    stays = {key: v for key, v in robot.variables.items() if v.persistent}
+    stays = robot.persistent
     chosen: dict[str, Any] = {}
     for name, value in values.items():
         keys = [key for key, v in stays.items() if name in (key, v.name)]
@@ -85,7 +104,7 @@ def with_starts(robot: Robot, values: Mapping[str, Any]) -> Robot:
             known = f"; there are {listing(list(stays))}" if stays else ""
             raise ValueError(f"'{name}' is no persistent variable{known}")
         allowed = domain(stays[keys[0]].type)
-        if allowed is None or type(value) is not type(allowed[0]) or value not in allowed:
+        if allowed is None or not is_one_of(value, allowed):
             raise ValueError(f"{keys[0]} cannot start with {value!r}: it is {stays[keys[0]].type}")
         chosen[keys[0]] = value
 

@@ -128,7 +128,8 @@ class Session:
             return Done()
         if word == "stop" and self._repeated.pop(rest.strip(), None) is not None:
             return Done()  # also where 'stop' is a command
-        if word in WORDS and not (word == "start" and not self._stays()):
+        if word in WORDS and (word != "start" or self.machine.plant.robot.persistent):
+            # Without persistent variables, 'start' may be a communication.
             if rest.strip() and WORDS[word][0] == word:
                 raise InvalidLine(f"'{word}' takes no arguments")
             action: Callable[[str], Done] = getattr(self, f"_{word}")
@@ -317,10 +318,6 @@ class Session:
             raise InvalidLine("write persistent variables and their values: start next: 3")
         self._begin_with(self._parameters, {**self._starts, **values})
         return self._did(self.machine.beginning)
-
-    def _stays(self) -> bool:
-        """Whether the model has persistent variables; else ``start`` may be a communication."""
-        return any(v.persistent for v in self.machine.plant.robot.variables.values())
 
     def _begin_with(self, parameters: dict[str, Any], starts: dict[str, Any]) -> None:
         self.machine = self._make(parameters, starts)
