@@ -357,6 +357,7 @@ def _package(model: Model, options: Options, output: Output) -> _Made:
     from robosc.emit.package import ros1_target, ros2_target
     from robosc.emit.package.original_config import load_config
     from robosc.emit.package.package import namesake
+    from robosc.traces.scripts import test_files
 
     supervises = options.supervises or output.mode != "controller"
     loaded = load(model, replace(options, supervises=supervises), output.target)
@@ -377,7 +378,10 @@ def _package(model: Model, options: Options, output: Output) -> _Made:
     _bounded(supervisor)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
     emit = {"ros1": ros1_target.emit, "ros2": ros2_target.emit}[output.target]
-    package = emit(supervisor, name, config.of_package(name), output.mode)
+    runs = {}
+    if output.mode == "controller":
+        runs = test_files(supervisor, _path_of(model), output.target, config)
+    package = emit(supervisor, name, config.of_package(name), output.mode, runs)
     folder = output.folder or config.output.get(output.target) or Path()
     location = None if output.folder else config.locations.get((output.target, output.mode))
     return _Made(supervisor, diagnostics, package, folder, location, config.warnings)

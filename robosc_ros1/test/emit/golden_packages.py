@@ -7,8 +7,10 @@ from pathlib import Path
 
 from robosc import pipeline
 from robosc.emit.package import ros1_target, ros2_target
+from robosc.emit.package.config import DEFAULTS
 from robosc.emit.package.package import File, Package
 from robosc.resources import templates_folder
+from robosc.traces.scripts import test_files
 
 __all__ = [
     "MODELS", "PACKAGES", "TARGETS", "golden_folder", "kept_files", "model_path", "package_of",
@@ -39,7 +41,9 @@ def package_of(
 ) -> Package:
     """Return the package of a model, generated once per process."""
     supervisor = pipeline.synthesize(pipeline.load(model_path(model)).robot)
-    return EMITTERS[target](supervisor, name or f"{model}_{mode}", mode=mode)
+    is_controller = mode == "controller"
+    runs = test_files(supervisor, model_path(model), target, DEFAULTS) if is_controller else {}
+    return EMITTERS[target](supervisor, name or f"{model}_{mode}", mode=mode, runs=runs)
 
 
 def golden_folder(model: str, target: str = "ros1", mode: str = "controller") -> Path:

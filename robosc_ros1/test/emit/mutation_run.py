@@ -6,8 +6,8 @@ Prints a table of how many mutants are found in a controller and in a supervisor
 that is not. Those are compared with the controller itself in all states that both reach
 (``bisimulation.py``): without a difference a mutant is equivalent, and no test can find it; it is
 undecided if the time was too short for all states; else it was missed, and the way to the
-difference is printed. The test's judge and guide are the same in the packages for both versions of
-ROS; they run without ROS.
+difference is printed. Controllers are tested by the scripts of their packages, as ``robosc simulate``
+follows them; the judge and the guide of a supervisor's test run without ROS, too.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,21 +29,22 @@ sys.path[:0] = [str(TESTS), str(TESTS.parent / "src")]
 
 from emit.bisimulation import Comparison, Recording, compare  # noqa: E402
 from emit.generated_code import controller_source  # noqa: E402
-from emit.judged_controllers import Robot, class_of, judged, judging_modules  # noqa: E402
+from emit.judged_controllers import Robot, class_of, judging_modules  # noqa: E402
 from emit.judged_supervisors import judged_supervisor  # noqa: E402
 from emit.mutants import Mutant, mutants  # noqa: E402
+from emit.scripted_controllers import scripts_of, tells_apart  # noqa: E402
 
 from robosc import pipeline  # noqa: E402
 from robosc.emit.supervisor.command_recognition import command_matches  # noqa: E402
 from robosc.errors import ModelError, RoboscError, render_all  # noqa: E402
 
 KINDS = ("guard", "data", "rule", "update")
-MODES: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {
-    "controller": (judged, (*KINDS, "preference")),
-    "supervisor": (judged_supervisor, ("guard", "rule", "update")),
+MODES: dict[str, tuple[str, ...]] = {
+    "controller": (*KINDS, "preference"),
+    "supervisor": ("guard", "rule", "update"),
 }
-"""How a package is tested, and the faults that show in it: a supervisor sends no data, and which
-command is preferred is not its choice."""
+"""The faults that show in a package: a supervisor sends no data, and which command is preferred is
+not its choice."""
 SAMPLES = 64
 """Random messages of each sort with which controllers are compared."""
 
@@ -60,12 +62,15 @@ def verdicts(model: Path, mode: str, rounds: int, every: int, seconds: float) ->
     if mode == "supervisor":
         command_matches(supervisor.plant.robot)  # an error where it cannot be guarded
     source = controller_source(supervisor, model.name)
-    play, kinds = MODES[mode]
     with (
         tempfile.TemporaryDirectory() as folder,
         judging_modules(Path(folder), supervisor) as judging,
     ):
-        faults = play(judging, source, rounds=rounds).faults
+        if mode == "controller":
+            finds: Callable[[str], Any] = partial(tells_apart, supervisor, scripts_of(supervisor))
+        else:
+            finds = lambda text: judged_supervisor(judging, text, rounds=rounds).faults  # noqa: E731
+        faults = finds(source)
         assert not faults, f"{model}: the controller itself: {faults}"
         robot = Robot(judging, 1, lambda data: data)
         samples = robot.samples(SAMPLES)
@@ -74,9 +79,9 @@ def verdicts(model: Path, mode: str, rounds: int, every: int, seconds: float) ->
         options = samples, robot.topics, seconds, mode == "controller"
         called: set[str] = set()
         recording = Recording(class_of(source, called), called, *options)
-        for mutant in [m for m in mutants(source) if m.kind in kinds][::every]:
+        for mutant in [m for m in mutants(source) if m.kind in MODES[mode]][::every]:
             comparison = None
-            if not play(judging, mutant.source, rounds=rounds).faults:
+            if not finds(mutant.source):
                 both = class_of(source), class_of(mutant.source)
                 comparison = recording.compare(both[1], mutant.method)
                 comparison = comparison or compare(both[0](), both[1](), *options)

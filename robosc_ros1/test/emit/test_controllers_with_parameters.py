@@ -121,7 +121,6 @@ def test_the_options_of_the_generator_give_other_defaults(
     texts = {path.rpartition("/")[2]: file.content for path, file in package.files.items()}
     assert "wanted: 18.0" in texts["some_controller.yaml"]
     assert "DEFAULTS = {'wanted': 18.0}" in texts["node.py"].replace('"', "'")
-    assert '"wanted": 18.0' in texts["plant_data.py"]
     with pytest.raises(UsageError, match="~steps must be an integer of at most 3, not 9"):
         emitter(thermostat, "some_controller", Config(parameters={"steps": 9}))
 

@@ -119,7 +119,7 @@ def test_a_case_that_was_given_up_and_comes_back_is_not_new(switch: tuple[Any, s
     assert guide.news == 0
 
 
-@pytest.mark.parametrize("mode", ["controller", "supervisor"])
+@pytest.mark.parametrize("mode", ["supervisor", "monitor"])
 @pytest.mark.parametrize("seconds", [0.0, 10.0, 600.0])
 def test_rostest_waits_for_the_longest_test(
     switch: tuple[Any, str], mode: str, seconds: float

@@ -91,7 +91,10 @@ def test_data_are_the_same_in_short_lines(value: Any) -> None:
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_no_line_of_a_package_is_too_long(model: str, target: str, mode: str) -> None:
+    """But for scripts, of which each line is a statement that cannot be broken."""
     for path, file in package_of(model, target, mode).files.items():
+        if path.endswith(".sim"):
+            continue
         lines = file.content.split("\n")
         assert [line for line in lines if len(line) > WIDTH and line[0] != "|"] == [], path
 

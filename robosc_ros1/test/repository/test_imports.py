@@ -19,7 +19,7 @@ from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
     "limits", "remedies", "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "expr",
-    "model", "plant", "supervisor", "synthesis", "emit", "simulate", "view", "new", "evidence", "pipeline", "report", "interface", "lsp", "agents",
+    "model", "plant", "supervisor", "synthesis", "emit", "simulate", "traces", "view", "new", "evidence", "pipeline", "report", "interface", "lsp", "agents",
     "model_files", "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip
 """Each imports only what stands left of it, and within itself."""

@@ -51,7 +51,8 @@ class Config:
     ``output`` are the folders that get packages, by target; ``locations`` those that become the
     package themselves, by target and mode. ``parameters`` are defaults of the node's parameters by
     their full names. ``supervisor`` names the node that a supervisor guards, as it stands in the
-    file; ``lifecycle`` makes a managed node of one of ROS 2. ``warnings`` are what somebody should
+    file; ``lifecycle`` makes a managed node of one of ROS 2. ``untested`` are the commands that the
+    package's test need not show. ``warnings`` are what somebody should
     know who wrote the files.
     """
 
@@ -65,6 +66,7 @@ class Config:
     parameters: Mapping[str, Any] = field(default_factory=_empty)
     supervisor: Mapping[str, Any] = field(default_factory=_empty)
     lifecycle: bool = False
+    untested: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
     def of_package(self, package: str) -> Config:
@@ -318,6 +320,12 @@ def _lifecycle(config: Config, value: Any, _: Path) -> Config:
     return replace(config, lifecycle=value)
 
 
+def _untested(config: Config, value: Any, _: Path) -> Config:
+    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
+        raise ValueError("names of commands")
+    return replace(config, untested=tuple(value))
+
+
 _KEYS: Mapping[str, Setter] = {
     "package": _text("package", r"[a-z][a-z0-9_]*", "a package name in lower case"),
     "output": _output,
@@ -328,4 +336,5 @@ _KEYS: Mapping[str, Setter] = {
     "parameters": _parameters,
     "supervisor": _supervisor,
     "lifecycle": _lifecycle,
+    "untested": _untested,
 }

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 from robosc.emit.package.config import DEFAULTS, Config
 from robosc.emit.package.package import Mode, Package
@@ -14,13 +16,17 @@ from robosc.supervisor import Supervisor
 
 
 def emit(
-    supervisor: Supervisor, package: str, config: Config = DEFAULTS, mode: Mode = "controller"
+    supervisor: Supervisor,
+    package: str,
+    config: Config = DEFAULTS,
+    mode: Mode = "controller",
+    runs: Mapping[str, str] = MappingProxyType({}),
 ) -> Package:
     """The package, ready to be built with catkin.
 
     See :func:`robosc.emit.package.target.package_of`.
     """
-    return package_of(_ROS1, supervisor, package, config, mode)
+    return package_of(_ROS1, supervisor, package, config, mode, runs)
 
 
 def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
@@ -59,7 +65,6 @@ _ROS1 = Target(
         "setup.py": "setup.py",
         "scripts/{package}": "script",
         "config/{package}.yaml": "config.yaml",
-        "test/package_under_test.py": "package_under_test.py",
     },
     of_mode={
         "controller": {
@@ -68,17 +73,19 @@ _ROS1 = Target(
             "README.md": "README.md",
         },
         "supervisor": {
+            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch": "supervisor.launch",
             "test/{rostest}.test": "supervisor_rostest",
             "README.md": "supervisor_README.md",
         },
         "monitor": {
+            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch": "launch",
             "test/{rostest}.test": "monitor_rostest",
             "README.md": "monitor_README.md",
         },
     },
-    programs={"controller": "play_robot", "supervisor": "play_both", "monitor": "play_monitor"},
+    programs={"controller": "play_scripts", "supervisor": "play_both", "monitor": "play_monitor"},
     dependencies=(  # actions: ros_actions.py imports them always
         "actionlib", "actionlib_msgs", "diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs",
     ),

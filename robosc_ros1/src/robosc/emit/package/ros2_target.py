@@ -6,7 +6,9 @@ what is different is the wiring, and what the build tools want to see.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 from robosc.emit.package.config import DEFAULTS, Config, declared_communications, shared_topics
 from robosc.emit.package.package import Mode, Package
@@ -27,7 +29,11 @@ _FOLDERS = {
 
 
 def emit(
-    supervisor: Supervisor, package: str, config: Config = DEFAULTS, mode: Mode = "controller"
+    supervisor: Supervisor,
+    package: str,
+    config: Config = DEFAULTS,
+    mode: Mode = "controller",
+    runs: Mapping[str, str] = MappingProxyType({}),
 ) -> Package:
     """The package, ready to be built with colcon.
 
@@ -37,7 +43,7 @@ def emit(
         UsageError: a topic has two types, too.
     """
     _demand_one_type_per_topic(supervisor.plant.robot)
-    return package_of(_ROS2, supervisor, package, config, mode)
+    return package_of(_ROS2, supervisor, package, config, mode, runs)
 
 
 def _demand_one_type_per_topic(robot: Robot) -> None:
@@ -103,7 +109,6 @@ _ROS2 = Target(
         "setup.cfg": "setup.cfg",
         "resource/{package}": "marker",
         "config/{package}.yaml": "config.yaml",
-        "test/package_under_test.py": "package_under_test.py",
     },
     of_mode={
         "controller": {
@@ -111,16 +116,18 @@ _ROS2 = Target(
             "README.md": "README.md",
         },
         "supervisor": {
+            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch.py": "supervisor.launch.py",
             "README.md": "supervisor_README.md",
         },
         "monitor": {
+            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch.py": "monitor.launch.py",
             "README.md": "monitor_README.md",
         },
     },
     programs={
-        "controller": "test_play_robot",
+        "controller": "test_play_scripts",
         "supervisor": "test_play_both",
         "monitor": "test_play_monitor",
     },

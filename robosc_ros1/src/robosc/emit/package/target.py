@@ -30,6 +30,11 @@ from robosc.emit.package.package_context import PackageContext, TopicView, escap
 from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
+from robosc.emit.package.robot_tables import (
+    USUAL,
+    commands_under_test,
+    communications_under_test,
+)
 from robosc.emit.supervisor.listening import monitor_context, monitor_readme
 from robosc.emit.supervisor.supervisor_package import relay_context
 from robosc.emit.write.line_breaks import break_long_lines
@@ -38,7 +43,7 @@ from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Communication, Robot
 from robosc.names import package_name, rostest_name
 from robosc.resources import templates_folder
-from robosc.runtime.settings import dotted
+from robosc.runtime.settings import dotted, parameter_name
 from robosc.runtime.shapes import parts_by_name
 from robosc.supervisor import Guard, Supervisor
 
@@ -86,11 +91,17 @@ _NODES: Mapping[Mode, str] = {
 
 
 def package_of(
-    target: Target, supervisor: Supervisor, package: str, config: Config, mode: Mode
+    target: Target,
+    supervisor: Supervisor,
+    package: str,
+    config: Config,
+    mode: Mode,
+    runs: Mapping[str, str],
 ) -> Package:
     """The package, ready to be written and built.
 
-    ``package`` is a legal package name; the node has the same.
+    ``package`` is a legal package name; the node has the same. ``runs`` are further files, by path:
+    those of its test.
 
     Raises:
         ModelError: a supervisor cannot do what it must with the topics of the model.
@@ -124,8 +135,13 @@ def package_of(
         f"{modules}/model.py": _model_module(supervisor, source),
         "LICENSE": _licence(source),
         f"{modules}/node.py": render(f"common/node/{_NODES[mode]}.jinja", context),
-        "test/plant_data.py": plant_module(configured, source, whole_guards(supervisor)),
+        **runs,
     }
+    if mode == "controller":
+        texts["test/robot_tables.py"] = _robot_module(target, robot, context)
+    else:
+        guards = whole_guards(supervisor)
+        texts["test/plant_data.py"] = plant_module(configured, source, guards)
     for path, template in {**target.templates, **target.of_mode[mode]}.items():
         shown = escaped(context) if template.endswith(_XML) else context
         text = render(f"{target.name}/{template}.jinja", readme if path == "README.md" else shown)
@@ -172,6 +188,33 @@ def _licence(source: str) -> str:
     text = (templates_folder() / "common" / "LICENSE").read_text(encoding="utf-8")
     head = f"This package was {MARKER} {__version__} from {source}. Of what is not from that model:"
     return f"{textwrap.fill(head, 100)}\n\n{text}"
+
+
+def _robot_module(target: Target, robot: Robot, context: PackageContext) -> str:
+    """What the package's test knows of the package and of the robot."""
+    parameters = {
+        name: value
+        for p in context.parameters
+        if p.example is not None
+        for name, value in parts_by_name(p.name, p.example)
+    }
+    names = robot.display_names
+    outgoing = (c for c in robot.communications.values() if c.kind is Kind.OUTGOING)
+    messages = [parameter_name(names[c.key]) for c in outgoing]
+    modules = ["ros_messages", "ros_parameters"] if target.has_qos else ["ros_messages"]
+    offered = ["COMMANDS", "COMMUNICATIONS", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES", "USUAL"]
+    body = f"\nfrom {context.package} import {', '.join(modules)}\n"
+    body += f"from {context.package}.node import TABLES\n\n"
+    body += assignment("__all__", offered + modules)
+    body += f'\nPACKAGE = "{context.package}"\n'
+    body += assignment("PARAMETERS", parameters)
+    body += assignment("USUAL", USUAL)
+    body += assignment("MESSAGES", messages)
+    body += assignment("COMMUNICATIONS", communications_under_test(robot))
+    body += assignment("COMMANDS", commands_under_test(robot))
+    return _data_module(
+        context.source, "What the test uses of the package, and knows of the robot.", body
+    )
 
 
 def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:

@@ -14,7 +14,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from robosc import limits
-from robosc.emit.package.config import declared_communications, playable_parameters
+from robosc.emit.package.config import (
+    declared_communications,
+    playable_parameters,
+    shared_topics,
+)
 from robosc.expr.traversal import path_text
 from robosc.expr.tree import REASON, Expr
 from robosc.expr.types import IntegerType, ObjectType
@@ -126,6 +130,9 @@ class Execution:
         }
         self._inputs = tuple(e for e in self.plant.events if not (e.controllable or e.kind.clocked))
         self._settings = settings._replace(whole_values=True)
+        topics = (keys for _, keys in shared_topics(self.plant.robot) if len(keys) > 1)
+        outgoing = {e.key for e in self._inputs if e.kind is EventKind.RESPONSE}
+        self._shared = [keys for keys in topics if outgoing.issuperset(keys)]
         self._past: list[_Step] = []
         self._begin()
 
@@ -148,6 +155,23 @@ class Execution:
     @property
     def stopped(self) -> str | None:
         return self._engine.stopped
+
+    @property
+    def next_deadline(self) -> float | None:
+        """Seconds until something happens by the clock alone; None: never."""
+        return self._engine.time_to_deadline()
+
+    @property
+    def next_command(self) -> float | None:
+        """Seconds until a command is due; None: none is."""
+        due: float | None = self._engine.role.due()
+        return due
+
+    @property
+    def clocks(self) -> Mapping[str, float]:
+        """Seconds until each running clock of the model is due, by its message or state."""
+        left: Mapping[str, float] = self._engine.snapshot()["clocks"]
+        return left
 
     def restart(self) -> None:
         self._past.clear()
@@ -278,7 +302,10 @@ class Execution:
             word = str(given.get(REASON) or FAILED)
             payload = Failure("simulated", given, word)
         token = self._clock.open.get(event.key)
-        if phase_of(event) is None or token is None:
+        together = next((keys for keys in self._shared if event.key in keys), None)
+        if together is not None:
+            self._engine.poster(together)(payload)  # all that the message is
+        elif phase_of(event) is None or token is None:
             self._engine.post(event.key, event.kind.word, payload)
         else:
             if event.kind is not EventKind.FEEDBACK:

@@ -49,6 +49,14 @@ def expect(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
         _sent(rest, machine, latest)
     elif word == "data":
         _data(rest, machine, latest)
+    elif text == "applied":
+        wrong = [h for h in latest if h.outcome == "mismatch"]
+        if wrong or not latest:
+            raise Failed(
+                f"{wrong[0].name}.{wrong[0].kind}: {wrong[0].detail}"
+                if wrong
+                else "nothing happened"
+            )
     elif text == "mismatch":
         if not any(h.outcome == "mismatch" for h in latest):
             raise Failed("there was no mismatch")
@@ -83,6 +91,7 @@ def _instead(wanted: Expr, machine: Machine) -> str:
 
 
 def _enabled(text: str, machine: Machine, wanted: bool) -> None:
+    text, _, because = text.partition(" because ")
     written = event_and_value(text)
     if written is None:
         raise InvalidLine("write an event: expect enabled grab.request")
@@ -97,7 +106,13 @@ def _enabled(text: str, machine: Machine, wanted: bool) -> None:
             reasons = dict.fromkeys(str(reason) for case in cases for reason in case.reasons)
             why = "enabled" if enabled else f"not: {'; '.join(reasons)}"
             raise Failed(f"{label(event)} is {why}")
+        texts = dict.fromkeys(reason.text for case in cases for reason in case.reasons)
+        told = "; ".join(texts)
+        if because and told != because:
+            raise Failed(f"{label(event)} is disabled because {told}")
         return
+    if because:
+        raise InvalidLine(f"{label(event)} is no command: only commands have reasons")
     given = None
     if raw is not None:
         given = complete(machine.plant.robot, event, raw, label(event))

@@ -1,0 +1,350 @@
+"""The cases that the runs of a package's test are to show, and which of them a step shows.
+
+A case is a tuple; its first word says of what sort it is. In one of a condition, one comparison or
+other atom of the condition *alone decides*: if it came out otherwise, so would the whole, and
+nothing else would stand in the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
+
+from robosc.emit.controller.naming import place
+from robosc.expr.tree import TRUE, Expr
+from robosc.language.events import EventKind
+from robosc.plant.logic import exact
+from robosc.plant.model_text import to_dsl
+from robosc.runtime.places import told_with_stage
+from robosc.runtime.values import Undefined
+from robosc.simulate.machines.machine import label
+from robosc.traces.deciding_atoms import Atom, DecidedCondition
+from robosc.traces.exact_steps import (
+    NOTHING,
+    Carried,
+    ExactEdge,
+    ExactStep,
+    Function,
+    Partner,
+    State,
+    Steps,
+)
+
+Case: TypeAlias = tuple[Any, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Demand:
+    """A condition on a command: what it is called, its place in the model, and itself.
+
+    ``requirement`` is the index of a requirement; None: what synthesis demands beyond them.
+    """
+
+    text: str
+    place: str
+    requirement: int | None
+    condition: DecidedCondition
+
+
+@dataclass(frozen=True, eq=False)
+class CommandDemands:
+    """A command with all that may stand in its way."""
+
+    step: ExactStep
+    demands: tuple[Demand, ...]
+    preferred: tuple[ExactStep, ...]
+
+
+class Coverage:
+    """All cases of a supervised robot: ``cases`` are their texts."""
+
+    def __init__(self, steps: Steps) -> None:
+        self.steps = steps
+        self.robot = steps.robot
+        self.rules = [self._rule(step) for step in steps.commands]
+        self._guards: dict[
+            tuple[int, str, str], list[tuple[ExactEdge, DecidedCondition | None]]
+        ] = {}
+        for step in steps.steps:
+            for partner in step.partners:
+                for location, edges in partner.edges.items():
+                    self._guards[step.number, partner.component, location] = [
+                        (e, None if e.condition is None else self._condition(e.condition))
+                        for e in edges
+                    ]
+        self._provides = {
+            step.number: [
+                (p, None if c is None else self._condition(p.condition or TRUE))
+                for c, p, _ in step.provides
+            ]
+            for step in steps.commands
+        }
+        self.rules_by_number = {rule.step.number: rule for rule in self.rules}
+        self.outcomes: dict[Case, str] = {}
+        """By case of a demand: which part of it decides, and how."""
+        self.cases: dict[Case, str] = dict(self._all())
+
+    def _text(self, expr: Expr) -> str:
+        return to_dsl(expr, self.robot)
+
+    def _condition(self, expr: Expr) -> DecidedCondition:
+        return DecidedCondition(expr, self._text)
+
+    def _rule(self, step: ExactStep) -> CommandDemands:
+        event, robot = step.event, self.robot
+        guard = self.steps.guards.get(event.identity)
+        demands = []
+        if event.kind.sent:
+            for index in event.requirements:
+                requirement = robot.requirements[index]
+                met = exact(self.steps.plant.view.met(requirement))
+                where = place(requirement.span)
+                demands.append(Demand(requirement.text, where, index, self._condition(met)))
+        if guard is not None and (guard.status != "as required" or not event.kind.sent):
+            text = "synthesis" if event.kind.sent else "a requirement that is violated"
+            where = place(event.span)
+            if guard.expr != TRUE:
+                demands.append(Demand(text, where, None, self._condition(exact(guard.expr))))
+        preferred = self.steps.preferred.get(event.command, ()) if event.kind.sent else ()
+        return CommandDemands(step, tuple(demands), tuple(preferred))
+
+    # --- all cases -------------------------------------------------------------------------------
+
+    def _all(self) -> Iterator[tuple[Case, str]]:
+        for rule in self.rules:
+            yield from self._of_rule(rule)
+        for step in self.steps.steps:
+            event = step.event
+            if not event.controllable:
+                for phase in step.sources or ("",):
+                    yield (
+                        ("event", step.number, phase),
+                        f"{label(event)}{phase and f' while {phase}'}",
+                    )
+            for partner in step.partners:
+                if partner.component in (*self._components, event.key):
+                    yield from self._of_partner(step, partner)
+
+    @cached_property
+    def _components(self) -> set[str]:
+        return {c.name for c in self.robot.components}
+
+    def _of_rule(self, rule: CommandDemands) -> Iterator[tuple[Case, str]]:
+        number, name = rule.step.number, label(rule.step.event)
+        yield ("sent", number), f"{name} is sent"
+        for index, demand in enumerate(rule.demands):
+            for outcome, text in _outcomes(demand.condition):
+                told = f"{name}, {demand.text} ({demand.place}): {text} alone decides"
+                short = text.replace(", which is ", " is ").rstrip(",")
+                case: Case = ("demand", number, index, *outcome)
+                self.outcomes[case] = short
+                yield case, told
+        for partner in rule.step.partners:
+            if partner.blocking:
+                yield (
+                    ("blocked", number, partner.component),
+                    f"{name}: {partner.component} blocks it",
+                )
+        for other in rule.preferred:
+            yield ("yields", number, other.number), f"{name} waits for {label(other.event)}"
+        for index, (provide, condition) in enumerate(self._provides[number]):
+            where = f"{name}, provide ({place(provide.span)})"
+            yield ("provided", number, index), f"{where} gives its data"
+            for outcome, text in () if condition is None else _outcomes(condition):
+                yield ("provide", number, index, *outcome), f"{where}: {text} alone decides"
+
+    def _of_partner(self, step: ExactStep, partner: Partner) -> Iterator[tuple[Case, str]]:
+        name = label(step.event)
+        for location in partner.edges:
+            edges = self._guards[step.number, partner.component, location]
+            for edge, condition in edges:
+                case = step.number, partner.component, edge.line
+                told = f"{name} in {partner.component} (line {edge.line})"
+                if partner.component == step.event.key:
+                    told = f"{name} as expected (line {edge.line})"
+                yield ("taken", *case), told
+                for key, *_ in edge.assigned:
+                    yield ("assigned", *case, key), f"{told}, which changes {key}"
+                for outcome, text in () if condition is None else _outcomes(condition):
+                    yield ("edge", *case, *outcome), f"{told}: {text} alone decides"
+
+    # --- what is shown ---------------------------------------------------------------------------
+
+    def of_state(self, state: State) -> set[Case]:
+        """The cases of a state in which the controller waits."""
+        found: set[Case] = set()
+        for rule in self.rules:
+            self._see_rule(rule, state, found)
+        for step in self.steps.taus:
+            for partner in step.partners:
+                self._see_edges(step, partner, state, NOTHING, found, False)
+        return found
+
+    def _see_rule(self, rule: CommandDemands, state: State, found: set[Case]) -> None:
+        step = rule.step
+        if not step.in_phase(state):
+            return
+        try:
+            carried = step.carried(state)
+        except Undefined:
+            return
+        blocking = step.blocked_by(state, carried)
+        preferred = [other for other in rule.preferred if other.allowed(state)]
+        outcomes = [demand.condition.deciding(state, carried) for demand in rule.demands]
+        failing = [n for n, (value, _) in enumerate(outcomes) if not value]
+        if len(blocking) + len(failing) + len(preferred) > 1:
+            return
+        if blocking:
+            found.add(("blocked", step.number, blocking[0].component))
+            return
+        if preferred:
+            found.add(("yields", step.number, preferred[0].number))
+            return
+        if step.after(state, carried) is None:
+            return
+        for index, (_, atoms) in enumerate(outcomes):
+            if failing and failing != [index]:
+                continue
+            for number in atoms:
+                atom = rule.demands[index].condition.atoms[number]
+                value, near = atom.outcome(state, carried)
+                found.add(("demand", step.number, index, number, value, ""))
+                if near:
+                    found.add(("demand", step.number, index, number, value, near))
+
+    def of_step(self, step: ExactStep, state: State, carried: Carried, after: State) -> set[Case]:
+        """The cases of an event that happens in a state."""
+        found: set[Case] = set()
+        for partner in step.partners:
+            found.add(("at", step.number, partner.component, state[partner.place]))
+        if step.event.controllable:
+            if step.event.kind is not EventKind.TAU:
+                found.add(("sent", step.number))
+                found |= self.of_state_of(step, state)
+                self._see_data(step, state, found)
+        else:
+            found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
+        for partner in step.partners:
+            self._see_edges(step, partner, state, carried, found, True, after)
+        return found
+
+    def of_refusal(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
+        """The cases of an answer that is not as expected."""
+        found: set[Case] = {("refused", step.number, state[step.phase or ""])}
+        for partner in step.partners:
+            if partner.component == step.event.key:
+                self._see_edges(step, partner, state, carried, found, False)
+        return found
+
+    def reasons(self, step: ExactStep, state: State) -> tuple[str, ...] | None:
+        """Why a command is not enabled, as a node tells it; None if that cannot be told."""
+        rule = next(r for r in self.rules if r.step is step)
+        if step.event.kind is EventKind.CANCEL:
+            return None
+        found = []
+        if not step.in_phase(state):
+            found.append(f"it is {state[step.phase or '']}")
+        try:
+            carried = step.carried(state)
+        except Undefined:
+            return None
+        blocking = step.blocked_by(state, carried)
+        if any(p.component not in self._components for p in blocking):
+            return None
+        for name in dict.fromkeys(p.component for p in blocking):
+            found.append(f"blocked by {name} in {told_with_stage(state[name])}")
+        for demand in rule.demands:
+            if demand.requirement is not None and not demand.condition.deciding(state, carried)[0]:
+                found.append(demand.text)
+        return tuple(found) if found else None
+
+    def of_state_of(self, step: ExactStep, state: State) -> set[Case]:
+        """The cases of one command in a state."""
+        found: set[Case] = set()
+        rule = next(r for r in self.rules if r.step is step)
+        self._see_rule(rule, state, found)
+        return found
+
+    def _see_edges(
+        self,
+        step: ExactStep,
+        partner: Partner,
+        state: State,
+        carried: Carried,
+        found: set[Case],
+        happens: bool,
+        after: State | None = None,
+    ) -> None:
+        location = state[partner.place]
+        edges = self._guards.get((step.number, partner.component, location), ())
+        for edge, condition in edges:
+            case = step.number, partner.component, edge.line
+            value = True
+            if condition is not None:
+                value, atoms = condition.deciding(state, carried)
+                for number in atoms:
+                    outcome, near = condition.atoms[number].outcome(state, carried)
+                    found.add(("edge", *case, number, outcome, ""))
+                    if near:
+                        found.add(("edge", *case, number, outcome, near))
+            if value:
+                if happens and after is not None:
+                    found.add(("taken", *case))
+                    for key, *_ in edge.assigned:
+                        if after[key] != state[key]:
+                            found.add(("assigned", *case, key))
+                return
+
+    def _see_data(self, step: ExactStep, state: State, found: set[Case]) -> None:
+        for index, (_, condition) in enumerate(self._provides[step.number]):
+            if condition is None:
+                found.add(("provided", step.number, index))
+                return
+            value, atoms = condition.deciding(state)
+            for number in atoms:
+                outcome, near = condition.atoms[number].outcome(state, NOTHING)
+                found.add(("provide", step.number, index, number, outcome, ""))
+                if near:
+                    found.add(("provide", step.number, index, number, outcome, near))
+            if value:
+                found.add(("provided", step.number, index))
+                return
+
+    def atoms(self) -> Sequence[Function]:
+        """The atoms over states alone; two states in which all agree are alike."""
+        conditions = [d.condition for rule in self.rules for d in rule.demands]
+        conditions += [c for edges in self._guards.values() for _, c in edges if c is not None]
+        conditions += [c for found in self._provides.values() for _, c in found if c is not None]
+        return [a.value for c in conditions for a in c.atoms]
+
+
+_NEAR = {
+    "at": "at the number",
+    "below": "just below the number",
+    "above": "just above the number",
+}
+
+
+def _outcomes(condition: DecidedCondition) -> Iterator[tuple[tuple[int, bool, str], str]]:
+    """What each atom can come to, with the text of it."""
+    for number, atom in enumerate(condition.atoms):
+        for value in (True, False):
+            yield (number, value, ""), f"{atom.text}, which is {str(value).lower()},"
+        if atom.sides is None:
+            continue
+        for near, text in _NEAR.items():
+            for value in (True, False):
+                if _can_be(atom, near, value):
+                    yield (number, value, near), f"{atom.text}, {text},"
+
+
+def _can_be(atom: Atom, near: str, value: bool) -> bool:
+    """Whether a comparison has this value there."""
+    word = next(w for w in (" <= ", " >= ", " != ", " < ", " > ", " = ", "") if w in atom.text)
+    true = {
+        " <= ": ("at", "below"), " < ": ("below",), " >= ": ("at", "above"), " > ": ("above",),
+        " = ": ("at",), " != ": ("below", "above"),
+    }.get(word)  # fmt: skip
+    return true is None or (near in true) is value

@@ -1,0 +1,424 @@
+"""Steps of the controlled plant on exact data, compiled to functions.
+
+A state is a dict: component to the name of its location, ``Component.variable`` to its value, and
+``~key`` to the phase of a communication. An event reads what it carries from a dict by path.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+from robosc.emit.controller.whole_guards import whole_guards
+from robosc.expr.evaluation import evaluate, scalar_of
+from robosc.expr.traversal import walk
+from robosc.expr.tree import (
+    REASON,
+    Aggregate,
+    Binary,
+    Call,
+    ElementRef,
+    Expr,
+    Holds,
+    Leaf,
+    Literal,
+    Made,
+    ParameterRef,
+    Part,
+    PhaseRef,
+    StateRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+)
+from robosc.expr.types import DoubleType, IntegerType
+from robosc.language.events import EventKind
+from robosc.language.reasons import REFUSED
+from robosc.model.entities import Data, DataArray, DataObject, Provide
+from robosc.plant.acceptance import resets_of
+from robosc.plant.automaton import Event, LocalAutomaton, VariableKind
+from robosc.plant.event_values import value_parts
+from robosc.plant.logic import exact
+from robosc.runtime.values import Undefined, widen
+from robosc.supervisor import Supervisor
+
+State: TypeAlias = dict[str, Any]
+Carried: TypeAlias = Mapping[Any, Any]
+"""What an event carries: each part that the model reads, by path; None where it is missing."""
+Function: TypeAlias = Callable[[State, Carried], Any]
+
+NOTHING: Carried = {}
+LATE: Carried = {(): None, REASON: "timeout"}
+"""What an error carries that time has caused."""
+
+
+def function(expr: Expr) -> Function:
+    """The expression as a function of a state and of what an event carries.
+
+    It raises Undefined where :func:`robosc.expr.evaluation.evaluate` does.
+    """
+    match expr:
+        case Literal(value=value):
+            return lambda s, v: value
+        case ParameterRef(parameter=parameter):
+            return lambda s, v: parameter.default
+        case StateRef(component=name, places=places):
+            return lambda s, v: s[name] in places
+        case PhaseRef(communication=key, places=places):
+            phase = f"~{key}"
+            return lambda s, v: s[phase] in places
+        case VariableRef(key=key):
+            return lambda s, v: _need(s[key])
+        case ValueRef(path=path):
+            return lambda s, v: _need(v.get(path))
+        case Binary() if expr.operation.is_lazy:
+            left, right, row = function(expr.left), function(expr.right), expr.operation
+            return lambda s, v: row.decided if left(s, v) is row.decider else right(s, v)
+        case Unary() | Binary() | Call() | Part() | Made() if _is_plain(expr):
+            operands, scalar = [function(o) for o in expr.operands], scalar_of(expr)
+            if len(operands) == 2:
+                first, second = operands
+                return lambda s, v: scalar(first(s, v), second(s, v))
+            return lambda s, v: scalar(*[operand(s, v) for operand in operands])
+    return lambda s, v: evaluate(expr, _lookup(s, v))
+
+
+def _is_plain(expr: Expr) -> bool:
+    """Whether all operands are always evaluated, with nothing bound in them."""
+    return not any(
+        isinstance(part, Aggregate | ElementRef | Holds)
+        or (isinstance(part, Call) and part.operator == "else")
+        for part in walk(expr)
+    )
+
+
+def _need(value: Any) -> Any:
+    if value is None:
+        raise Undefined
+    return value
+
+
+def _lookup(state: State, carried: Carried) -> Callable[[Leaf], Any]:
+    def look(leaf: Leaf) -> Any:
+        match leaf:
+            case ValueRef(path=path):
+                return carried.get(path)
+            case VariableRef(key=key):
+                return state[key]
+            case StateRef(component=name, places=places):
+                return state[name] in places
+            case PhaseRef(communication=key, places=places):
+                return state[f"~{key}"] in places
+        raise AssertionError("the plant's tests were replaced by what they test")
+
+    return look
+
+
+def holds(condition: Function, state: State, carried: Carried = NOTHING) -> bool:
+    """Whether a condition is defined and true."""
+    try:
+        return condition(state, carried) is True
+    except Undefined:
+        return False
+
+
+@dataclass(frozen=True)
+class ExactEdge:
+    """An edge of a component, compiled.
+
+    ``assigned`` are variables with their new values, their types, and whether they are in the
+    state of the plant: those that are not stay as they are where a value leaves their range.
+    """
+
+    line: int
+    guard: Function | None
+    condition: Expr | None
+    assigned: tuple[tuple[str, Function, Any, bool], ...]
+    target: str
+
+
+@dataclass(frozen=True)
+class Partner:
+    """A component on an event, compiled: its edges by the location that they leave."""
+
+    component: str
+    place: str
+    blocking: bool
+    edges: Mapping[str, Sequence[ExactEdge]]
+
+    def edge(self, state: State, carried: Carried) -> ExactEdge | None:
+        for edge in self.edges.get(state[self.place], ()):
+            if edge.guard is None or holds(edge.guard, state, carried):
+                return edge
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class ExactStep:
+    """An event, compiled. ``guard`` is what the supervisor demands of a command."""
+
+    event: Event
+    number: int
+    phase: str | None
+    sources: tuple[str, ...]
+    target: str
+    partners: tuple[Partner, ...]
+    guard: Function | None
+    provides: tuple[tuple[Function | None, Provide, Function], ...]
+    carries: bool
+
+    def in_phase(self, state: State) -> bool:
+        return self.phase is None or state[self.phase] in self.sources
+
+    def blocked_by(self, state: State, carried: Carried) -> list[Partner]:
+        return [p for p in self.partners if p.blocking and p.edge(state, carried) is None]
+
+    def after(self, state: State, carried: Carried = NOTHING) -> State | None:
+        """The state after the event; None if it cannot happen."""
+        if not self.in_phase(state):
+            return None
+        found = dict(state)
+        if self.phase is not None:
+            found[self.phase] = self.target
+        for partner in self.partners:
+            edge = partner.edge(state, carried)
+            if edge is None:
+                if partner.blocking:
+                    return None
+                continue
+            found[partner.place] = edge.target
+            for key, value, type_, decides in edge.assigned:
+                try:
+                    new = value(state, carried)
+                except Undefined:
+                    continue
+                bounds = type_.bounds if isinstance(type_, IntegerType) else None
+                if bounds is not None and not bounds[0] <= new <= bounds[1]:
+                    if decides:
+                        return None
+                    continue
+                found[key] = widen(new) if isinstance(type_, DoubleType) else new
+        return found
+
+    def provided(self, state: State) -> tuple[Provide | None, Any]:
+        """The provide statement that gives the data of a command, with the data.
+
+        Raises:
+            Undefined: some of them have not arrived yet, or are not finite.
+        """
+        for condition, provide, data in self.provides:
+            if condition is None or holds(condition, state):
+                return provide, data(state, NOTHING)
+        return None, None
+
+    def allowed(self, state: State) -> bool:
+        """Whether a command can be sent now."""
+        if self.guard is not None and not holds(self.guard, state):
+            return False
+        try:
+            carried = self.carried(state)
+        except Undefined:
+            return False
+        return self.after(state, carried) is not None
+
+    def has_data(self, state: State) -> bool:
+        """Whether there are data to send."""
+        try:
+            self.carried(state)
+        except Undefined:
+            return False
+        return True
+
+    def carried(self, state: State) -> Carried:
+        """What a command carries, as far as the model reads it. Raises Undefined."""
+        if not self.provides:
+            return NOTHING
+        _, data = self.provided(state)
+        return dict(_parts(data)) if self.carries else NOTHING
+
+
+def refused(parts: Carried) -> Carried:
+    """What an answer carries as an error."""
+    return {**parts, REASON: REFUSED}
+
+
+def _parts(data: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, Any]]:
+    yield path, data
+    inner = (
+        data.items()
+        if isinstance(data, dict)
+        else enumerate(data)
+        if isinstance(data, list)
+        else ()
+    )
+    for name, part in inner:
+        yield from _parts(part, (*path, name))
+
+
+def _data(data: Data) -> Function:
+    """Provided data as nested dicts, lists and values."""
+    if isinstance(data, DataObject):
+        fields = [(name, _data(part)) for name, part in data.fields]
+        return lambda s, v: {name: part(s, v) for name, part in fields}
+    if isinstance(data, DataArray):
+        elements = [_data(part) for part in data.elements]
+        return lambda s, v: [part(s, v) for part in elements]
+    value = function(data)
+
+    def finite(state: State, carried: Carried) -> Any:
+        found = value(state, carried)
+        if isinstance(found, float) and not math.isfinite(found):
+            raise Undefined
+        return found
+
+    return finite
+
+
+class Steps:
+    """All events of a supervised plant, compiled.
+
+    ``by_time`` are events, by identity, that only time can cause on the robot; ``rates`` are
+    parameters of the node.
+    """
+
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        by_time: Collection[Any] = (),
+        rates: Mapping[str, float] = MappingProxyType({}),
+    ) -> None:
+        self.supervisor = supervisor
+        self.by_time = frozenset(by_time)
+        self.rates = rates
+        self.plant = supervisor.plant
+        self.robot = self.plant.robot
+        self.guards = {g.event.identity: g for g in whole_guards(supervisor)}
+        wholes = {(e.whole or e).identity: e.whole or e for e in self.plant.events}
+        self.steps = [self._step(n, e) for n, e in enumerate(wholes.values())]
+        self.by_event = {step.event.identity: step for step in self.steps}
+        self.taus = [s for s in self.steps if s.event.kind is EventKind.TAU]
+        commands = [
+            s for s in self.steps if s.event.controllable and s.event.kind is not EventKind.TAU
+        ]
+        self.commands = sorted(commands, key=lambda s: s.event.kind is not EventKind.CANCEL)
+        requests = {s.event.command: s for s in commands if s.event.kind.sent}
+        self.preferred = {
+            key: [requests[other] for other in others if other in requests]
+            for key, others in self.robot.yields_to.items()
+        }
+
+    def _step(self, number: int, event: Event) -> ExactStep:
+        guard = self.guards.get(event.identity)
+        phase = event.phase
+        variables = self.plant.variables
+        values = () if phase is None else variables[phase.variable].values
+        return ExactStep(
+            event,
+            number,
+            None if phase is None else f"~{variables[phase.variable].name}",
+            () if phase is None else tuple(str(values[i]) for i in phase.sources),
+            "" if phase is None else str(values[phase.target]),
+            tuple(self._partner(a, resets_of(event)) for a in event.automata),
+            None if guard is None else function(exact(guard.expr)),
+            tuple(
+                (
+                    None if p.condition is None else function(p.condition),
+                    p,
+                    _data(p.data),
+                )
+                for p in self.robot.provides
+                if event.kind.given and p.communication == event.command
+            )
+            if not self.robot.supervises
+            else (),
+            bool(event.parameters or value_parts(self.robot, event)) if event.kind.sent else False,
+        )
+
+    def _partner(self, automaton: LocalAutomaton, resets: Sequence[LocalAutomaton]) -> Partner:
+        variable = self.plant.variables[automaton.variable]
+        name = f"~{variable.name}" if variable.kind is VariableKind.PHASE else variable.name
+        edges: dict[str, list[ExactEdge]] = {}
+        for edge in automaton.edges:
+            found = edges.setdefault(str(variable.values[edge.source]), [])
+            condition = None if edge.guard is None else exact(edge.guard)
+            keys = [(f"{automaton.component}.{a.variable}", a.value) for a in edge.assignments]
+            found.append(
+                ExactEdge(
+                    edge.span.line,
+                    None if condition is None else function(condition),
+                    condition,
+                    tuple((k, function(v), *self._kind(k)) for k, v in keys),
+                    str(variable.values[edge.target]),
+                )
+            )
+        return Partner(automaton.component, name, automaton.blocking, edges)
+
+    def _kind(self, key: str) -> tuple[Any, bool]:
+        variable = self.robot.variables[key]
+        return variable.type, variable.in_state
+
+    @property
+    def initial(self) -> State:
+        """The initial state, before any internal transition."""
+        found: State = {k: variable.initial for k, variable in self.robot.variables.items()}
+        for variable, index in zip(self.plant.variables, self.plant.initial, strict=True):
+            if variable.kind is VariableKind.PHASE:
+                found[f"~{variable.name}"] = str(variable.values[index])
+            elif variable.kind in (VariableKind.LOCATION, VariableKind.ASSUMPTION):
+                found[variable.name] = str(variable.values[index])
+        return found
+
+    def comes_by_time(self, step: ExactStep) -> bool:
+        """Whether time brings an event, and nothing else."""
+        return step.event.kind.clocked or step.event.identity in self.by_time
+
+    def refusal_of(self, step: ExactStep) -> ExactStep | None:
+        """The error as which an answer counts that is not as expected; None: none is expected."""
+        event = step.event
+        if event.kind is not EventKind.RESPONSE or step.phase is None:
+            return None
+        if self.robot.communications[event.key].expect is None:
+            return None
+        return self.by_event.get((EventKind.ERROR, event.key, 0))
+
+    def enabled(self, step: ExactStep, state: State) -> bool:
+        """Whether a command is allowed, and no enabled command is preferred to it."""
+        others = self.preferred.get(step.event.command, ()) if step.event.kind.sent else ()
+        return step.allowed(state) and not any(other.allowed(state) for other in others)
+
+    def completed(self, state: State, limit: int = 64) -> Iterator[tuple[ExactStep, State, State]]:
+        """Yield the internal transitions that follow, each with the states before and after."""
+        going_on = True
+        while going_on and limit:
+            going_on = False
+            for step in self.taus:
+                if step.guard is not None and not holds(step.guard, state):
+                    continue
+                after = step.after(state)
+                if after is not None and after != state:
+                    yield step, state, after
+                    state, going_on, limit = after, True, limit - 1
+
+    def settled(self, state: State) -> Iterator[tuple[ExactStep, State, State]]:
+        """Yield all that a controller does by itself in a state, each command once."""
+        sent: set[int] = set()
+        going_on = True
+        while going_on:
+            going_on = False
+            for taken in self.completed(state):
+                yield taken
+                state = taken[2]
+            for step in self.commands:
+                if step.number in sent or not self.enabled(step, state):
+                    continue
+                sent.add(step.number)
+                after = step.after(state, step.carried(state))
+                assert after is not None
+                yield step, state, after
+                state, going_on = after, True
+                for taken in self.completed(state):
+                    yield taken
+                    state = taken[2]

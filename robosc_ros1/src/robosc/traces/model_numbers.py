@@ -1,0 +1,130 @@
+"""The constants of a model, and which parts of the robot's values they stand beside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from robosc.expr.traversal import walk
+from robosc.expr.tree import (
+    Binary,
+    Convert,
+    Expr,
+    Literal,
+    ParameterRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+    condition_of,
+)
+from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
+from robosc.model.entities import Robot, data_expressions
+from robosc.plant.automaton import Event
+from robosc.plant.logic import exact
+
+
+def constants(expr: Expr) -> Iterator[Any]:
+    for part in walk(expr):
+        if isinstance(part, Literal):
+            value: Any = part.value
+            if isinstance(value, dict):
+                yield from value.values()
+            elif isinstance(value, tuple):
+                yield from value
+            else:
+                yield value
+        elif isinstance(part, Unary) and part.operator == "-" and isinstance(part.operand, Literal):
+            negative: Any = part.operand.value
+            yield -negative
+        elif isinstance(part, ParameterRef):
+            yield part.parameter.default
+        elif isinstance(part, Convert):
+            for rule in part.type.rules:
+                yield from constants(condition_of(rule))
+
+
+def expressions(robot: Robot, events: Iterable[Event]) -> Iterator[tuple[Expr, frozenset[Any]]]:
+    """The comparisons of the model, and what else has constants, each with what it reads."""
+    whole: list[Expr] = [r.condition for r in robot.requirements]
+    whole += [p.condition for p in robot.provides if p.condition is not None]
+    whole += [e for p in robot.provides for e in data_expressions(p.data)]
+    whole += [a.condition for a in robot.assumptions]
+    whole += [one.condition for one in robot.lasting]
+    owned: list[tuple[Expr, Any]] = [(e, None) for e in whole]
+    for communication in robot.communications.values():
+        if communication.expect is not None:
+            for event in events:
+                if event.key == communication.key:
+                    owned.append((communication.expect, event.identity))
+        for direction in ("response", "feedback", "request"):
+            for event in events:
+                if event.key == communication.key and event.kind.word == direction:
+                    for enum, path in enums(getattr(communication, direction), ()):
+                        for rule in enum.rules:
+                            for part in comparisons(condition_of(rule)):
+                                yield part, frozenset({(event.identity, path), event.identity})
+    for event in events:
+        for automaton in event.automata:
+            for edge in automaton.edges:
+                owned += [(a.value, event.identity) for a in edge.assignments]
+                owned += [] if edge.guard is None else [(exact(edge.guard), event.identity)]
+    for expr, owner in owned:
+        for part in comparisons(expr):
+            reads: set[Any] = set()
+            for leaf in walk(part):
+                if isinstance(leaf, VariableRef):
+                    reads.add(leaf.key)
+                elif isinstance(leaf, ValueRef) and owner is not None:
+                    reads |= {(owner, leaf.path), owner}
+            yield part, frozenset(reads)
+
+
+def enums(type_: Type, path: tuple[Any, ...]) -> Iterator[tuple[EnumType, tuple[Any, ...]]]:
+    match type_:
+        case EnumType():
+            yield type_, path
+        case ObjectType(properties=properties):
+            for name, inner in properties:
+                yield from enums(inner, (*path, name))
+        case ArrayType(element=element):
+            yield from enums(element, path)
+
+
+def comparisons(expr: Expr) -> Iterator[Expr]:
+    """The comparisons in an expression; itself if there are none."""
+    found = [p for p in walk(expr) if isinstance(p, Binary) and p.operation.is_comparison]
+    yield from found or (expr,)
+
+
+def origins(events: Iterable[Event]) -> dict[Any, frozenset[Any]]:
+    """By event and path of a part (None: any), the names under which expressions read it: itself,
+    and the variables that are assigned from it, directly or through others."""
+    flows: dict[str, set[str]] = {}
+    found: dict[Any, set[Any]] = {}
+    for event in events:
+        for automaton in event.automata:
+            for edge in automaton.edges:
+                for assignment in edge.assignments:
+                    key = f"{automaton.component}.{assignment.variable}"
+                    for leaf in walk(assignment.value):
+                        if isinstance(leaf, VariableRef):
+                            flows.setdefault(leaf.key, set()).add(key)
+                        elif isinstance(leaf, ValueRef):
+                            found.setdefault((event.identity, leaf.path), set()).add(key)
+                            found.setdefault((event.identity, None), set()).add(key)
+                if edge.guard is not None:
+                    for leaf in walk(exact(edge.guard)):
+                        if isinstance(leaf, ValueRef):
+                            found.setdefault((event.identity, leaf.path), set())
+                            found.setdefault((event.identity, None), set())
+    for (identity, path), names in found.items():
+        pending = list(names)
+        while pending:
+            for other in flows.get(pending.pop(), ()):
+                if other not in names:
+                    names.add(other)
+                    pending.append(other)
+        names |= {(identity, path)} if path is not None else {identity}
+    for event in events:
+        found.setdefault((event.identity, None), {event.identity})
+    return {key: frozenset(names) for key, names in found.items()}

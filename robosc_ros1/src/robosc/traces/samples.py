@@ -1,0 +1,326 @@
+"""What the robot sends in runs: values at, just below and just above the numbers of the model.
+
+A sample is written as a script writes it: a literal, or literals by path, in the types of ROS,
+before any enum converts them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, TypeAlias
+
+from robosc.emit.package.config import shared_topics
+from robosc.expr.traversal import path_text
+from robosc.expr.tree import (
+    REASON,
+)
+from robosc.expr.types import (
+    ArrayType,
+    BooleanType,
+    DoubleType,
+    EnumType,
+    IntegerType,
+    NoneType,
+    ObjectType,
+    StringType,
+    Type,
+)
+from robosc.language.events import EventKind, Kind
+from robosc.language.reasons import FAILED, REFUSED
+from robosc.model.entities import Robot
+from robosc.plant.automaton import Event
+from robosc.plant.event_values import is_optional, value_parts, value_type
+from robosc.simulate.faults import InvalidLine
+from robosc.simulate.machines.machine import label
+from robosc.simulate.values.event_data import Given, complete, outer_parts, part_given
+from robosc.simulate.values.literals import literal_text
+from robosc.simulate.values.typed_values import within_whole
+from robosc.traces.model_numbers import constants, enums, expressions, origins
+
+NEAR = 1e-6
+"""How far a number is from the one beside which it lies, as a fraction of it, or of 1."""
+MOST = 300
+"""The most samples of one event that are looked at."""
+BASES = 16
+"""So many objects differ in all their parts; others in one from one of these."""
+LENGTHS = (1, 2, 3, 4, 6, 9, 36)
+"""Lengths of arrays, one of which may be that of the message."""
+PLAYED = (FAILED, "rejected", REFUSED)
+"""The reasons of errors that a server can be made to cause; time causes ``timeout``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """What an event carries: ``text`` as in a script, ``given`` for machines, ``parts`` as the
+    plant reads them; ``rounded``: the same as it arrives in fields of 32 bits, if that differs."""
+
+    text: str
+    given: Given
+    parts: Mapping[Any, Any]
+    raw: Any = None
+    rounded: Mapping[Any, Any] | None = None
+    also: tuple[tuple[Event, Mapping[Any, Any]], ...] = ()
+    """The events that the same message is besides, with the parts that they read."""
+
+
+Narrow: TypeAlias = Callable[[Event, Any], Any]
+"""A raw value as it arrives in the fields of an event's message."""
+
+
+def as_it_is(_: Event, raw: Any) -> Any:
+    return raw
+
+
+class Samples:
+    """Values of the inputs of a robot."""
+
+    def __init__(self, robot: Robot, events: Iterable[Event], narrow: Narrow = as_it_is) -> None:
+        self.robot = robot
+        self._narrow = narrow
+        self.events = tuple(events)
+        self._together: dict[str, list[Event]] = {}
+        for _, keys in shared_topics(robot):
+            for key in keys if len(keys) > 1 else ():
+                others = [e for e in self.events if e.key in keys and e.key != key]
+                self._together[key] = [e for e in others if e.kind is EventKind.RESPONSE]
+        self._expressions = list(expressions(robot, self.events))
+        self._read_by = origins(self.events)
+
+    def of(self, event: Event) -> list[Sample]:
+        """The samples of an event, the plainest first; one without value if it carries none."""
+        found: dict[str, Sample] = {}
+        for raw in map(_flat, self._raws(event)):
+            text = _text(raw)
+            if text not in found and (sample := self._sample(event, raw, text)) is not None:
+                found[text] = sample
+            if len(found) >= MOST:
+                break
+        return list(found.values())
+
+    def converts(self, event: Event) -> bool:
+        """Whether an enum makes something else of a part of the value."""
+        type_ = value_type(self.robot, event)
+        return any(True for _ in enums(type_, ()))
+
+    def around(self, event: Event, sample: Sample) -> list[Sample]:
+        """The samples that differ from one in a single part."""
+        if not isinstance(sample.raw, dict):
+            return self.of(event)
+        type_ = value_type(self.robot, event)
+        if not isinstance(type_, ObjectType):
+            return [sample]
+        found: dict[str, Sample] = {}
+        for name, values in self._columns(event, type_).items():
+            for value in values[: MOST // 4]:
+                raw = _flat({**sample.raw, name: value})
+                if (text := _text(raw)) not in found:
+                    other = self._sample(event, raw, text)
+                    if other is not None:
+                        found[text] = other
+        return list(found.values())
+
+    def _sample(self, event: Event, raw: Any, text: str) -> Sample | None:
+        try:
+            given = complete(self.robot, event, raw, label(event))
+            narrow = self._narrow(event, raw)
+            arrived = given if narrow == raw else complete(self.robot, event, narrow, label(event))
+            also = []
+            for other in self._together.get(event.key, ()) if event.kind.word == "response" else ():
+                others = complete(self.robot, other, raw, label(other))
+                also.append((other, self._parts(other, others)))
+                given = {**others, **given}
+        except InvalidLine:
+            return None
+        rounded = None if narrow == raw else self._parts(event, arrived)
+        return Sample(text, given, self._parts(event, given), raw, rounded, tuple(also))
+
+    def _parts(self, event: Event, given: Given) -> Mapping[Any, Any]:
+        parts = {p.path: part_given(given, p.path, p.type) for p in event.parameters if not p.test}
+        parts |= {p: part_given(given, p, t) for p, t in value_parts(self.robot, event).items()}
+        parts[()] = given.get((), parts.get(()))
+        if event.kind is EventKind.ERROR:
+            parts[REASON] = given.get(REASON) or FAILED
+        return {**given, **parts}
+
+    def _raws(self, event: Event) -> Iterator[Any]:
+        type_ = value_type(self.robot, event)
+        values = [None] if isinstance(type_, NoneType) else list(self._values(event, type_))
+        if is_optional(self.robot, event):
+            values.insert(0, None)
+        if not any(p.path == REASON for p in event.parameters):
+            yield from values
+            return
+        kind = self.robot.communications[event.key].kind
+        for word in PLAYED[:1] if kind is Kind.SERVICE else PLAYED[:2]:
+            for value in values:
+                yield {"reason": word, **({} if value is None else _fields(value))}
+
+    def _values(self, event: Event, type_: Type) -> Iterator[Any]:
+        if not isinstance(type_, ObjectType):
+            yield from self._of_type(event, (), type_)
+            return
+        yield from _combined(self._columns(event, type_))
+        if any(isinstance(s, int) for path in outer_parts(self.robot, event) for s in path):
+            yield {}  # no element arrives
+
+    def _columns(self, event: Event, type_: ObjectType) -> dict[str, list[Any]]:
+        """The values of each part that is read, by its path."""
+        outer = outer_parts(self.robot, event)
+        if list(outer) == [()]:
+            outer = {(name,): inner for name, inner in type_.properties}
+        found: dict[str, list[Any]] = {}
+        while outer:
+            path = next(iter(outer))
+            part = outer.pop(path)
+            if isinstance(part, ObjectType):
+                outer |= {(*path, n): t for n, t in part.properties if n != "header"}
+            elif path[-1:] != ("header",):
+                name = path_text(path)
+                found[name] = _likely(name, list(self._of_type(event, path, part)) or [None])
+        return found
+
+    def _of_type(self, event: Event, path: tuple[Any, ...], type_: Type) -> Iterator[Any]:
+        while isinstance(type_, EnumType):
+            type_ = within_whole(type_)
+        match type_:
+            case BooleanType():
+                yield from (False, True)
+            case StringType():
+                yield from self._strings(event, path)
+            case IntegerType(bounds=bounds):
+                yield from self._integers(event, path, bounds)
+            case DoubleType():
+                yield from self._numbers(event, path)
+            case ArrayType(element=element):
+                yield from self._arrays(event, path, element)
+            case ObjectType(properties=properties):
+                names = [(n, list(self._of_type(event, (*path, n), t))) for n, t in properties]
+                yield from _combined(dict(names))
+
+    # --- numbers of the model ----------------------------------------------------------------
+
+    def _literals(self, event: Event, path: tuple[Any, ...]) -> list[Any]:
+        """The constants that stand beside a part of the event's value, or beside a variable that
+        gets it."""
+        names = self._read_by.get((event.identity, path), frozenset())
+        wide = self._read_by.get((event.identity, None), frozenset())
+        near = [v for e, reads in self._expressions if reads & names for v in constants(e)]
+        return near or [v for e, reads in self._expressions if reads & wide for v in constants(e)]
+
+    def _numbers(self, event: Event, path: tuple[Any, ...]) -> Iterator[float]:
+        found = [float(v) for v in self._literals(event, path) if _is_number(v)]
+        finite = sorted({v for v in found if math.isfinite(v) and abs(v) < 1e30} or {0.0})
+        more = {a * b for a in finite for b in finite} if len(finite) < 6 else set()
+        more |= {a / b for a in finite for b in finite if b} if len(finite) < 6 else set()
+        far = [finite[0] - 1.0, finite[-1] + 1.0]
+        far += [(a + b) / 2 for a, b in pairwise(finite)]
+        near = [v + sign * NEAR * max(1.0, abs(v)) for v in finite for sign in (0, -1, 1)]
+        rest = sorted(more | {-v for v in finite} | {0.0})
+        yield from map(_rounded, dict.fromkeys([*far, *near, *rest]))
+
+    def _integers(
+        self, event: Event, path: tuple[Any, ...], bounds: tuple[int, int] | None
+    ) -> Iterator[int]:
+        low, high = bounds or (-(2**31), 2**31 - 1)
+        numbers = [v for v in self._literals(event, path) if _is_number(v) and abs(v) < 2**31]
+        exact = sorted({int(v) for v in numbers})
+        numbers = numbers if len(set(numbers)) < 6 else []
+        products = {round(a * b) for a in numbers for b in numbers if abs(a * b) < 2**31}
+        found = list(dict.fromkeys([*exact, *sorted(products)]))
+        values = [0, *(v + step for v in found or [0] for step in (0, -1, 1))]
+        values += [*(bounds or ()), sum(v for v in found if v > 0), 1, 2, 3]
+        yield from dict.fromkeys(v for v in values if low <= v <= high)
+
+    def _strings(self, event: Event, path: tuple[Any, ...]) -> Iterator[str]:
+        found = [v for v in self._literals(event, path) if isinstance(v, str)]
+        yield from dict.fromkeys([*found, "other"])
+
+    def _arrays(self, event: Event, path: tuple[Any, ...], element: Type) -> Iterator[Any]:
+        """Arrays of equal elements, and those of which one differs."""
+        indexes = [
+            p[len(path)]
+            for p in value_parts(self.robot, event)
+            if p[: len(path)] == path and len(p) > len(path) and isinstance(p[len(path)], int)
+        ]
+        longest = max([4, *(abs(int(i)) for i in indexes)]) + 1
+        items = list(self._of_type(event, path, element))
+        usual = items[:2]
+        for item in items:
+            yield [item] * longest
+        for length in LENGTHS:
+            for item in usual:
+                yield [item] * length
+        for place in dict.fromkeys([*map(int, indexes), longest // 2, 0]):
+            for item in items[:12]:
+                for rest in usual:
+                    array = [rest] * longest
+                    array[place] = item
+                    yield array
+        yield []
+
+
+def _combined(columns: Mapping[str, list[Any]]) -> Iterator[dict[str, Any]]:
+    """Objects that differ in all their parts, and then those that differ in one."""
+
+    def base(number: int) -> dict[str, Any]:
+        return {
+            name: values[(number * (2 * index + 1) + index * (number > 1)) % len(values)]
+            for index, (name, values) in enumerate(columns.items())
+            if values
+        }
+
+    bases = [base(number) for number in range(BASES)]
+    yield from bases
+    rounds = max(map(len, columns.values()), default=0)
+    for number in range(rounds):
+        for name, values in columns.items():
+            if number < len(values):
+                for one in bases[:4]:
+                    yield {**one, name: values[number]}
+
+
+def _flat(raw: Any) -> Any:
+    """A raw value of which each part has its own path."""
+    if not isinstance(raw, dict):
+        return raw
+    found: dict[str, Any] = {}
+    for name, value in raw.items():
+        if isinstance(value, dict):
+            inner = _flat(value)
+            found |= {f"{name}.{path}" if name else path: part for path, part in inner.items()}
+        else:
+            found[name] = value
+    return found
+
+
+_OF_SCANS = {"angle_min": -1.0, "angle_increment": 0.5, "range_min": 0.05, "range_max": 100.0}
+"""What tells the directions and limits of a scan."""
+
+
+def _likely(name: str, values: list[Any]) -> list[Any]:
+    usual = _OF_SCANS.get(name.rpartition(".")[2])
+    return values if usual is None else [usual]
+
+
+def _fields(value: Any) -> dict[str, Any]:
+    return dict(value) if isinstance(value, dict) else {"": value}
+
+
+def _text(raw: Any) -> str:
+    if raw is None:
+        return ""
+    if not isinstance(raw, dict):
+        return literal_text(raw, quoted=True)
+    parts = [(name, literal_text(v, quoted=name != "reason")) for name, v in raw.items()]
+    return ", ".join(f"{name}: {text}" if name else text for name, text in parts)
+
+
+def _rounded(number: float) -> float:
+    return float(repr(round(number, 12)))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -1,0 +1,259 @@
+"""The scripts of a package's test: chosen runs, and what no run shows."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from robosc.emit.controller.naming import file_of, place
+from robosc.emit.controller.python_literals import assignment
+from robosc.emit.package.config import Config
+from robosc.expr.tree import FALSE
+from robosc.language.events import EventKind, Kind
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.simulate.machines.machine import label
+from robosc.simulate.start import supervisor_with
+from robosc.simulate.values.literals import literal_text
+from robosc.supervisor import Supervisor
+from robosc.traces.coverage import Case, Coverage
+from robosc.traces.exact_steps import Steps
+from robosc.traces.narrow_fields import narrowing
+from robosc.traces.recorder import Recorder, ScriptedRun
+from robosc.traces.samples import Narrow, Samples, as_it_is
+from robosc.traces.search import Edge, InputGraph, scaled
+
+LONGEST_RUN = 120
+"""The most inputs of a run, unless it is on its way to something."""
+RUNS, INPUTS = 60, 2000
+"""The most runs, and the most inputs of all of them."""
+BEATS = 2
+"""The most periods that pass after an input."""
+ATTEMPTS = 2
+"""How often a case is tried whose way did not lead there."""
+
+
+@dataclass(frozen=True)
+class Traces:
+    """The runs of a package's test, and the cases, with those that are shown by none."""
+
+    runs: tuple[ScriptedRun, ...]
+    cases: dict[Case, str]
+    shown: frozenset[Case]
+    coverage: Coverage
+    why: str
+    """Why cases are not shown."""
+
+
+def choose(
+    supervisor: Supervisor,
+    narrow: Narrow = as_it_is,
+    by_time: Collection[Any] = (),
+    rates: Mapping[str, float] = MappingProxyType({}),
+) -> Traces:
+    """Choose the runs of a supervised robot; ``by_time`` and ``rates`` are as in Steps."""
+    steps = Steps(supervisor, by_time, rates)
+    coverage = Coverage(steps)
+    samples = Samples(steps.robot, [s.event for s in steps.steps], narrow)
+    search = InputGraph(steps, coverage, samples)
+    search.explore()
+    wanted = set(search.seen)
+    told: set[Any] = set()
+    attempts: dict[Case, int] = {}
+    runs: list[ScriptedRun] = []
+    shown: set[Case] = set()
+    left = scaled(INPUTS, coverage)
+    while wanted and len(runs) < RUNS and left > 0:
+        recorder = Recorder(supervisor, steps, coverage, told)
+        shown |= recorder.run.cases
+        wanted -= shown
+        progress = _extend(recorder, search, wanted, shown, attempts)
+        if not progress:
+            if not runs:
+                runs.append(recorder.run)
+            break
+        runs.append(recorder.run)
+        left -= len(recorder.run.lines)
+    _annotate(runs, coverage)
+    why = f"not found in {search.tried:,} inputs"
+    shown &= coverage.cases.keys()
+    return Traces(tuple(runs), coverage.cases, frozenset(shown), coverage, why)
+
+
+def _annotate(runs: Sequence[ScriptedRun], coverage: Coverage) -> None:
+    """Note at each line what of requirements it is the first one to show."""
+    told: set[Case] = set()
+    for run in runs:
+        for number, line in enumerate(run.lines):
+            new = [c for c in coverage.cases if c in line.cases and c not in told]
+            told.update(new)
+            notes: dict[str, list[str]] = {}
+            for case in new:
+                if case[0] == "demand":
+                    demand = coverage.rules_by_number[case[1]].demands[case[2]]
+                    name = f"{demand.place}, {label(coverage.rules_by_number[case[1]].step.event)}"
+                    notes.setdefault(name, []).append(coverage.outcomes[case])
+            texts = tuple(f"{name}: {'; '.join(parts)}" for name, parts in notes.items())
+            run.lines[number] = replace(line, notes=texts)
+
+
+def _extend(
+    recorder: Recorder,
+    search: InputGraph,
+    wanted: set[Case],
+    shown: set[Case],
+    attempts: dict[Case, int],
+) -> bool:
+    """Lead a run to wanted cases until there are none near; whether it showed any."""
+    progress = False
+    inputs = 0
+    while wanted and inputs < LONGEST_RUN:
+        if recorder.is_over:
+            break
+        node = search.node(recorder.state)
+        search.expand(node)
+        path = search.path(node, wanted)
+        if path is None:
+            break
+        for edge in path:
+            new = _play(recorder, search, edge, wanted)
+            inputs += 1
+            progress = progress or bool(new)
+            shown |= new
+            wanted -= new
+        for case in path[-1][2] & wanted:
+            attempts[case] = attempts.get(case, 0) + 1
+            if attempts[case] >= ATTEMPTS:
+                wanted.discard(case)
+    return progress
+
+
+def _play(recorder: Recorder, search: InputGraph, edge: Edge, wanted: set[Case]) -> set[Case]:
+    """Do an input; let beats pass in which commands follow that it allows, and in which it shows
+    that one is not sent. Return the wanted cases that were shown."""
+    if recorder.is_over:
+        return set()
+    move, target, cases = edge
+    lines = recorder.run.lines
+    at = len(lines)
+    recorder.play(move)
+    for _ in range(BEATS):
+        new = set().union(*(line.cases for line in lines[at:])) & wanted
+        arrived = search.node(recorder.state) is target
+        if recorder.is_over or (arrived and not (cases & wanted) - new and not _forbids(new)):
+            break
+        recorder.beat()
+        if _forbids(new):
+            break
+    return set().union(*(line.cases for line in lines[at:])) & wanted
+
+
+def _forbids(cases: set[Case]) -> bool:
+    """Whether one of the cases is that a command must not come."""
+    return any(c[0] in ("blocked", "yields") or (c[0] == "demand" and not c[-2]) for c in cases)
+
+
+def test_files(supervisor: Supervisor, model: Path, target: str, config: Config) -> dict[str, str]:
+    """The files of the test of a controller's package, by path; ``target`` is ``ros1`` or
+    ``ros2``, ``model`` the file of the model."""
+    configured = supervisor_with(supervisor, config.parameters)
+    robot = configured.plant.robot
+    definitions = MessageDefinitions.for_model(model, ros_version=target[-1])
+    services = [c.key for c in robot.communications.values() if c.kind is Kind.SERVICE]
+    # A service of ROS 2 cannot tell that it has failed.
+    by_time = [(EventKind.ERROR, key, 0) for key in services if target == "ros2"]
+    rates = {n: float(v) for n, v in config.parameters.items() if n.startswith("rate/")}
+    traces = choose(configured, narrowing(robot, definitions), by_time, rates)
+    return files(configured, traces, config.untested)
+
+
+def files(supervisor: Supervisor, traces: Traces, untested: Collection[str]) -> dict[str, str]:
+    """The files of a package's test, by path: a script for each run, and what they show.
+
+    ``untested`` are the commands that need not be shown, because the model's owner says so.
+    """
+    digits = len(str(len(traces.runs)))
+    names = [f"run_{number:0{digits}}" for number in range(1, len(traces.runs) + 1)]
+    found = {
+        f"test/scripts/{name}.sim": script(supervisor, run, name)
+        for name, run in zip(names, traces.runs, strict=True)
+    }
+    source = file_of(supervisor.plant.robot.span)
+    found["test/shown.py"] = (
+        f"# This file was generated by robosc from {source}. Do not edit it: change the model.\n"
+        '"""What the scripts show: requirements met and violated, and what none of them shows."""\n'
+        "\n"
+        + assignment("REQUIREMENTS", _requirements(supervisor, traces, names))
+        + assignment("UNTESTED", _untested(traces, untested))
+        + assignment("UNSHOWN", [t for c, t in traces.cases.items() if c not in traces.shown])
+    )
+    return found
+
+
+def _requirements(supervisor: Supervisor, traces: Traces, names: Sequence[str]) -> list[Any]:
+    """Each requirement on commands: text, place, and for true and false the scripts that show it,
+    or why none does."""
+    rows = []
+    for index, requirement in enumerate(supervisor.plant.robot.requirements):
+        demands = {
+            (rule.step.number, n)
+            for rule in traces.coverage.rules
+            for n, demand in enumerate(rule.demands)
+            if demand.requirement == index
+        }
+        if not demands:
+            continue
+        sides = [
+            [
+                name
+                for name, run in zip(names, traces.runs, strict=True)
+                if any(
+                    c[0] == "demand" and c[1:3] in demands and bool(c[-2]) is value
+                    for c in run.cases
+                )
+            ]
+            for value in (True, False)
+        ]
+        why = traces.why
+        told = [(shown, "" if shown else f"not shown ({why})") for shown in sides]
+        rows.append((requirement.text, place(requirement.span), *told))
+    return rows
+
+
+def _untested(traces: Traces, untested: Collection[str]) -> list[str]:
+    """The commands that no run sends, though the supervisor allows them somewhere."""
+    found = []
+    for rule in traces.coverage.rules:
+        event = rule.step.event
+        guard = traces.coverage.steps.guards.get(event.identity)
+        never = guard is not None and guard.expr == FALSE
+        if ("sent", rule.step.number) not in traces.shown and not never:
+            names = (event.name, label(event))
+            if not untested or not set(names) & set(untested):
+                found.append(
+                    f"{label(event)} is not shown ({traces.why}); see untested in robosc.yaml"
+                )
+    return found
+
+
+def script(supervisor: Supervisor, run: ScriptedRun, title: str) -> str:
+    """A run as a script of ``robosc simulate --execute``."""
+    robot = supervisor.plant.robot
+    lines = [
+        f"# This file was generated by robosc from {file_of(robot.span)}. Do not edit it.",
+        f"# {title} of {robot.name}",
+    ]
+    lines += [f"set {name} {literal_text(value)}" for name, value in run.parameters.items()]
+    lines += _lines(run)
+    return "\n".join(lines) + "\n"
+
+
+def _lines(run: ScriptedRun) -> Iterator[str]:
+    for line in run.lines:
+        yield from (f"# {note}" for note in line.notes)
+        if line.text:
+            yield line.text
+        for expected in line.expected:
+            yield f"expect {expected}"

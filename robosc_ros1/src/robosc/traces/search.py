@@ -1,0 +1,284 @@
+"""The search for states in which cases are shown: a graph of inputs, bounded by its steps.
+
+A node stands for all states that agree in locations, phases, finite variables and in the atoms of
+all conditions; its own state is the first that was reached. An edge is one input, with all that the
+controller does about it. What is found depends on nothing but the model.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections import Counter, deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from robosc.expr.traversal import walk
+from robosc.expr.tree import VariableRef
+from robosc.expr.types import IntegerType, domain
+from robosc.language.events import Kind
+from robosc.runtime.values import Undefined
+from robosc.traces.coverage import Case, Coverage
+from robosc.traces.exact_steps import LATE, NOTHING, ExactStep, State, Steps, refused
+from robosc.traces.samples import Sample, Samples
+
+BUDGET, LEAST = 20000, 60
+"""The most inputs that are tried, and the least, however large a model is."""
+LARGE = 300
+"""So many cases a model may have before less is tried: more cases take longer for each input."""
+USUAL, TRIES = 8, 80
+"""So many samples of an event are tried in each node, and more where there are few events."""
+
+CONVERTED, FIRST = 16, 8
+"""So many samples are tried in the first nodes where enums convert them."""
+
+COUNTED = 6
+"""So far states differ in what a model counts."""
+
+SILENT = Sample("", {}, NOTHING)
+"""What time brings."""
+Move: TypeAlias = tuple[ExactStep, Sample]
+"""An input: an event of the robot, or one that the passing of time causes."""
+
+
+@dataclass(eq=False)
+class Node:
+    """A class of states; ``edges`` are empty until it is expanded."""
+
+    state: State
+    kind: tuple[Any, ...]
+    number: int
+    edges: list[Edge] = field(default_factory=list)
+    is_expanded: bool = False
+
+
+class InputGraph:
+    """The graph as far as it is known."""
+
+    def __init__(self, steps: Steps, coverage: Coverage, samples: Samples) -> None:
+        self.steps = steps
+        self.coverage = coverage
+        self.seen: set[Case] = set()
+        """All cases that some edge shows."""
+        self.tried = 0
+        self._budget = scaled(BUDGET, coverage)
+        self._nodes: dict[Any, Node] = {}
+        self._expanded: Counter[Any] = Counter()
+        self._waiting: list[tuple[int, int, Node]] = []
+        self._converted: set[int] = set()
+        """The events of whose value an enum makes another one."""
+        self._promising: deque[tuple[Node, ExactStep, Sample]] = deque()
+        near: dict[Case, set[Case]] = {}
+        for case in coverage.cases:
+            if case[0] in ("demand", "edge", "provide") and case[-1]:
+                for value in (True, False):
+                    near.setdefault((*case[:-2], value, ""), set()).add(case)
+        self._near = {case: frozenset(others) for case, others in near.items()}
+        robot = steps.robot
+        self._atoms = list({id(a): a for a in coverage.atoms()}.values())
+        self._finite = [k for k, v in robot.variables.items() if domain(v.type) is not None]
+        self._counters = [k for k in dict.fromkeys(_counters(steps)) if k not in self._finite]
+        self._places = [c.name for c in robot.components if c.behaviour is not None]
+        calls = (Kind.OUTGOING, Kind.INCOMING)
+        phases = {f"~{k}": c.kind in calls for k, c in robot.communications.items()}
+        self._calls = [
+            p for p, is_message in phases.items() if p in steps.initial and not is_message
+        ]
+        self._messages = [
+            p for p, is_message in phases.items() if p in steps.initial and is_message
+        ]
+        self._samples = samples
+        robots = [s for s in steps.steps if not s.event.controllable]
+        self._usual = max(USUAL, TRIES // max(1, len(robots)))
+        self._inputs = [(s, self._distinct(s)) for s in robots]
+        state = steps.initial
+        for step, before, after in steps.settled(state):
+            self.seen |= coverage.of_step(step, before, step.carried(before), after)
+            state = after
+        self.seen |= coverage.of_state(state)
+        self.start = self.node(state)
+
+    def node(self, state: State) -> Node:
+        kind, key = self._key(state)
+        found = self._nodes.get(key)
+        if found is None:
+            found = self._nodes[key] = Node(state, kind, len(self._nodes))
+            heapq.heappush(self._waiting, (self._expanded[kind], found.number, found))
+        return found
+
+    def _key(self, state: State) -> tuple[Any, Any]:
+        kind = (*(state.get(n) for n in self._places), *(state[p] for p in self._calls))
+        atoms = []
+        for atom in self._atoms:
+            try:
+                atoms.append(atom(state, NOTHING))
+            except Undefined:
+                atoms.append(None)
+        rest = (
+            *(state[p] for p in self._messages),
+            *(repr(state[k]) for k in self._finite),
+            *(max(-COUNTED, min(COUNTED, state[k] or 0)) for k in self._counters),
+        )
+        return kind, (kind, rest, tuple(atoms))
+
+    def explore(self) -> None:
+        """Expand nodes until all cases are seen, or the budget is spent."""
+        wanted = self.coverage.cases.keys()
+        self.expand(self.start)
+        while self.tried < self._budget and not wanted <= self.seen:
+            if self._promising:
+                self._refine(*self._promising.popleft())
+            elif self._waiting:
+                times, number, node = heapq.heappop(self._waiting)
+                if self._expanded[node.kind] > times:
+                    heapq.heappush(self._waiting, (self._expanded[node.kind], number, node))
+                else:
+                    self.expand(node)
+            else:
+                break
+
+    def _distinct(self, step: ExactStep) -> list[Sample]:
+        """The samples of an event that differ in what they do, wherever its components are."""
+        if self.steps.comes_by_time(step):
+            return [SILENT if step.event.kind.clocked else Sample("", {}, LATE)]
+        states = self._places_of(step)
+        found: dict[Any, Sample] = {}
+        for sample in self._samples.of(step.event):
+            ends = (step.after(state, sample.parts) for state in states)
+            keys = tuple(None if end is None else self._key(end)[1] for end in ends)
+            found.setdefault(keys, sample)
+        if self._samples.converts(step.event):
+            more = self._samples.of(step.event)[:CONVERTED]
+            self._converted.add(step.number)
+            return list(dict.fromkeys([*found.values(), *more]))
+        return list(found.values())
+
+    def _places_of(self, step: ExactStep) -> list[State]:
+        """States in which each component is at each place that it leaves with an event."""
+        start = dict(self.steps.initial)
+        if step.phase is not None and step.sources:
+            start[step.phase] = step.sources[0]
+        leaving = [(p.place, list(p.edges)) for p in step.partners if p.edges]
+        count = max((len(places) for _, places in leaving), default=1)
+        return [
+            start | {place: places[n % len(places)] for place, places in leaving}
+            for n in range(count)
+        ]
+
+    def expand(self, node: Node) -> None:
+        """Try the inputs of a node."""
+        if node.is_expanded or self.tried > 2 * self._budget:
+            return
+        node.is_expanded = True
+        self._expanded[node.kind] += 1
+        for step, samples in self._inputs:
+            if step.in_phase(node.state):
+                is_first = step.number in self._converted and node.number < FIRST
+                self._try(node, step, samples[: CONVERTED if is_first else self._usual])
+
+    def _refine(self, node: Node, step: ExactStep, sample: Sample) -> None:
+        """Try what differs little from a sample that has shown that a number decides."""
+        self._try(node, step, self._samples.around(step.event, sample))
+
+    def _try(self, node: Node, step: ExactStep, samples: list[Sample]) -> None:
+        known = {(m[0].number, t.number, c) for m, t, c in node.edges}
+        for sample in samples:
+            self.tried += 1
+            found = self.taken(node.state, step, sample)
+            if found is None:
+                continue
+            state, cases = found
+            target = self.node(state)
+            sort = step.number, target.number, cases
+            if sort in known:
+                continue
+            known.add(sort)
+            node.edges.append(((step, sample), target, cases))
+            new = cases - self.seen
+            self.seen |= cases
+            if any(self._near.get(case, frozenset()) - self.seen for case in new):
+                self._promising.append((node, step, sample))
+
+    def taken(
+        self, state: State, step: ExactStep, sample: Sample
+    ) -> tuple[State, frozenset[Case]] | None:
+        """The state after an input and all that follows, and the cases that it shows; None if it is
+        not possible, or if fields of 32 bits make a difference."""
+        cases: set[Case] = set()
+        parts, rounded = sample.parts, sample.rounded
+        after = step.after(state, parts)
+        if after is None and (refusal := self.steps.refusal_of(step)) is not None:
+            cases |= self.coverage.of_refusal(step, state, parts)
+            step, parts = refusal, refused(parts)
+            rounded = None if rounded is None else refused(rounded)
+            after = step.after(state, parts)
+        if after is None:
+            return None
+        if rounded is not None:
+            near = step.after(state, rounded)
+            if near is None or self._key(near)[1] != self._key(after)[1]:
+                return None
+        cases |= self.coverage.of_step(step, state, parts, after)
+        for event, others in sample.also:
+            other = self.steps.by_event[event.identity]
+            before, then = after, other.after(after, others)
+            if then is not None:
+                after = then
+                cases |= self.coverage.of_step(other, before, others, after)
+        if step.number in self._converted:
+            cases.add(("value", step.number, sample.text))
+        state = after
+        for taken, before, after in self.steps.settled(state):
+            cases |= self.coverage.of_step(taken, before, taken.carried(before), after)
+            state = after
+        cases |= self.coverage.of_state(state)
+        return state, frozenset(cases)
+
+    def path(self, start: Node, wanted: set[Case]) -> list[Edge] | None:
+        """The shortest known way to an edge that shows wanted cases, the most of those at the same
+        distance; None if there is none."""
+        came: dict[int, tuple[Node, Edge] | None] = {start.number: None}
+        queue = deque([(start, 0)])
+        best: tuple[int, Node, Edge] | None = None
+        reach = None
+        while queue:
+            node, depth = queue.popleft()
+            if reach is not None and depth > reach:
+                break
+            for edge in node.edges:
+                count = len(edge[2] & wanted)
+                if count and (best is None or count > best[0]):
+                    best, reach = (count, node, edge), depth
+                if edge[1].number not in came:
+                    came[edge[1].number] = node, edge
+                    queue.append((edge[1], depth + 1))
+        if best is None:
+            return None
+        edges = [best[2]]
+        step = came[best[1].number]
+        while step is not None:
+            node, edge = step
+            edges.append(edge)
+            step = came[node.number]
+        return edges[::-1]
+
+
+def scaled(most: int, coverage: Coverage) -> int:
+    """The number of inputs that takes no longer with the cases of a large model."""
+    return max(LEAST, int(most * min(1.0, LARGE / len(coverage.cases or "1")) ** 2))
+
+
+def _counters(steps: Steps) -> Iterator[str]:
+    """The integer variables that are assigned from themselves."""
+    for event in steps.plant.events:
+        for automaton in event.automata:
+            for edge in automaton.edges:
+                for assignment in edge.assignments:
+                    key = f"{automaton.component}.{assignment.variable}"
+                    reads = (p.key for p in walk(assignment.value) if isinstance(p, VariableRef))
+                    if key in reads and isinstance(steps.robot.variables[key].type, IntegerType):
+                        yield key
+
+
+Edge: TypeAlias = tuple[Move, Node, frozenset[Case]]
+"""An input, the node that it leads to, and the cases that are shown on the way."""
