@@ -30,6 +30,7 @@ from robosc.traces.exact_steps import (
     Partner,
     State,
     Steps,
+    holds,
 )
 
 Case: TypeAlias = tuple[Any, ...]
@@ -175,19 +176,21 @@ class Coverage:
     def of_state(self, state: State) -> set[Case]:
         """The cases of a state in which the controller waits."""
         found: set[Case] = set()
-        for rule in self.rules:
-            self._see_rule(rule, state, found)
+        for rule in () if self.steps.guards_others else self.rules:
+            self._see_rule(rule, state, found, None)
         for step in self.steps.taus:
             for partner in step.partners:
                 self._see_edges(step, partner, state, NOTHING, found, False)
         return found
 
-    def _see_rule(self, rule: CommandDemands, state: State, found: set[Case]) -> None:
+    def _see_rule(
+        self, rule: CommandDemands, state: State, found: set[Case], carried: Carried | None
+    ) -> None:
         step = rule.step
         if not step.in_phase(state):
             return
         try:
-            carried = step.carried(state)
+            carried = step.carried(state) if carried is None else carried
         except Undefined:
             return
         blocking = step.blocked_by(state, carried)
@@ -222,7 +225,7 @@ class Coverage:
         if step.event.controllable:
             if step.event.kind is not EventKind.TAU:
                 found.add(("sent", step.number))
-                found |= self.of_state_of(step, state)
+                found |= self.of_state_of(step, state, carried)
                 self._see_data(step, state, found)
         else:
             found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
@@ -238,19 +241,30 @@ class Coverage:
                 self._see_edges(step, partner, state, carried, found, False)
         return found
 
-    def reasons(self, step: ExactStep, state: State) -> tuple[str, ...] | None:
+    def allows(self, step: ExactStep, state: State, carried: Carried) -> bool:
+        """Whether a command of another controller may pass."""
+        rule = self.rules_by_number[step.number]
+        met = all(demand.condition.deciding(state, carried)[0] for demand in rule.demands)
+        guarded = step.guard is None or holds(step.guard, state, carried)
+        return met and guarded and step.after(state, carried) is not None
+
+    def reasons(
+        self, step: ExactStep, state: State, carried: Carried | None = None
+    ) -> tuple[str, ...] | None:
         """Why a command is not enabled, as a node tells it; None if that cannot be told."""
-        rule = next(r for r in self.rules if r.step is step)
+        rule = self.rules_by_number[step.number]
         if step.event.kind is EventKind.CANCEL:
             return None
         found = []
         if not step.in_phase(state):
             found.append(f"it is {state[step.phase or '']}")
         try:
-            carried = step.carried(state)
+            carried = step.carried(state) if carried is None else carried
         except Undefined:
             return None
         blocking = step.blocked_by(state, carried)
+        if step.in_phase(state) and not blocking and step.after(state, carried) is None:
+            return None
         if any(p.component not in self._components for p in blocking):
             return None
         for name in dict.fromkeys(p.component for p in blocking):
@@ -260,11 +274,15 @@ class Coverage:
                 found.append(demand.text)
         return tuple(found) if found else None
 
-    def of_state_of(self, step: ExactStep, state: State) -> set[Case]:
-        """The cases of one command in a state."""
+    def of_state_of(
+        self, step: ExactStep, state: State, carried: Carried | None = None
+    ) -> set[Case]:
+        """The cases of one command in a state; ``carried`` is what another controller sends."""
         found: set[Case] = set()
-        rule = next(r for r in self.rules if r.step is step)
-        self._see_rule(rule, state, found)
+        guards = self.steps.guards_others
+        self._see_rule(
+            self.rules_by_number[step.number], state, found, carried if guards else None
+        )
         return found
 
     def _see_edges(
@@ -317,7 +335,9 @@ class Coverage:
         conditions = [d.condition for rule in self.rules for d in rule.demands]
         conditions += [c for edges in self._guards.values() for _, c in edges if c is not None]
         conditions += [c for found in self._provides.values() for _, c in found if c is not None]
-        return [a.value for c in conditions for a in c.atoms]
+        # What another controller sends comes later, in a state that is like the first of its kind.
+        guards = self.steps.guards_others
+        return [a.outcome if guards else a.value for c in conditions for a in c.atoms]
 
 
 _NEAR = {

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.expr.evaluation import evaluate, scalar_of
-from robosc.expr.traversal import walk
+from robosc.expr.traversal import path_text, walk
 from robosc.expr.tree import (
     REASON,
     Aggregate,
@@ -258,6 +258,15 @@ def _parts(data: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, A
         yield from _parts(part, (*path, name))
 
 
+def _fields(data: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """The fields of data by path; that of a plain value is empty."""
+    if isinstance(data, dict):
+        for name, part in data.items():
+            yield from _fields(part, (*path, name))
+    else:
+        yield path, data
+
+
 def _data(data: Data) -> Function:
     """Provided data as nested dicts, lists and values."""
     if isinstance(data, DataObject):
@@ -281,7 +290,8 @@ class Steps:
     """All events of a supervised plant, compiled.
 
     ``by_time`` are events, by identity, that only time can cause on the robot; ``rates`` are
-    parameters of the node.
+    parameters of the node. ``follows``: what is forbidden happens, as for a monitor; ``unjudged``
+    are the keys of what that cannot hear or judge.
     """
 
     def __init__(
@@ -289,10 +299,14 @@ class Steps:
         supervisor: Supervisor,
         by_time: Collection[Any] = (),
         rates: Mapping[str, float] = MappingProxyType({}),
+        follows: bool = False,
+        unjudged: Collection[str] = (),
     ) -> None:
         self.supervisor = supervisor
         self.by_time = frozenset(by_time)
         self.rates = rates
+        self.follows = follows
+        self.unjudged = frozenset(unjudged)
         self.plant = supervisor.plant
         self.robot = self.plant.robot
         self.guards = {g.event.identity: g for g in whole_guards(supervisor)}
@@ -307,8 +321,17 @@ class Steps:
         requests = {s.event.command: s for s in commands if s.event.kind.sent}
         self.preferred = {
             key: [requests[other] for other in others if other in requests]
-            for key, others in self.robot.yields_to.items()
+            for key, others in ({} if self.guards_others else self.robot.yields_to).items()
         }
+        self._corrections = [
+            (
+                p.communication,
+                None if p.condition is None else function(exact(p.condition)),
+                _data(p.data),
+            )
+            for p in self.robot.provides
+            if p.communication in self.robot.corrected
+        ]
 
     def _step(self, number: int, event: Event) -> ExactStep:
         guard = self.guards.get(event.identity)
@@ -371,6 +394,32 @@ class Steps:
                 found[variable.name] = str(variable.values[index])
         return found
 
+    @property
+    def guards_others(self) -> bool:
+        """Whether another controller sends the commands."""
+        return self.robot.supervises
+
+    @property
+    def inputs(self) -> list[ExactStep]:
+        """What comes from outside: the robot's events, and the commands of another controller.
+        To supervisors and monitors no time passes in runs."""
+        if not self.guards_others:
+            return [s for s in self.steps if not s.event.controllable]
+        found = [s for s in self.steps if not s.event.controllable and not self.comes_by_time(s)]
+        return [s for s in (*found, *self.commands) if s.event.key not in self.unjudged]
+
+    def made(self, step: ExactStep, state: State, sent: Carried) -> tuple[Carried, dict[str, Any]]:
+        """What a supervisor makes of what a command carries, with the fields that it sets, by path.
+
+        Raises:
+            Undefined: what a correction reads is not there.
+        """
+        for key, condition, data in self._corrections:
+            if key == step.event.key and (condition is None or holds(condition, state, sent)):
+                fields = dict(_fields(data(state, sent)))
+                return {**sent, **fields}, {path_text(p): v for p, v in fields.items()}
+        return sent, {}
+
     def comes_by_time(self, step: ExactStep) -> bool:
         """Whether time brings an event, and nothing else."""
         return step.event.kind.clocked or step.event.identity in self.by_time
@@ -404,6 +453,9 @@ class Steps:
 
     def settled(self, state: State) -> Iterator[tuple[ExactStep, State, State]]:
         """Yield all that a controller does by itself in a state, each command once."""
+        if self.guards_others:
+            yield from self.completed(state)
+            return
         sent: set[int] = set()
         going_on = True
         while going_on:

@@ -16,6 +16,9 @@ from robosc.traces.samples import Narrow
 
 _PARTS = {
     EventKind.CALL: (0, "request_field"),
+    EventKind.REQUEST: (0, "request_field"),
+    EventKind.ANSWER: (1, "response_field"),
+    EventKind.PROGRESS: (2, "feedback_field"),
     EventKind.RESPONSE: (1, "response_field"),
     EventKind.ERROR: (1, "response_field"),
     EventKind.FEEDBACK: (2, "feedback_field"),

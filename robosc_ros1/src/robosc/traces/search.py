@@ -19,7 +19,8 @@ from robosc.expr.types import IntegerType, domain
 from robosc.language.events import Kind
 from robosc.runtime.values import Undefined
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import LATE, NOTHING, ExactStep, State, Steps, refused
+from robosc.traces.attempts import attempted, is_meant, meanings
+from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
 BUDGET, LEAST = 20000, 60
@@ -88,7 +89,8 @@ class InputGraph:
             p for p, is_message in phases.items() if p in steps.initial and is_message
         ]
         self._samples = samples
-        robots = [s for s in steps.steps if not s.event.controllable]
+        self._meant = meanings(steps.robot) if steps.guards_others else {}
+        robots = steps.inputs
         self._usual = max(USUAL, TRIES // max(1, len(robots)))
         self._inputs = [(s, self._distinct(s)) for s in robots]
         state = steps.initial
@@ -141,6 +143,10 @@ class InputGraph:
         """The samples of an event that differ in what they do, wherever its components are."""
         if self.steps.comes_by_time(step):
             return [SILENT if step.event.kind.clocked else Sample("", {}, LATE)]
+        if step.event.controllable:
+            key = step.event.key
+            samples = [s for s in self._samples.of(step.event) if is_meant(self._meant, key, s.raw)]
+            return samples[:TRIES]
         states = self._places_of(step)
         found: dict[Any, Sample] = {}
         for sample in self._samples.of(step.event):
@@ -172,9 +178,10 @@ class InputGraph:
         node.is_expanded = True
         self._expanded[node.kind] += 1
         for step, samples in self._inputs:
-            if step.in_phase(node.state):
+            if step.event.kind.sent or step.in_phase(node.state):
                 is_first = step.number in self._converted and node.number < FIRST
-                self._try(node, step, samples[: CONVERTED if is_first else self._usual])
+                usual = TRIES if step.event.controllable else self._usual
+                self._try(node, step, samples[: CONVERTED if is_first else usual])
 
     def _refine(self, node: Node, step: ExactStep, sample: Sample) -> None:
         """Try what differs little from a sample that has shown that a number decides."""
@@ -206,6 +213,8 @@ class InputGraph:
         not possible, or if fields of 32 bits make a difference."""
         cases: set[Case] = set()
         parts, rounded = sample.parts, sample.rounded
+        if step.event.controllable:
+            return self._attempted(state, step, parts)
         after = step.after(state, parts)
         if after is None and (refusal := self.steps.refusal_of(step)) is not None:
             cases |= self.coverage.of_refusal(step, state, parts)
@@ -233,6 +242,19 @@ class InputGraph:
             state = after
         cases |= self.coverage.of_state(state)
         return state, frozenset(cases)
+
+    def _attempted(
+        self, state: State, step: ExactStep, sent: Carried
+    ) -> tuple[State, frozenset[Case]] | None:
+        """The same for a command of another controller; None if it is no attempt worth showing."""
+        attempt = attempted(self.steps, self.coverage, step, state, sent)
+        if attempt is None:
+            return None
+        cases, state = set(attempt.cases), attempt.after
+        for taken, before, after in self.steps.settled(state):
+            cases |= self.coverage.of_step(taken, before, taken.carried(before), after)
+            state = after
+        return state, frozenset(cases | self.coverage.of_state(state))
 
     def path(self, start: Node, wanted: set[Case]) -> list[Edge] | None:
         """The shortest known way to an edge that shows wanted cases, the most of those at the same

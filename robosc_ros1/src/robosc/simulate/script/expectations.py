@@ -57,6 +57,8 @@ def expect(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
                 if wrong
                 else "nothing happened"
             )
+    elif word == "blocked":
+        _blocked(rest, latest)
     elif text == "mismatch":
         if not any(h.outcome == "mismatch" for h in latest):
             raise Failed("there was no mismatch")
@@ -88,6 +90,18 @@ def _instead(wanted: Expr, machine: Machine) -> str:
                 name = machine.plant.robot.display_names[key]
                 found[f"{name} is {state.phases[key]}"] = None
     return listing(list(found)) or f"it is {to_dsl(wanted, machine.plant.robot)}"
+
+
+def _blocked(text: str, latest: Sequence[Happening]) -> None:
+    word, _, because = text.partition(" ")
+    if text and (word != "because" or not because):
+        raise InvalidLine("write: expect blocked; or: expect blocked because REASON; REASON")
+    found = [h.judged for h in latest if h.outcome == "blocked"]
+    if not found:
+        raise Failed("nothing was blocked")
+    told = "; ".join(reason["text"] for reason in (found[-1] or {})["blocked_by"])
+    if because and told != because:
+        raise Failed(f"it was blocked because {told}")
 
 
 def _enabled(text: str, machine: Machine, wanted: bool) -> None:

@@ -1,0 +1,131 @@
+"""Records a run of a supervisor or of a monitor: what the plant says of another one's commands.
+
+No time passes in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from robosc.runtime.values import jsonable
+from robosc.simulate.machines.machine import label
+from robosc.simulate.values.literals import literal_text
+from robosc.traces.attempts import Attempt, attempted
+from robosc.traces.coverage import Case, Coverage
+from robosc.traces.exact_steps import NOTHING, ExactStep, State, Steps, refused
+from robosc.traces.recorder import Recorder, RunLine, ScriptedRun, _assigned
+from robosc.traces.samples import Sample
+from robosc.traces.search import Move
+
+
+class GuardRecorder(Recorder):
+    """One run from the start of the node."""
+
+    def __init__(self, steps: Steps, coverage: Coverage, told: set[Any]) -> None:
+        self._told = told
+        self._steps = steps
+        self._coverage = coverage
+        self._robot = steps.robot
+        self._fields = {
+            label(s.event): self._robot.commands[s.event.command].field or ""
+            for s in steps.commands
+            if s.event.kind.sent
+        }
+        stops = self._robot.stop is not None and not steps.follows
+        self.run = ScriptedRun({"stop_command": ""} if stops else {})
+        self.state: State = steps.initial
+        self.is_over = False
+        cases = self._complete()
+        self._tell("", (), set(), set(), steps.initial, cases)
+
+    def play(self, move: Move) -> None:
+        step, sample = move
+        before = self.state
+        text = f"{label(step.event)} {sample.text}".strip()
+        if step.event.controllable:
+            attempt = attempted(self._steps, self._coverage, step, before, sample.parts)
+            if attempt is None:
+                self.is_over = True
+                return
+            assigned = set(_assigned(step, before, sample.parts))
+            self.state = attempt.after
+            cases = set(attempt.cases) | self._complete()
+            expected = tuple(self._outcome(step, sample, attempt))
+        else:
+            cases, assigned = self._input(step, sample)
+            if self.is_over:
+                return
+            expected = ("sent nothing",)
+        self._tell(text, expected, assigned, self._stays(step, before), before, cases)
+
+    def beat(self) -> None:
+        """No time passes."""
+
+    def _input(self, step: ExactStep, sample: Sample) -> tuple[set[Case], set[str]]:
+        parts = sample.parts
+        assigned = set(_assigned(step, self.state, parts))
+        cases: set[Case] = {("value", step.number, sample.text)}
+        after = step.after(self.state, parts)
+        if after is None and (refusal := self._steps.refusal_of(step)) is not None:
+            cases |= self._coverage.of_refusal(step, self.state, parts)
+            step, parts = refusal, refused(parts)
+            after = step.after(self.state, parts)
+        if after is None:
+            self.is_over = True
+            return cases, assigned
+        cases |= self._coverage.of_step(step, self.state, parts, after)
+        self.state = after
+        for event, others in sample.also:
+            other = self._steps.by_event[event.identity]
+            then = other.after(self.state, others)
+            if then is not None:
+                cases |= self._coverage.of_step(other, self.state, others, then)
+                self.state = then
+        return cases | self._complete(), assigned
+
+    def _complete(self) -> set[Case]:
+        """Let the internal transitions happen."""
+        cases: set[Case] = set()
+        for taken, before, after in self._steps.settled(self.state):
+            cases |= self._coverage.of_step(taken, before, NOTHING, after)
+            self.state = after
+        return cases | self._coverage.of_state(self.state)
+
+    def _outcome(self, step: ExactStep, sample: Sample, attempt: Attempt) -> Iterator[str]:
+        """What becomes of a command."""
+        name = label(step.event)
+        if attempt.is_allowed:
+            yield f"sent {name}"
+            fields = {**_raw(sample), **_by_path(attempt.set_fields)}
+            told = [
+                f"{path}: {literal_text(value, True)}" if path else literal_text(value, True)
+                for path, value in fields.items()
+            ]
+            if told and step.event.kind.sent:
+                yield f"data {name} {', '.join(told)}"
+        else:
+            yield "sent nothing"
+            word = "forbidden" if self._steps.follows else "blocked"
+            yield word + (f" because {'; '.join(attempt.reasons)}" if attempt.reasons else "")
+
+    def _tell(
+        self,
+        text: str,
+        expected: tuple[str, ...],
+        assigned: set[str],
+        staying: set[str],
+        before: State,
+        cases: set[Case],
+    ) -> None:
+        expected = (*expected, *self._changes(before, assigned, staying))
+        self.run.lines.append(RunLine(text, expected, frozenset(cases)))
+
+
+def _raw(sample: Sample) -> dict[str, Any]:
+    raw = sample.raw
+    return {} if raw is None else dict(raw) if isinstance(raw, Mapping) else {"": raw}
+
+
+def _by_path(fields: Mapping[str, Any]) -> dict[str, Any]:
+    return {path: jsonable(value) for path, value in fields.items()}
