@@ -378,9 +378,7 @@ def _package(model: Model, options: Options, output: Output) -> _Made:
     _bounded(supervisor)
     diagnostics = loaded.diagnostics + supervisor.diagnostics
     emit = {"ros1": ros1_target.emit, "ros2": ros2_target.emit}[output.target]
-    runs = {}
-    if output.mode == "controller":
-        runs = test_files(supervisor, _path_of(model), output.target, config)
+    runs = test_files(supervisor, _path_of(model), output.target, config, output.mode)
     package = emit(supervisor, name, config.of_package(name), output.mode, runs)
     folder = output.folder or config.output.get(output.target) or Path()
     location = None if output.folder else config.locations.get((output.target, output.mode))

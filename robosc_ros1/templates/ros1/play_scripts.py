@@ -8,7 +8,7 @@ import unittest
 import rostest
 from player import SCRIPTS, play, report
 from robot_tables import PACKAGE
-from ros_player import Robot
+from players import Robot
 from shown import UNTESTED
 
 

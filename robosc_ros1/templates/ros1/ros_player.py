@@ -37,6 +37,10 @@ def plain(message):
 class Robot:
     """The connections of the robot; they stay while nodes come and go."""
 
+    attempted, onward, sends = {}, {}, True
+    """Of another controller: the kinds of events that it causes, by key; where what the robot sends
+    arrives there; whether its commands go to the node."""
+
     def __init__(self):
         rospy.init_node("play_scripts", disable_signals=True)
         rospy.set_param("/use_sim_time", True)  # of the node alone: this one has begun without

@@ -56,6 +56,10 @@ def as_data(part):
 class Robot:
     """The connections of the robot; they stay while nodes come and go."""
 
+    attempted, onward, sends = {}, {}, True
+    """Of another controller: the kinds of events that it causes, by key; where what the robot sends
+    arrives there; whether its commands go to the node."""
+
     def __init__(self):
         # colcon runs the tests of several packages at once; robots with the same topics would be
         # one. The file is locked until this process ends.
@@ -93,9 +97,13 @@ class Robot:
             key: ActionClient(node, type_, resolved(name), callback_group=group)
             for name, type_, key in TABLES.served_actions
         }
+        self._connect()
         self._executor = MultiThreadedExecutor(num_threads=8)
         self._executor.add_node(node)
         threading.Thread(target=self._spin, daemon=True).start()
+
+    def _connect(self):
+        """Make further connections, before the first message can arrive."""
 
     def _by_name(self, servers):
         found = {}
@@ -259,19 +267,23 @@ class Robot:
             return CancelResponse.ACCEPT
 
         def act(goal):
-            call, kind = accepted.popleft(), "feedback"
-            while kind == "feedback":
-                kind, fields = call.get()
-                if kind == "feedback":
-                    goal.publish_feedback(filled(type_.Feedback(), fields))
-            end = {"response": goal.succeed, "cancelled": goal.canceled}
-            end.get(kind, goal.abort)()
-            return filled(type_.Result(), fields)
+            return self._act(type_, goal, accepted.popleft())
 
         return ActionServer(
             self._node, type_, name, act, goal_callback=on_goal, cancel_callback=on_cancel,
             callback_group=group,
         )  # fmt: skip
+
+    @staticmethod
+    def _act(type_, goal, call):
+        kind = "feedback"
+        while kind == "feedback":
+            kind, fields = call.get()
+            if kind == "feedback":
+                goal.publish_feedback(filled(type_.Feedback(), fields))
+        end = {"response": goal.succeed, "cancelled": goal.canceled}
+        end.get(kind, goal.abort)()
+        return filled(type_.Result(), fields)
 
 
 def filled(message, fields):

@@ -9,7 +9,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from player import SCRIPTS, play, report
-from ros_player import Robot
+from players import Robot
 from shown import UNTESTED
 
 PASSED = set()

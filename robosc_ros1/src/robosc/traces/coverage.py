@@ -64,7 +64,9 @@ class Coverage:
     def __init__(self, steps: Steps) -> None:
         self.steps = steps
         self.robot = steps.robot
-        self.rules = [self._rule(step) for step in steps.commands]
+        self.rules = [
+            self._rule(step) for step in steps.commands if step.event.key not in steps.unjudged
+        ]
         self._guards: dict[
             tuple[int, str, str], list[tuple[ExactEdge, DecidedCondition | None]]
         ] = {}

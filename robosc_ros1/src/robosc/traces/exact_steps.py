@@ -409,14 +409,18 @@ class Steps:
         return [s for s in (*found, *self.commands) if s.event.key not in self.unjudged]
 
     def made(self, step: ExactStep, state: State, sent: Carried) -> tuple[Carried, dict[str, Any]]:
-        """What a supervisor makes of what a command carries, with the fields that it sets, by path.
+        """What a supervisor makes of what a command carries, with the fields that it changes, by path.
 
         Raises:
             Undefined: what a correction reads is not there.
         """
         for key, condition, data in self._corrections:
             if key == step.event.key and (condition is None or holds(condition, state, sent)):
-                fields = dict(_fields(data(state, sent)))
+                fields = {
+                    path: value
+                    for path, value in _fields(data(state, sent))
+                    if sent.get(path, type(value)()) != value
+                }
                 return {**sent, **fields}, {path_text(p): v for p, v in fields.items()}
         return sent, {}
 

@@ -13,13 +13,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
+from robosc.emit.supervisor.meant_messages import is_meant, meanings
 from robosc.expr.traversal import walk
 from robosc.expr.tree import VariableRef
 from robosc.expr.types import IntegerType, domain
 from robosc.language.events import Kind
 from robosc.runtime.values import Undefined
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.attempts import attempted, is_meant, meanings
+from robosc.traces.attempts import attempted
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 

@@ -9,10 +9,17 @@ import time
 from functools import partial
 from importlib import import_module
 
-from robot_tables import TABLES
+from robot_tables import TABLES, TOLD
 
-HEARD = [*(topic for topic, _, _ in TABLES.publications), "~/events", "~/state"]
+PASSED_ON = [topic for _, topic, _, _ in getattr(TABLES, "inputs", ())]
+HEARD = [*(topic for topic, _, _ in TABLES.publications), *PASSED_ON, "~/events", "~/state", *TOLD]
 """The topics of the node that the player listens to."""
+ENGINES = (
+    ("controller_engine", "commanding", "controller_engine"),
+    ("supervisor_engine", "supervising", "supervisor_engine"),
+    ("listening_engine", "monitoring", "monitor_engine"),
+)
+"""What the node makes its engine with, by role; the module and the function of the same."""
 LOOK = 0.02
 """Seconds of the machine between two looks whether the clock has begun, and between two reports."""
 
@@ -21,7 +28,9 @@ def use(package, is_heard):
     """Have the node of a package made with this engine; ``is_heard`` tells whether the player has
     connected with it."""
     port = import_module(package + "._runtime.port")
-    make_engine = import_module(package + "._runtime.commanding").controller_engine
+    node = import_module(package + ".node")
+    name, module, engine = next(row for row in ENGINES if hasattr(node, row[0]))
+    make_engine = getattr(import_module(package + "._runtime." + module), engine)
 
     def make(controller, own, settings):
         engine = make_engine(controller, own, settings, own.now)
@@ -36,6 +45,6 @@ def use(package, is_heard):
         engine.run = run_with_the_clock
         return engine
 
-    import_module(package + ".node").controller_engine = make
+    setattr(node, name, make)
     node = import_module(package + ".ros_node")
     node.Reporter = partial(node.Reporter, diagnostics_period=LOOK)

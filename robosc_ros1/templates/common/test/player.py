@@ -11,7 +11,7 @@ import time
 from collections import defaultdict, deque
 from pathlib import Path
 
-from robot_tables import COMMANDS, COMMUNICATIONS, TABLES
+from robot_tables import COMMANDS, COMMUNICATIONS, MEANT, TABLES
 from scripts import EVENT, SENT, Condition, Fault, part_of, put, read, same, value
 from shown import REQUIREMENTS
 
@@ -44,6 +44,10 @@ class Player:
         self._judged = 0
         self._last = []
         """What was sent last: the events, with the messages that arrived."""
+        self._found, self._forbidden = set(), set()
+        """The numbers of the events of a monitor's findings, and of those that are expected."""
+        self._asked = {}
+        """The calls of the robot that wait for another controller's answers, by key."""
 
     # --- what the connections report, from any thread -----------------------------------------
 
@@ -61,6 +65,18 @@ class Player:
                 call = self._open.pop(COMMUNICATIONS[event["name"]]["key"], None)
                 if call is not None:
                     self.robot.answer(call, "error", {})
+
+    def on_blocked(self, document):
+        """Take what a supervisor did not pass."""
+        with self._changed:
+            self._events.append({**document, "outcome": "blocked"})
+            self._changed.notify_all()
+
+    def on_finding(self, document):
+        with self._changed:
+            if document["event"]["kind"] != "state":
+                self._found.add(document["number"])
+            self._changed.notify_all()
 
     def on_state(self, document):
         with self._changed:
@@ -115,6 +131,8 @@ class Player:
                     step, line = fault.step, fault.step.number
                 raise Fault(_told(step, line, fault)) from None
         self._settle()
+        if not self._found <= self._forbidden:
+            raise Fault("at the end: findings of events that were allowed")
         if self._sent():
             raise Fault("at the end: sent: %s; expected: nothing" % ", ".join(self._sent()))
 
@@ -145,10 +163,15 @@ class Player:
         key, sort = communication["key"], communication["kind"]
         parts.pop("reason", None)
         fields = {}
+        if kind == "request":
+            parts = {**MEANT.get(key, {}), **parts}
         for path, part in parts.items():
             field = communication["fields"].get(kind) or ""
             if part is not None:
                 put(fields, path or field or "data", part)
+        if key in self.robot.attempted and kind in self.robot.attempted[key]:
+            self._attempt(name, kind, key, fields)
+            return
         count = len(self._events)
         if sort == "outgoing message":
             self.robot.publish(key, fields)
@@ -162,12 +185,46 @@ class Player:
         else:
             self.robot.recall(key)
         self.wait(lambda: self._happened(name, kind, count) is not None, "%s.%s" % (name, kind))
+        self._demand_passed_on(key, kind, sort, fields)
         at = self._happened(name, kind, count)
         early = self._sent(at)
         if early:
             fault = Fault("then also sent: %s" % ", ".join(early))
             fault.step = self.steps[self.steps.index(self._step) - 1]
             raise fault
+
+    def _attempt(self, name, kind, key, fields):
+        """Let another controller send a command, or answer a call of the robot."""
+        self._settle()  # what was allowed is so no longer, also for whoever lets messages cross
+        count = len(self._events)
+        if key in self._asked:
+            call = self._asked[key] if kind == "feedback" else self._asked.pop(key)
+            self.robot.answer(call, kind, fields)
+        else:
+            self.robot.attempt(key, kind, fields)
+        self.wait(lambda: self._happened(name, kind, count) is not None, "%s.%s" % (name, kind))
+        entry = self._events[self._happened(name, kind, count)]
+        if entry["outcome"] == "blocked" and COMMUNICATIONS[name]["kind"] in CALLED:
+            self._arrived_at((key, "end"), "the end of what is blocked")
+
+    def _demand_passed_on(self, key, kind, sort, fields):
+        """Demand that a supervisor passes on what the robot sends."""
+        if sort in SERVED and kind == "request" and (key, "call") in self.robot.onward:
+            message, self._asked[key] = self._arrived_at((key, "call"), "the robot's call")
+        elif (key, kind) in self.robot.onward:
+            message, _ = self._arrived_at(self.robot.onward[key, kind], "what the robot sent")
+            told, message = message if isinstance(message, tuple) else (kind, message)
+            if told != kind:
+                raise Fault("%s passed on as %s" % (kind, told))
+        else:
+            return
+        if message is not None and not same(message, fields):
+            raise Fault("passed on: %r; the robot sent: %r" % (message, fields))
+
+    def _arrived_at(self, place, what):
+        arrived = self._arrived[place]
+        self.wait(lambda: arrived, what)
+        return arrived.popleft()
 
     def _happened(self, name, kind, count):
         """Return the index of an event since so many; None if it has not happened."""
@@ -186,6 +243,8 @@ class Player:
             self._expect_data(rest)
         elif word in ("enabled", "disabled"):
             self._expect_enabled(rest, word == "enabled")
+        elif word in ("blocked", "forbidden"):
+            self._expect_reasons(word, rest, count)
         elif text in ("applied", "mismatch"):
             wrong = [e["detail"] for e in self._events[count:] if e["outcome"] == "mismatch"]
             if bool(wrong) is (text == "applied"):
@@ -198,6 +257,18 @@ class Player:
                 lambda: condition.holds(self._state),
                 lambda: "expected: %s; came: %s" % (text, condition.told(self._state)),
             )
+
+    def _expect_reasons(self, outcome, text, count):
+        entries = [entry for entry in self._events[count:] if entry["outcome"] == outcome]
+        if not entries:
+            raise Fault("it was not %s" % outcome)
+        told = "; ".join(reason["text"] for reason in entries[-1]["blocked_by"])
+        if text and "because " + told != text:
+            raise Fault("it was %s because %s; expected: %s" % (outcome, told, text))
+        if outcome == "forbidden":
+            number = entries[-1]["number"]
+            self._forbidden.add(number)
+            self.wait(lambda: number in self._found, "the finding")
 
     def _entries(self, until=None):
         """Return the commands that were sent since it was judged last."""
@@ -231,7 +302,8 @@ class Player:
         if self._sent() != wanted:
             raise Fault(told())
         entries, self._judged = self._entries(), len(self._events)
-        self._last = [self._arrival(entry) for entry in entries]
+        if self.robot.sends:
+            self._last = [self._arrival(entry) for entry in entries]
 
     def _arrival(self, entry):
         """Wait for what the node says that it has sent; return the event with what arrived."""
@@ -255,6 +327,8 @@ class Player:
     def _expect_data(self, text):
         name, _, rest = text.partition(" ")
         name = _whole(name)
+        if not self.robot.sends:
+            return
         found = [message for sent, message in self._last if sent == name]
         if not found:
             raise Fault("%s was not sent" % name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from robosc.emit.package.package import Mode
 from robosc.language.events import EventKind
 from robosc.model.entities import Communication, Robot
 
@@ -18,6 +19,19 @@ USUAL = {
     "whole_values": True,
 }
 """The parameters of a node under test, but for those of the model and those that a script sets."""
+
+OF_MODE: dict[Mode, dict[str, Any]] = {
+    "controller": {},
+    "supervisor": {},
+    "monitor": {"tolerance": 0.0},
+}
+"""Those of one mode: what is sent one by one does not cross."""
+TOLD: dict[Mode, list[str]] = {
+    "controller": [],
+    "supervisor": ["~/blocked"],
+    "monitor": ["~/findings"],
+}
+"""The topics on which a node tells what it judges."""
 
 _FIELDS = {
     EventKind.RESPONSE: "response_field",

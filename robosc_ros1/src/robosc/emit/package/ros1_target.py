@@ -73,19 +73,17 @@ _ROS1 = Target(
             "README.md": "README.md",
         },
         "supervisor": {
-            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch": "supervisor.launch",
-            "test/{rostest}.test": "supervisor_rostest",
+            "test/{rostest}.test": "rostest",
             "README.md": "supervisor_README.md",
         },
         "monitor": {
-            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch": "launch",
-            "test/{rostest}.test": "monitor_rostest",
+            "test/{rostest}.test": "rostest",
             "README.md": "monitor_README.md",
         },
     },
-    programs={"controller": "play_scripts", "supervisor": "play_both", "monitor": "play_monitor"},
+    program="play_scripts",
     dependencies=(  # actions: ros_actions.py imports them always
         "actionlib", "actionlib_msgs", "diagnostic_msgs", "rosgraph_msgs", "rospy", "std_msgs",
     ),

@@ -116,21 +116,15 @@ _ROS2 = Target(
             "README.md": "README.md",
         },
         "supervisor": {
-            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch.py": "supervisor.launch.py",
             "README.md": "supervisor_README.md",
         },
         "monitor": {
-            "test/package_under_test.py": "package_under_test.py",
             "launch/{package}.launch.py": "monitor.launch.py",
             "README.md": "monitor_README.md",
         },
     },
-    programs={
-        "controller": "test_play_scripts",
-        "supervisor": "test_play_both",
-        "monitor": "test_play_monitor",
-    },
+    program="test_play_scripts",
     dependencies=(
         "action_msgs", "ament_index_python", "diagnostic_msgs", "launch", "launch_ros",
         "python3-yaml", "rcl_interfaces", "rclpy", "std_msgs",

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robosc import __version__
 from robosc.emit.controller.assembly import controller_context
 from robosc.emit.controller.naming import file_of
-from robosc.emit.controller.python_literals import assignment, assignments, literal
+from robosc.emit.controller.python_literals import assignment, literal
 from robosc.emit.controller.template_data import ControllerContext
-from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.package.config import Config
 from robosc.emit.package.model_document import model_document
 from robosc.emit.package.package import (
@@ -27,25 +26,26 @@ from robosc.emit.package.package import (
     runtime_files,
 )
 from robosc.emit.package.package_context import PackageContext, TopicView, escaped, topics
-from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
 from robosc.emit.package.robot_tables import (
+    OF_MODE,
+    TOLD,
     USUAL,
     commands_under_test,
     communications_under_test,
 )
 from robosc.emit.supervisor.listening import monitor_context, monitor_readme
+from robosc.emit.supervisor.meant_messages import meant
 from robosc.emit.supervisor.supervisor_package import relay_context
 from robosc.emit.write.line_breaks import break_long_lines
 from robosc.language.events import Kind
-from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Communication, Robot
 from robosc.names import package_name, rostest_name
 from robosc.resources import templates_folder
 from robosc.runtime.settings import dotted, parameter_name
 from robosc.runtime.shapes import parts_by_name
-from robosc.supervisor import Guard, Supervisor
+from robosc.supervisor import Supervisor
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ class Target:
 
     ``modules`` is the folder of a package's own Python modules. ``templates`` has the templates of
     all packages by the paths of their files, ``of_mode`` those of one mode; in paths, ``{package}``
-    stands for the package and ``{rostest}`` for its test. ``programs`` are the modules of tests
-    that are started. ``dependencies`` are the packages that every package needs. ``identifier`` is
+    stands for the package and ``{rostest}`` for its test. ``program`` is the module of the
+    test that is started. ``dependencies`` are the packages that every package needs. ``identifier`` is
     a communication's name in ROS, ``module`` and ``type`` are module and class of its type in
     Python, ``interface`` is that type for the tools of ROS. ``action_parts`` are the names below
     that of an action; ``shows_results``: whoever listens there gets the results of goals.
@@ -67,7 +67,7 @@ class Target:
     modules: str
     templates: Mapping[str, str]
     of_mode: Mapping[Mode, Mapping[str, str]]
-    programs: Mapping[Mode, str]
+    program: str
     dependencies: tuple[str, ...]
     identifier: Callable[[Communication], str]
     module: Callable[[Communication], str]
@@ -128,7 +128,6 @@ def package_of(
     if mode == "monitor":
         readme = monitor_readme(readme, context, robot, controls)
     modules = target.modules.format(package=package)
-    configured = with_parameters(robot, config.parameters)
     texts = {
         f"{modules}/__init__.py": _data_module(source, f"{context.title} of {robot.name}."),
         f"{modules}/controller.py": render("common/node/controller.py.jinja", controller),
@@ -137,18 +136,15 @@ def package_of(
         f"{modules}/node.py": render(f"common/node/{_NODES[mode]}.jinja", context),
         **runs,
     }
-    if mode == "controller":
-        texts["test/robot_tables.py"] = _robot_module(target, robot, context)
-    else:
-        guards = whole_guards(supervisor)
-        texts["test/plant_data.py"] = plant_module(configured, source, guards)
+    texts["test/robot_tables.py"] = _robot_module(target, robot, context, mode)
+    texts["test/players.py"] = _players_module(source, mode)
     for path, template in {**target.templates, **target.of_mode[mode]}.items():
         shown = escaped(context) if template.endswith(_XML) else context
         text = render(f"{target.name}/{template}.jinja", readme if path == "README.md" else shown)
         texts[path.format(package=package, rostest=rostest_name(package))] = text
     files = {path: File(text) for path, text in texts.items()}
     files |= own_modules(package, modules, target.name, files)
-    files |= own_test_files(files, target.name, target.programs[mode])
+    files |= own_test_files(files, target.name, target.program)
     files |= runtime_files(f"{modules}/_runtime", files, _parts(controller, robot, mode))
     return Package(package, frozen_files(files), target.name)
 
@@ -190,7 +186,7 @@ def _licence(source: str) -> str:
     return f"{textwrap.fill(head, 100)}\n\n{text}"
 
 
-def _robot_module(target: Target, robot: Robot, context: PackageContext) -> str:
+def _robot_module(target: Target, robot: Robot, context: PackageContext, mode: Mode) -> str:
     """What the package's test knows of the package and of the robot."""
     parameters = {
         name: value
@@ -202,13 +198,18 @@ def _robot_module(target: Target, robot: Robot, context: PackageContext) -> str:
     outgoing = (c for c in robot.communications.values() if c.kind is Kind.OUTGOING)
     messages = [parameter_name(names[c.key]) for c in outgoing]
     modules = ["ros_messages", "ros_parameters"] if target.has_qos else ["ros_messages"]
-    offered = ["COMMANDS", "COMMUNICATIONS", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES", "USUAL"]
+    offered = [
+        "COMMANDS", "COMMUNICATIONS", "MEANT", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES",
+        "TOLD", "USUAL",
+    ]  # fmt: skip
     body = f"\nfrom {context.package} import {', '.join(modules)}\n"
     body += f"from {context.package}.node import TABLES\n\n"
     body += assignment("__all__", offered + modules)
     body += f'\nPACKAGE = "{context.package}"\n'
     body += assignment("PARAMETERS", parameters)
-    body += assignment("USUAL", USUAL)
+    body += assignment("USUAL", {**USUAL, **OF_MODE[mode]})
+    body += assignment("TOLD", TOLD[mode])
+    body += assignment("MEANT", meant(robot) if mode != "controller" else {})
     body += assignment("MESSAGES", messages)
     body += assignment("COMMUNICATIONS", communications_under_test(robot))
     body += assignment("COMMANDS", commands_under_test(robot))
@@ -217,10 +218,12 @@ def _robot_module(target: Target, robot: Robot, context: PackageContext) -> str:
     )
 
 
-def plant_module(robot: Robot, source: str, guards: Iterable[Guard]) -> str:
-    sentence = "The model as data, for the test that plays the robot."
-    plant = assignments("PLANT", plant_data(robot, guards))
-    return _data_module(source, sentence, f"\n{plant}")
+def _players_module(source: str, mode: Mode) -> str:
+    """Who plays beside the node: the robot, and the controller that another node judges."""
+    guarded = "from guarded_player import GuardedRobot as Robot"
+    own = "from ros_player import Robot" if mode == "controller" else guarded
+    body = f'\n{own}\n\n__all__ = ["Robot"]\n'
+    return _data_module(source, "Who plays in the package's test.", body)
 
 
 def _context(

@@ -62,6 +62,15 @@ def heard(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> 
     )
 
 
+def unheard(supervisor: Supervisor, source: str, shows_results: bool) -> frozenset[str]:
+    """The keys of the communications that a monitor cannot hear, and of the commands that it does
+    not judge; the last one is as in :func:`heard`."""
+    robot = supervisor.plant.robot
+    context = plain_context(supervisor, source)
+    unseen = _unseen(robot, context, shows_results)
+    return frozenset((*unseen, *_unjudged(context, unseen), *_by_data(robot)))
+
+
 def _orders(supervisor: Supervisor, unseen: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
     """The groups of events whose order matters, as far as they can be heard."""
     groups = (tuple(k for k in keys if k not in unseen) for keys in not_commuting(supervisor))
