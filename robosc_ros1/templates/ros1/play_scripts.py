@@ -7,8 +7,8 @@ import unittest
 
 import rostest
 from player import SCRIPTS, play, report
-from robot_tables import PACKAGE
 from players import Robot
+from robot_tables import PACKAGE
 from shown import UNTESTED
 
 

@@ -69,7 +69,7 @@ def test_missing_file(verb: str, robosc: Robosc) -> None:
     "name",
     [
         "", "with-dash", "../up", "json", "std_msgs", "numpy", "robosc",
-        "checker", "ros_robot", "plant_data",
+        "player", "ros_player", "robot_tables",
     ],
 )  # fmt: skip
 def test_what_cannot_be_a_package(

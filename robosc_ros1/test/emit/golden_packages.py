@@ -8,7 +8,7 @@ from pathlib import Path
 from robosc import pipeline
 from robosc.emit.package import ros1_target, ros2_target
 from robosc.emit.package.config import DEFAULTS
-from robosc.emit.package.package import File, Package
+from robosc.emit.package.package import File, Mode, Package
 from robosc.resources import templates_folder
 from robosc.traces.scripts import test_files
 
@@ -30,19 +30,19 @@ def model_path(model: str) -> Path:
     return GOLDEN / "models" / f"{model}.rscd"
 
 
-PACKAGES = [(m, t, "controller") for m in MODELS for t in TARGETS]
+PACKAGES: list[tuple[str, str, Mode]] = [(m, t, "controller") for m in MODELS for t in TARGETS]
 PACKAGES += [("gauntlet", t, m) for m in ("supervisor", "monitor") for t in TARGETS]
 """Model, target, mode."""
 
 
 @cache
 def package_of(
-    model: str, target: str = "ros1", mode: str = "controller", name: str | None = None
+    model: str, target: str = "ros1", mode: Mode = "controller", name: str | None = None
 ) -> Package:
     """Return the package of a model, generated once per process."""
-    supervisor = pipeline.synthesize(pipeline.load(model_path(model)).robot)
-    is_controller = mode == "controller"
-    runs = test_files(supervisor, model_path(model), target, DEFAULTS) if is_controller else {}
+    options = pipeline.Options(supervises=mode != "controller")
+    supervisor = pipeline.synthesize(pipeline.load(model_path(model), options).robot)
+    runs = test_files(supervisor, model_path(model), target, DEFAULTS, mode)
     return EMITTERS[target](supervisor, name or f"{model}_{mode}", mode=mode, runs=runs)
 
 
@@ -55,7 +55,7 @@ def kept_files(package: Package, target: str = "ros1", mode: str = "controller")
     copied = ["/_runtime/", *(f"/{source.name}" for source in templates_folder().rglob("*.py"))]
     if mode != "controller":
         # These are the controller's, which a test of its own says.
-        copied += ["/controller.py", "/model.py", "test/plant_data.py"]
+        copied += ["/controller.py", "/model.py"]
     # These are the same for all targets, which a test of its own says.
-    copied += [] if target == "ros1" else ["/controller.py", "/model.py", "test/plant_data.py"]
+    copied += [] if target == "ros1" else ["/controller.py", "/model.py"]
     return {p: f for p, f in package.files.items() if not any(c in f"/{p}" for c in copied)}

@@ -6,8 +6,8 @@ Prints a table of how many mutants are found in a controller and in a supervisor
 that is not. Those are compared with the controller itself in all states that both reach
 (``bisimulation.py``): without a difference a mutant is equivalent, and no test can find it; it is
 undecided if the time was too short for all states; else it was missed, and the way to the
-difference is printed. Controllers are tested by the scripts of their packages, as ``robosc simulate``
-follows them; the judge and the guide of a supervisor's test run without ROS, too.
+difference is printed. Both are tested by the scripts of their packages, as ``robosc simulate`` follows
+them.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ import argparse
 import itertools
 import re
 import sys
-import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,14 +28,15 @@ sys.path[:0] = [str(TESTS), str(TESTS.parent / "src")]
 
 from emit.bisimulation import Comparison, Recording, compare  # noqa: E402
 from emit.generated_code import controller_source  # noqa: E402
-from emit.judged_controllers import Robot, class_of, judging_modules  # noqa: E402
-from emit.judged_supervisors import judged_supervisor  # noqa: E402
 from emit.mutants import Mutant, mutants  # noqa: E402
-from emit.scripted_controllers import scripts_of, tells_apart  # noqa: E402
+from emit.scripted_controllers import class_of, scripts_of, tells_apart  # noqa: E402
 
 from robosc import pipeline  # noqa: E402
+from robosc.emit.package.config import shared_topics  # noqa: E402
 from robosc.emit.supervisor.command_recognition import command_matches  # noqa: E402
 from robosc.errors import ModelError, RoboscError, render_all  # noqa: E402
+from robosc.plant.automaton import Plant  # noqa: E402
+from robosc.traces.samples import Samples  # noqa: E402
 
 KINDS = ("guard", "data", "rule", "update")
 MODES: dict[str, tuple[str, ...]] = {
@@ -46,7 +46,7 @@ MODES: dict[str, tuple[str, ...]] = {
 """The faults that show in a package: a supervisor sends no data, and which command is preferred is
 not its choice."""
 SAMPLES = 64
-"""Random messages of each sort with which controllers are compared."""
+"""The most messages of each sort with which controllers are compared."""
 
 
 class Verdict(NamedTuple):
@@ -56,36 +56,35 @@ class Verdict(NamedTuple):
     comparison: Comparison | None
 
 
-def verdicts(model: Path, mode: str, rounds: int, every: int, seconds: float) -> Iterator[Verdict]:
+def verdicts(model: Path, mode: str, every: int, seconds: float) -> Iterator[Verdict]:
     """Yield what becomes of the mutants of a model's controller."""
-    supervisor = pipeline.synthesize(pipeline.load(model).robot)
-    if mode == "supervisor":
-        command_matches(supervisor.plant.robot)  # an error where it cannot be guarded
-    source = controller_source(supervisor, model.name)
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        judging_modules(Path(folder), supervisor) as judging,
-    ):
-        if mode == "controller":
-            finds: Callable[[str], Any] = partial(tells_apart, supervisor, scripts_of(supervisor))
-        else:
-            finds = lambda text: judged_supervisor(judging, text, rounds=rounds).faults  # noqa: E731
-        faults = finds(source)
-        assert not faults, f"{model}: the controller itself: {faults}"
-        robot = Robot(judging, 1, lambda data: data)
-        samples = robot.samples(SAMPLES)
-        for sort, messages in samples.items():
-            messages += robot.boundaries(*sort)
-        options = samples, robot.topics, seconds, mode == "controller"
-        called: set[str] = set()
-        recording = Recording(class_of(source, called), called, *options)
-        for mutant in [m for m in mutants(source) if m.kind in MODES[mode]][::every]:
-            comparison = None
-            if not finds(mutant.source):
-                both = class_of(source), class_of(mutant.source)
-                comparison = recording.compare(both[1], mutant.method)
-                comparison = comparison or compare(both[0](), both[1](), *options)
-            yield Verdict(mutant, comparison)
+    guards = mode == "supervisor"
+    robot = pipeline.load(model, pipeline.Options(supervises=guards)).robot
+    supervisor = pipeline.synthesize(robot)
+    if guards:
+        command_matches(robot)  # an error where it cannot be guarded
+    source, plant = controller_source(supervisor, model.name), supervisor.plant
+    finds = partial(tells_apart, supervisor, scripts_of(supervisor))
+    faults = finds(source)
+    assert not faults, f"{model}: the controller itself: {faults}"
+    topics = [keys for _, keys in shared_topics(robot)]
+    options = messages(plant), topics, seconds, not guards
+    called: set[str] = set()
+    recording = Recording(class_of(source, called, plant), called, *options)
+    for mutant in [m for m in mutants(source) if m.kind in MODES[mode]][::every]:
+        comparison = None
+        if not finds(mutant.source):
+            both = [class_of(text, None, plant) for text in (source, mutant.source)]
+            comparison = recording.compare(both[1], mutant.method)
+            comparison = comparison or compare(both[0](), both[1](), *options)
+        yield Verdict(mutant, comparison)
+
+
+def messages(plant: Plant) -> dict[tuple[str, str], list[Any]]:
+    """What the robot may say, by key and kind."""
+    inputs = [e.whole or e for e in plant.events if not (e.controllable or e.kind.clocked)]
+    samples = Samples(plant.robot, inputs)
+    return {(e.key, e.kind.word): [s.given for s in samples.of(e)[:SAMPLES]] for e in inputs}
 
 
 def print_row(name: str, found: list[Verdict], seconds: float) -> None:
@@ -119,7 +118,6 @@ def main() -> None:
     parser.add_argument(
         "models", nargs="*", type=Path, help="their files; all of examples/, if none is named"
     )
-    parser.add_argument("--rounds", type=int, default=150, help="as in ten seconds of a test")
     parser.add_argument("--every", type=int, default=1, help="take one of so many mutants")
     parser.add_argument(
         "--seconds", type=float, default=20.0, help="of processor, for a comparison"
@@ -134,7 +132,7 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|---|")
     for model, mode in itertools.product(models, MODES):
         start = time.perf_counter()
-        options = mode, arguments.rounds, arguments.every, arguments.seconds
+        options = mode, arguments.every, arguments.seconds
         try:
             found = list(verdicts(model, *options))
         except ModelError as error:

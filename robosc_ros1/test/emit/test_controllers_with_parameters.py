@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
-import random
-from pathlib import Path
 from typing import Any
 
 import pytest
 from emit.generated_code import controller_class, controller_source, supervisor_of
 from emit.golden_packages import model_path
-from emit.judged_controllers import judged, judging_modules
+from emit.scripted_controllers import scripts_of, tells_apart
 
 from robosc import pipeline
 from robosc.emit.package import ros1_target, ros2_target
 from robosc.emit.package.config import Config, declared_communications, declared_parameters
-from robosc.emit.package.plant_data import plant_data
 from robosc.errors import UsageError
-from robosc.model.declarations.parameters import with_parameters
 from robosc.runtime.settings import ParameterError, Settings, read
 from robosc.supervisor import Supervisor
 
@@ -125,16 +120,6 @@ def test_the_options_of_the_generator_give_other_defaults(
         emitter(thermostat, "some_controller", Config(parameters={"steps": 9}))
 
 
-def test_the_reference_interpreter_knows_them(thermostat: Supervisor) -> None:
-    robot = with_parameters(thermostat.plant.robot, {"wanted": 30.0, "Heater/eager": True})
-    data = plant_data(robot)
-    assert data["parameters"]["wanted"] == 30.0
-    assert data["parameters"]["Heater.eager"] is True
-    (rules,) = [enum["rules"] for enum in data["enums"].values()]
-    condition = ["<", ["value", [], ["double"]], ["-", ["parameter", "wanted"], ["literal", 10]]]
-    assert rules == [[condition, "winter"]]
-
-
 def test_names_that_python_or_launch_files_have_are_kept_apart() -> None:
     supervisor = supervisor_of(
         "robot R { parameter class: double = 1.0 parameter name: string = 'x'"
@@ -155,13 +140,10 @@ def test_names_that_python_or_launch_files_have_are_kept_apart() -> None:
 
 
 @pytest.mark.slow
-def test_the_test_of_a_package_knows_them(tmp_path: Path) -> None:
+def test_the_test_of_a_package_knows_them() -> None:
     text = model_path("thermostat").read_text(encoding="utf-8")
     supervisor = supervisor_of(text)
-    with judging_modules(tmp_path, supervisor) as judging:
-        values = importlib.import_module("random_messages").Values(random.Random(1))
-        assert {20.5, 90} <= set(values._everywhere)
-        judge = judged(judging, controller_source(supervisor))
-        assert judge.faults == []
-        other = supervisor_of(text.replace("wanted: double = 20.5", "wanted: double = 15.0"))
-        assert judged(judging, controller_source(other)).faults
+    scripts = scripts_of(supervisor)
+    assert tells_apart(supervisor, scripts, controller_source(supervisor)) == []
+    other = supervisor_of(text.replace("wanted: double = 20.5", "wanted: double = 15.0"))
+    assert tells_apart(supervisor, scripts, controller_source(other)) != []

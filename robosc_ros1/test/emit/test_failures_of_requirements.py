@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from emit.generated_code import controller_source, supervisor_of
-from emit.judged_controllers import class_of
+from emit.scripted_controllers import class_of
 from random_models import random_model
 from ros_support import EXAMPLES
 

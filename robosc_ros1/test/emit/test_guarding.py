@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import ast
-import importlib
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
 from emit.generated_code import supervisor_of
-from emit.judged_controllers import Robot, judging_modules, message_of
 from ros2.launching import (
     AnyLaunchDescriptionSource,
     IncludeLaunchDescription,
@@ -96,26 +93,6 @@ def test_a_command_without_data_carries_the_defaults() -> None:
     """As in a package that commands by itself."""
     assert found(DRIVE, TURN)[VEL] == found(DRIVE, TURN, "provide stop with {}")[VEL]
     assert CommandMatch("Motor.stop", exact=({},)) in found(DRIVE, TURN)[VEL]
-
-
-def test_commands_without_data_are_played_as_they_are_known(tmp_path: Path) -> None:
-    """The test of a supervisor wishes for a stop with the message that means it."""
-    supervisor = supervisor_of(MODEL % f"{DRIVE} {TURN}")
-    keys = ["Motor.drive", "Motor.turn", "Motor.stop"]
-    with judging_modules(tmp_path, supervisor) as judging:
-        robot = Robot(judging, 1, lambda data: data)
-        judge = SimpleNamespace(
-            shadow=importlib.import_module("reference_model").ReferenceModel(judging.PLANT)
-        )
-        judge.shadow.variables["Sensor.wanted"] = 0.5
-        guarding = importlib.import_module("random_commands")
-        wishes = guarding.RandomCommands(robot.chance, robot.values, judge)
-        make = lambda: message_of({part: {"x": 0.0, "z": 0.0} for part in ("linear", "angular")})  # noqa: E731
-        wished = [wishes.command(make, keys) for _ in range(200)]
-        default = guarding.content(make())
-        assert {key for key, _ in wished} == set(keys)
-        assert {guarding.content(m) for key, m in wished if key == "Motor.stop"} == {default}
-        assert default not in {guarding.content(m) for key, m in wished if key == "Motor.drive"}
 
 
 @pytest.mark.parametrize(("one", "other"), [("/arm", "arm"), ("~arm", "~/arm")])

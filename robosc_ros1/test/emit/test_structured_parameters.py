@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
-from emit.generated_code import controller_class, controller_source, supervisor_of
-from emit.judged_controllers import judged, judging_modules
+from emit.generated_code import controller_class, supervisor_of
+from emit.scripted_controllers import faults_of
 from model.model_text import faults
 from simulate.players import play, session
 
@@ -18,6 +17,7 @@ from robosc.emit.package.ros2_target import emit as emit_ros2
 from robosc.model.declarations.parameters import with_parameters
 from robosc.runtime.settings import ParameterError, dotted, flatten, private, read
 from robosc.runtime.shapes import parts_by_name
+from robosc.simulate.start import supervisor_with
 from robosc.source import Source
 from robosc.syntax.formatting.format import format_text
 
@@ -127,7 +127,7 @@ def test_conditions_read_parameters(engine: str) -> None:
 
 
 @pytest.mark.parametrize("route", [None, [{"x": 3.0}], []])
-def test_the_test_of_the_package_reads_them_the_same_way(tmp_path: Path, route: Any) -> None:
+def test_the_test_of_the_package_reads_them_the_same_way(route: Any) -> None:
     supervisor = supervisor_of(ROBOT % MODEL)
     changed = {} if route is None else {"route": route}
     robot = with_parameters(supervisor.plant.robot, changed)
@@ -135,9 +135,7 @@ def test_the_test_of_the_package_reads_them_the_same_way(tmp_path: Path, route: 
         {"x": 0.0, "y": 0.0, **point}
         for point in ([{"x": 1.0}, {"x": 3.0, "y": 2.0}] if route is None else route)
     )
-    with judging_modules(tmp_path, supervisor) as judging:
-        judge = judged(judging, controller_source(supervisor), rounds=40)
-    assert judge.faults == []
+    assert faults_of(supervisor_with(supervisor, changed)) == []
 
 
 @pytest.mark.parametrize("emit", [emit_ros1, emit_ros2])

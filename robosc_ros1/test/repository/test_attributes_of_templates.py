@@ -109,8 +109,8 @@ def test_no_attribute_hides_a_method(target):
 @pytest.mark.parametrize("target", TARGETS)
 def test_classes_are_read_with_those_that_they_extend(target):
     """Through several files, and into the runtime."""
-    robot = Place(target, TEMPLATES / target / "ros_robot.py", "Robot")
-    assert [place.name for place in with_bases(robot)] == ["Robot", "SimulatedRobot", "RobotCalls"]
+    robot = Place(target, TEMPLATES / target / "guarded_player.py", "GuardedRobot")
+    assert [place.name for place in with_bases(robot)] == ["GuardedRobot", "Robot"]
     relay = Place(target, TEMPLATES / target / "relay.py", "RelayPort")
     assert RUNTIME in {place.file.parent for place in with_bases(relay)}
 

@@ -282,9 +282,7 @@ class Coverage:
         """The cases of one command in a state; ``carried`` is what another controller sends."""
         found: set[Case] = set()
         guards = self.steps.guards_others
-        self._see_rule(
-            self.rules_by_number[step.number], state, found, carried if guards else None
-        )
+        self._see_rule(self.rules_by_number[step.number], state, found, carried if guards else None)
         return found
 
     def _see_edges(

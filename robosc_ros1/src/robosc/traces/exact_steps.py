@@ -409,7 +409,8 @@ class Steps:
         return [s for s in (*found, *self.commands) if s.event.key not in self.unjudged]
 
     def made(self, step: ExactStep, state: State, sent: Carried) -> tuple[Carried, dict[str, Any]]:
-        """What a supervisor makes of what a command carries, with the fields that it changes, by path.
+        """What a supervisor makes of what a command carries, and the fields that it changes, by
+        path.
 
         Raises:
             Undefined: what a correction reads is not there.

@@ -19,8 +19,8 @@ from robosc.expr.tree import VariableRef
 from robosc.expr.types import IntegerType, domain
 from robosc.language.events import Kind
 from robosc.runtime.values import Undefined
-from robosc.traces.coverage import Case, Coverage
 from robosc.traces.attempts import attempted
+from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 

@@ -203,6 +203,8 @@ class Player:
         else:
             self.robot.attempt(key, kind, fields)
         self.wait(lambda: self._happened(name, kind, count) is not None, "%s.%s" % (name, kind))
+        if not self.robot.sends and COMMUNICATIONS[name]["kind"] in CALLED and kind == "request":
+            self._keep(key, self._arrived_at(self.robot.place[key], "the goal")[1])
         entry = self._events[self._happened(name, kind, count)]
         if entry["outcome"] == "blocked" and COMMUNICATIONS[name]["kind"] in CALLED:
             self._arrived_at((key, "end"), "the end of what is blocked")
@@ -317,12 +319,16 @@ class Player:
         index = next((n for n, (message, _) in enumerate(arrived) if same(message, told)), 0)
         message, call = arrived[index]
         del arrived[index]
+        self._keep(key, call)
+        return "%s.%s" % (name, kind), message
+
+    def _keep(self, key, call):
+        """Keep a call that came, for its answer; None: it was none."""
         if call is not None:
             replaced = self._open.pop(key, None)
             if replaced is not None:
                 self.robot.answer(replaced, "error", {})
             self._open[key] = call
-        return "%s.%s" % (name, kind), message
 
     def _expect_data(self, text):
         name, _, rest = text.partition(" ")

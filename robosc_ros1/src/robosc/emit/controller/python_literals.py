@@ -3,67 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from robosc.emit.write.line_breaks import INDENT, WIDTH, broken_string, quoted
 
-_LONG = 2000
-"""Characters of a list from which on it is written once where it occurs several times."""
-
 
 def assignment(name: str, value: Any) -> str:
     """The statement that gives a name a value of dicts, lists, tuples and primitive values."""
-    return "\n".join(_Layout({}).lines(f"{name} = ", value, "", "")) + "\n"
-
-
-def assignments(name: str, value: Any) -> str:
-    """The same, after statements for long lists that occur several times, as one object."""
-    names: dict[int, str] = {}
-    layout = _Layout(names)
-    found: list[str] = []
-    for shared in _shared(value):
-        part = f"PART_{len(names) + 1}"
-        found += [*layout.lines(f"{part} = ", shared, "", ""), ""]
-        names[id(shared)] = part
-    return "\n".join([*found, *layout.lines(f"{name} = ", value, "", "")]) + "\n"
-
-
-def _shared(value: Any) -> list[list[Any]]:
-    """The long lists that occur several times, each after those in it."""
-    times: Counter[int] = Counter()
-    seen: list[Any] = []
-
-    def visit(part: Any) -> None:
-        if isinstance(part, dict | list | tuple):
-            times[id(part)] += 1
-            if times[id(part)] == 1:
-                for entry in part.values() if isinstance(part, dict) else part:
-                    visit(entry)
-                seen.append(part)
-
-    visit(value)
-    layout = _Layout({})
-    return [
-        part
-        for part in seen
-        if isinstance(part, list) and times[id(part)] > 1 and layout.within(part, _LONG) is None
-    ]
+    return "\n".join(_Layout().lines(f"{name} = ", value, "", "")) + "\n"
 
 
 def literal(value: Any) -> str:
     """The value on one line."""
-    text = _Layout({}).within(value, math.inf)
+    text = _Layout().within(value, math.inf)
     assert text is not None
     return text
 
 
 class _Layout:
-    """Writes data; ``names`` are those of lists that are written already, by identity."""
-
-    def __init__(self, names: Mapping[int, str]) -> None:
-        self._names = names
+    """Writes data."""
 
     def lines(self, head: str, value: Any, tail: str, indent: str) -> Iterator[str]:
         """Yield the lines of a value, with what stands before and behind it."""
@@ -90,9 +49,7 @@ class _Layout:
     def within(self, value: Any, room: float) -> str | None:
         """Return the value on one line, if it has not more characters than ``room``."""
         text: str | None
-        if id(value) in self._names:
-            text = self._names[id(value)]
-        elif isinstance(value, str):
+        if isinstance(value, str):
             text = quoted(value)
         elif isinstance(value, dict):
             text = self._joined((entry for pair in value.items() for entry in pair), "{}", room)

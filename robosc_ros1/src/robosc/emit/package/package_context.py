@@ -11,7 +11,7 @@ from robosc.errors import UsageError
 from robosc.model.entities import Communication
 from robosc.resources import templates_folder
 
-_TEST_DATA = ("package_under_test", "plant_data")
+_TEST_DATA = ("robot_tables", "players", "shown")
 """The generated modules of a package's test."""
 
 
@@ -77,8 +77,6 @@ class PackageContext:
     title: str = field(default="Controller", kw_only=True)
     heard: HeardView = field(default=HeardView(), kw_only=True)
     """Of a monitor."""
-    watched: tuple[str, ...] = field(default=(), kw_only=True)
-    """The parameters that set the timeouts of messages."""
     examples: tuple[str, ...] = field(default=(), kw_only=True)
     """What the test of a package of ROS 2 gives for the parameters that must be given."""
     lifecycle: bool = field(default=False, kw_only=True)

@@ -55,9 +55,9 @@ class Target:
     ``modules`` is the folder of a package's own Python modules. ``templates`` has the templates of
     all packages by the paths of their files, ``of_mode`` those of one mode; in paths, ``{package}``
     stands for the package and ``{rostest}`` for its test. ``program`` is the module of the
-    test that is started. ``dependencies`` are the packages that every package needs. ``identifier`` is
-    a communication's name in ROS, ``module`` and ``type`` are module and class of its type in
-    Python, ``interface`` is that type for the tools of ROS. ``action_parts`` are the names below
+    test that is started. ``dependencies`` are the packages that every package needs.
+    ``identifier`` is a communication's name in ROS, ``module`` and ``type`` are module and class of
+    its type in Python, ``interface`` is that type for the tools of ROS. ``action_parts`` are the names below
     that of an action; ``shows_results``: whoever listens there gets the results of goals.
     ``has_qos``: nodes have parameters for the quality of service; ``has_lifecycle``: there are
     managed nodes.
@@ -231,11 +231,6 @@ def _context(
 ) -> PackageContext:
     communications = robot.communications.values()
     parameters = target.parameters(robot, config)
-    timeouts = {
-        f"timeout.{robot.display_names[c.key]}"
-        for c in communications
-        if c.kind is Kind.OUTGOING and c.timeout is not None
-    }
 
     def type_(communication: Communication) -> str:
         return f"{target.module(communication)}.{target.type(communication)}"
@@ -271,7 +266,6 @@ def _context(
         served_services=servers(Kind.SERVED_SERVICE),
         served_actions=servers(Kind.SERVED_ACTION),
         parameters=parameters,
-        watched=tuple(p.name for p in parameters if p.name.replace("/", ".") in timeouts),
         defaults=literal(
             {
                 n: v
