@@ -67,8 +67,9 @@ def verdicts(model: Path, mode: str, every: int, seconds: float) -> Iterator[Ver
     finds = partial(tells_apart, supervisor, scripts_of(supervisor))
     faults = finds(source)
     assert not faults, f"{model}: the controller itself: {faults}"
-    topics = [keys for _, keys in shared_topics(robot)]
-    options = messages(plant), topics, seconds, not guards
+    said = messages(plant)
+    topics = [keys for _, keys in shared_topics(robot) if (keys[0], "response") in said]
+    options = said, topics, seconds, not guards
     called: set[str] = set()
     recording = Recording(class_of(source, called, plant), called, *options)
     for mutant in [m for m in mutants(source) if m.kind in MODES[mode]][::every]:

@@ -57,8 +57,6 @@ def test_what_is_assumed_away_is_not_played() -> None:
 
 
 FAULTS = {
-    "takes what is assumed away": ('raise BrokenAssumption("assume ', 'str("'),
-    "takes a state that is assumed away": ('raise BrokenAssumption("assume always', 'str("'),
     "refuses what is not": ('value > 1 and self.lift == "moving"', "value > 1"),
 }
 

@@ -17,7 +17,6 @@ from robosc.emit.package.ros2_target import emit as emit_ros2
 from robosc.model.declarations.parameters import with_parameters
 from robosc.runtime.settings import ParameterError, dotted, flatten, private, read
 from robosc.runtime.shapes import parts_by_name
-from robosc.simulate.start import supervisor_with
 from robosc.source import Source
 from robosc.syntax.formatting.format import format_text
 
@@ -135,7 +134,7 @@ def test_the_test_of_the_package_reads_them_the_same_way(route: Any) -> None:
         {"x": 0.0, "y": 0.0, **point}
         for point in ([{"x": 1.0}, {"x": 3.0, "y": 2.0}] if route is None else route)
     )
-    assert faults_of(supervisor_with(supervisor, changed)) == []
+    assert faults_of(supervisor) == []
 
 
 @pytest.mark.parametrize("emit", [emit_ros1, emit_ros2])

@@ -43,6 +43,8 @@ def attempted(
     changes = bool(fields) and steps.follows
     after = step.after(state, sent if changes else made)
     cases = coverage.of_state_of(step, state, made)
+    if fields and is_allowed:
+        cases.add(("corrected", step.number, *fields))
     if is_allowed and after is not None and not changes:
         cases |= coverage.of_step(step, state, made, after)
         return Attempt(True, after, frozenset(cases), fields, None)

@@ -255,7 +255,7 @@ class Coverage:
     ) -> tuple[str, ...] | None:
         """Why a command is not enabled, as a node tells it; None if that cannot be told."""
         rule = self.rules_by_number[step.number]
-        if step.event.kind is EventKind.CANCEL:
+        if step.event.kind is EventKind.CANCEL or step.event.command in self.robot.performed:
             return None
         found = []
         if not step.in_phase(state):

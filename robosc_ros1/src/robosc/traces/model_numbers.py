@@ -64,6 +64,7 @@ def expressions(robot: Robot, events: Iterable[Event]) -> Iterator[tuple[Expr, f
                             for part in comparisons(condition_of(rule)):
                                 yield part, frozenset({(event.identity, path), event.identity})
     for event in events:
+        owned += [(expr, event.identity) for expr in judging(robot, event)]
         for automaton in event.automata:
             for edge in automaton.edges:
                 owned += [(a.value, event.identity) for a in edge.assignments]
@@ -77,6 +78,17 @@ def expressions(robot: Robot, events: Iterable[Event]) -> Iterator[tuple[Expr, f
                 elif isinstance(leaf, ValueRef) and owner is not None:
                     reads |= {(owner, leaf.path), owner}
             yield part, frozenset(reads)
+
+
+def judging(robot: Robot, event: Event) -> Iterator[Expr]:
+    """What decides on the data of another controller's command, and corrects them."""
+    if not (robot.supervises and event.kind.sent):
+        return
+    yield from (robot.requirements[number].condition for number in event.requirements)
+    for provide in robot.provides if event.key in robot.corrected else ():
+        if provide.communication == event.key:
+            yield from data_expressions(provide.data)
+            yield from () if provide.condition is None else (provide.condition,)
 
 
 def enums(type_: Type, path: tuple[Any, ...]) -> Iterator[tuple[EnumType, tuple[Any, ...]]]:
@@ -96,12 +108,15 @@ def comparisons(expr: Expr) -> Iterator[Expr]:
     yield from found or (expr,)
 
 
-def origins(events: Iterable[Event]) -> dict[Any, frozenset[Any]]:
+def origins(robot: Robot, events: Iterable[Event]) -> dict[Any, frozenset[Any]]:
     """By event and path of a part (None: any), the names under which expressions read it: itself,
     and the variables that are assigned from it, directly or through others."""
     flows: dict[str, set[str]] = {}
     found: dict[Any, set[Any]] = {}
     for event in events:
+        for leaf in (leaf for expr in judging(robot, event) for leaf in walk(expr)):
+            if isinstance(leaf, ValueRef):
+                found.setdefault((event.identity, leaf.path), set())
         for automaton in event.automata:
             for edge in automaton.edges:
                 for assignment in edge.assignments:

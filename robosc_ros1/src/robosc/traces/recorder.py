@@ -355,7 +355,9 @@ class Recorder:
         yield from self._changes(before, assigned, staying)
 
     def _changes(self, before: State, assigned: set[str], staying: set[str]) -> Iterator[str]:
-        names = [c.name for c in self._robot.components if c.behaviour is not None]
+        lasting = {one.name for one in self._robot.lasting}
+        components = (c for c in self._robot.components if c.behaviour is not None)
+        names = [c.name for c in components if c.name not in lasting]
         was = places({n: before[n] for n in names if n in before})
         now = places({n: self.state[n] for n in names if n in self.state})
         for name, place in now.items():

@@ -87,7 +87,7 @@ class Samples:
                 others = [e for e in self.events if e.key in keys and e.key != key]
                 self._together[key] = [e for e in others if e.kind is EventKind.RESPONSE]
         self._expressions = list(expressions(robot, self.events))
-        self._read_by = origins(self.events)
+        self._read_by = origins(robot, self.events)
 
     def of(self, event: Event) -> list[Sample]:
         """The samples of an event, the plainest first; one without value if it carries none."""
