@@ -74,6 +74,8 @@ class GuardedRobot(Robot):
         goals = [p for c, _ in self._clients_of.values() for p in (c.pub_goal, c.pub_cancel)]
         # The robot's own servers hear goals that a supervisor does not hide from them.
         wanted = [(publisher, 1) for publisher, _ in self._commands.values()]
+        for server in () if self.sends else self._servers:
+            goals += [server.status_pub, server.result_pub, server.feedback_pub]
         wanted += [(publisher, 1 if self.sends else 2) for publisher in goals]
         self._player.wait(
             lambda: all(publisher.get_num_connections() >= n for publisher, n in wanted),

@@ -77,7 +77,13 @@ class GuardedRobot(Robot):
         publishers = [publisher for publisher, _ in self._commands.values()]
         clients = list(self._callers.values())
 
+        actions = [] if self.sends else [resolved(name) for name, _, _ in TABLES.actions]
+        topics = [n + "/_action/" + part for n in actions for part in ("status", "feedback")]
+
         def connected():
+            # This node's own client listens there, too.
+            if not all(self._node.count_subscribers(topic) >= 2 for topic in topics):
+                return False
             heard = all(publisher.get_subscription_count() for publisher in publishers)
             ready = all(client.service_is_ready() for client in clients)
             return heard and ready and all(c.server_is_ready() for c in self._clients_of.values())

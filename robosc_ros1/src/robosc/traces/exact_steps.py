@@ -406,7 +406,9 @@ class Steps:
         if not self.guards_others:
             return [s for s in self.steps if not s.event.controllable]
         found = [s for s in self.steps if not s.event.controllable and not self.comes_by_time(s)]
-        return [s for s in (*found, *self.commands) if s.event.key not in self.unjudged]
+        # A monitor may hear feedback before it knows of the goal, or not at all.
+        heard = [s for s in found if not (self.follows and s.event.kind is EventKind.FEEDBACK)]
+        return [s for s in (*heard, *self.commands) if s.event.key not in self.unjudged]
 
     def made(self, step: ExactStep, state: State, sent: Carried) -> tuple[Carried, dict[str, Any]]:
         """What a supervisor makes of what a command carries, and the fields that it changes, by

@@ -167,8 +167,8 @@ def _forbids(cases: set[Case]) -> bool:
 def test_files(
     supervisor: Supervisor, model: Path, target: str, config: Config, mode: Mode
 ) -> dict[str, str]:
-    """The files of a package's test, by path; ``target`` is ``ros1`` or ``ros2``, ``model`` the file
-    of the model."""
+    """The files of a package's test, by path; ``target`` is ``ros1`` or ``ros2``, ``model`` the
+    file of the model."""
     configured = supervisor_with(supervisor, config.parameters)
     robot = configured.plant.robot
     definitions = MessageDefinitions.for_model(model, ros_version=target[-1])

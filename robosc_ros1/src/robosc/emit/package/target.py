@@ -57,8 +57,9 @@ class Target:
     stands for the package and ``{rostest}`` for its test. ``program`` is the module of the
     test that is started. ``dependencies`` are the packages that every package needs.
     ``identifier`` is a communication's name in ROS, ``module`` and ``type`` are module and class of
-    its type in Python, ``interface`` is that type for the tools of ROS. ``action_parts`` are the names below
-    that of an action; ``shows_results``: whoever listens there gets the results of goals.
+    its type in Python, ``interface`` is that type for the tools of ROS. ``action_parts`` are the
+    names below that of an action; ``shows_results``: whoever listens there gets the results of
+    goals.
     ``has_qos``: nodes have parameters for the quality of service; ``has_lifecycle``: there are
     managed nodes.
     """

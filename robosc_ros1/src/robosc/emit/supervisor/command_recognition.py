@@ -207,20 +207,21 @@ def _refuse(
 def _provided(message: Communication, robot: Robot) -> Iterator[_Provided]:
     for provide in robot.provides:
         if provide.communication == message.key:
-            fields = list(_leaves(provide.data, message))
+            fields = list(leaves(provide.data, message))
             known = {path: _constant(e) for path, e in fields if e is not None and _is_constant(e)}
             # What is no number is equal to nothing that comes.
             constants = {path: value for path, value in known.items() if value == value}
             yield _Provided(constants, len(constants) == len(fields))
 
 
-def _leaves(
+def leaves(
     data: Data, message: Communication, path: Path = ()
 ) -> Iterator[tuple[Path, Expr | None]]:
-    """The expressions for all fields; None for what is no constant to compare with as a whole."""
+    """Yield the expressions for all fields of a message, by path; None for what is no constant to
+    compare with as a whole."""
     if isinstance(data, DataObject):
         for name, part in data.fields:
-            yield from _leaves(part, message, (*path, name))
+            yield from leaves(part, message, (*path, name))
     elif isinstance(data, DataArray) or isinstance(data.type, ArrayType | ObjectType):
         yield path, None
     else:

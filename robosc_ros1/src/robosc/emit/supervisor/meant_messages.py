@@ -5,9 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from robosc.emit.supervisor.command_recognition import CommandMatch, command_matches
+from robosc.emit.supervisor.command_recognition import CommandMatch, command_matches, leaves
+from robosc.expr.types import BooleanType, DoubleType, IntegerType, StringType, Type
 from robosc.model.entities import Robot
 
+_DEFAULTS: dict[type[Type], Any] = {
+    BooleanType: False,
+    IntegerType: 0,
+    DoubleType: 0.0,
+    StringType: "",
+}
 Meanings = Mapping[str, tuple[Mapping[str, Any], Mapping[str, tuple[Any, ...]], bool]]
 """By key of a command on a shared topic: the fields of a message that means it, by path; which
 values some of them may have, or must not have if the last one is false."""
@@ -41,9 +48,19 @@ def _meaning(
     if match.field is not None:
         path = ".".join(match.field[0])
         return {path: match.field[1][0]}, {path: match.field[1]}, True
-    path = next((p for data in exact for p in data), "")
-    others = tuple(data.get(path, 0) for data in exact)
+    given = dict(_given(robot, match.key))
+    path = next((p for data in exact for p in data), next(iter(given), ""))
+    others = tuple(data.get(path, given.get(path, 0)) for data in exact)
     return {path: _another(others)} if path else {}, {path: others}, False
+
+
+def _given(robot: Robot, key: str) -> Iterator[tuple[str, Any]]:
+    """The fields that provide statements give a command, with their defaults."""
+    for provide in robot.provides:
+        if provide.communication == key:
+            for path, expr in leaves(provide.data, robot.communications[key]):
+                if expr is not None and type(expr.type) in _DEFAULTS:
+                    yield ".".join(path), _DEFAULTS[type(expr.type)]
 
 
 def _another(values: tuple[Any, ...]) -> Any:

@@ -7,10 +7,12 @@ from thermostat_controller.node import TABLES
 __all__ = [
     "COMMANDS",
     "COMMUNICATIONS",
+    "MEANT",
     "MESSAGES",
     "PACKAGE",
     "PARAMETERS",
     "TABLES",
+    "TOLD",
     "USUAL",
     "ros_messages",
 ]
@@ -27,6 +29,8 @@ USUAL = {
     "stop_command": "",
     "whole_values": True,
 }
+TOLD = []
+MEANT = {}
 MESSAGES = ["reading", "outside"]
 COMMUNICATIONS = {
     "reading": {

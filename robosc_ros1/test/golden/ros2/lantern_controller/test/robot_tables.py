@@ -7,10 +7,12 @@ from lantern_controller.node import TABLES
 __all__ = [
     "COMMANDS",
     "COMMUNICATIONS",
+    "MEANT",
     "MESSAGES",
     "PACKAGE",
     "PARAMETERS",
     "TABLES",
+    "TOLD",
     "USUAL",
     "ros_messages",
     "ros_parameters",
@@ -28,6 +30,8 @@ USUAL = {
     "stop_command": "",
     "whole_values": True,
 }
+TOLD = []
+MEANT = {}
 MESSAGES = ["brightness"]
 COMMUNICATIONS = {
     "brightness": {
