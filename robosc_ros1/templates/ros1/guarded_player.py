@@ -85,31 +85,34 @@ class GuardedRobot(Robot):
     # --- what the controller does --------------------------------------------------------------
 
     def attempt(self, key, kind, fields):
-        """Send a command, or cancel the latest goal."""
+        """Send a command, and return what it carries; or cancel the latest goal."""
         if kind == "cancel":
             self._handles[key].cancel()
-        elif key in self._commands:
+            return None
+        if key in self._commands:
             publisher, type_ = self._commands[key]
             message = ros_messages.fill(type_(), fields)
             if hasattr(message, "header"):
                 message.header.stamp = self._time
             publisher.publish(message)
-        elif key in self._callers:
+            return plain(message)
+        if key in self._callers:
             name, type_ = self._callers[key]
             rospy.wait_for_service(name)
             request = ros_messages.fill(type_._request_class(), fields)
             threading.Thread(
                 target=self._call_robot, args=(key, name, type_, request), daemon=True
             ).start()
-        else:
-            client, type_ = self._clients_of[key]
-            client.wait_for_server()
-            goal = ros_messages.fill(type(type_().action_goal.goal)(), fields)
-            self._handles[key] = client.send_goal(
-                goal,
-                functools.partial(self._goal_moved, key),
-                lambda _, feedback: self._arrive((key, "progress"), feedback),
-            )
+            return plain(request)
+        client, type_ = self._clients_of[key]
+        client.wait_for_server()
+        goal = ros_messages.fill(type(type_().action_goal.goal)(), fields)
+        self._handles[key] = client.send_goal(
+            goal,
+            functools.partial(self._goal_moved, key),
+            lambda _, feedback: self._arrive((key, "progress"), feedback),
+        )
+        return plain(goal)
 
     def _call_robot(self, key, name, type_, request):
         try:

@@ -93,28 +93,32 @@ class GuardedRobot(Robot):
     # --- what the controller does --------------------------------------------------------------
 
     def attempt(self, key, kind, fields):
-        """Send a command, or cancel the latest goal."""
+        """Send a command, and return what it carries; or cancel the latest goal."""
         if kind == "cancel":
             self._player.wait(lambda: key in self._handles, "the acceptance of the goal")
             self._handles[key].cancel_goal_async()
-        elif key in self._commands:
+            return None
+        if key in self._commands:
             publisher, type_ = self._commands[key]
             message = filled(type_(), fields)
             if hasattr(message, "header"):
                 message.header.stamp = self._time
             publisher.publish(message)
-        elif key in self._callers:
+            return plain(message)
+        if key in self._callers:
             client = self._callers[key]
-            future = client.call_async(filled(client.srv_type.Request(), fields))
+            request = filled(client.srv_type.Request(), fields)
+            future = client.call_async(request)
             future.add_done_callback(lambda f: self._end(key, ("response", plain(f.result()))))
-        else:
-            client = self._clients_of[key]
-            self._handles.pop(key, None)
-            sent = client.send_goal_async(
-                filled(client._action_type.Goal(), fields),
-                feedback_callback=lambda m: self._arrive((key, "progress"), m.feedback),
-            )
-            sent.add_done_callback(lambda future: self._goal_answered(key, future.result()))
+            return plain(request)
+        client = self._clients_of[key]
+        self._handles.pop(key, None)
+        goal = filled(client._action_type.Goal(), fields)
+        sent = client.send_goal_async(
+            goal, feedback_callback=lambda m: self._arrive((key, "progress"), m.feedback)
+        )
+        sent.add_done_callback(lambda future: self._goal_answered(key, future.result()))
+        return plain(goal)
 
     def _goal_answered(self, key, goal):
         if not goal.accepted:

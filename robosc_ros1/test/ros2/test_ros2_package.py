@@ -63,7 +63,7 @@ def test_the_package_s_own_test_plays_the_robot(built: Any, graph: Graph, packag
     test = graph.start(
         graph.bed.python, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider",
         built.folder / "src" / package / "test",
-        **built.environment(package), ROBOSC_SECONDS="4",
+        **built.environment(package),
     )  # fmt: skip
     code = test.wait(240.0)
     assert code == 0, test.output
@@ -76,7 +76,7 @@ def test_own_tests_of_one_robot_that_run_at_once_wait_for_each_other(
         graph.start(
             graph.bed.python, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider",
             built.folder / "src" / package / "test",
-            **built.environment(package), ROBOSC_SECONDS="4",
+            **built.environment(package),
         )
         for package in ("crane_supervisor", "crane_monitor")
     ]  # fmt: skip

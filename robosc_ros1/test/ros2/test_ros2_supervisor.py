@@ -270,8 +270,8 @@ def test_the_package_s_own_test_plays_robot_and_controller(
     test = graph.start(
         graph.bed.python, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider",
         built.folder / "src" / package / "test",
-        **built.environment(package), ROBOSC_SECONDS="3",
+        **built.environment(package),
     )  # fmt: skip
     code = test.wait(240.0)
     assert code == 0, test.output
-    assert "1 passed" in test.output
+    assert " passed" in test.output

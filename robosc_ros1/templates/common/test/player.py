@@ -6,12 +6,13 @@ and nothing depends on how fast the machine is. Whatever must come is waited for
 is known once the node has reported again.
 """
 
+import tempfile
 import threading
 import time
 from collections import defaultdict, deque
 from pathlib import Path
 
-from robot_tables import COMMANDS, COMMUNICATIONS, MEANT, TABLES
+from robot_tables import COMMANDS, COMMUNICATIONS, MEANT, TABLES, USUAL
 from scripts import EVENT, SENT, Condition, Fault, part_of, put, read, same, value
 from shown import REQUIREMENTS
 
@@ -46,6 +47,8 @@ class Player:
         """What was sent last: the events, with the messages that arrived."""
         self._found, self._forbidden = set(), set()
         """The numbers of the events of a monitor's findings, and of those that are expected."""
+        self._passing = {}
+        """What another controller has sent, by key."""
         self._asked = {}
         """The calls of the robot that wait for another controller's answers, by key."""
 
@@ -201,7 +204,7 @@ class Player:
             call = self._asked[key] if kind == "feedback" else self._asked.pop(key)
             self.robot.answer(call, kind, fields)
         else:
-            self.robot.attempt(key, kind, fields)
+            self._passing[key] = self.robot.attempt(key, kind, fields)
         self.wait(lambda: self._happened(name, kind, count) is not None, "%s.%s" % (name, kind))
         if not self.robot.sends and COMMUNICATIONS[name]["kind"] in CALLED and kind == "request":
             self._keep(key, self._arrived_at(self.robot.place[key], "the goal")[1])
@@ -320,6 +323,9 @@ class Player:
         message, call = arrived[index]
         del arrived[index]
         self._keep(key, call)
+        passing = self._passing.pop(key, None)
+        if passing and "corrected" not in entry["event"] and not same(message, bare(passing)):
+            raise Fault("passed on: %r; the controller sent: %r" % (message, passing))
         return "%s.%s" % (name, kind), message
 
     def _keep(self, key, call):
@@ -365,6 +371,15 @@ class Player:
         )
 
 
+def bare(message):
+    """Return a message without headers."""
+    if isinstance(message, list):
+        return [bare(part) for part in message]
+    if not isinstance(message, dict):
+        return message
+    return {name: bare(part) for name, part in message.items() if name != "header"}
+
+
 def _whole(name):
     return name if name not in COMMUNICATIONS else name + ".request"
 
@@ -395,11 +410,14 @@ def play(script, robot):
     """Play a script against a node of its own. Raises Fault."""
     parameters, steps = read(script.read_text(encoding="utf-8").splitlines())
     player = Player(robot, steps)
-    with robot.node(player, parameters):
-        try:
-            player.play()
-        except Fault as fault:
-            raise Fault("%s, %s" % (script.name, fault)) from None
+    with tempfile.TemporaryDirectory() as folder:
+        if "persistent_file" in USUAL:
+            parameters["persistent_file"] = str(Path(folder, "values.json"))
+        with robot.node(player, parameters):
+            try:
+                player.play()
+            except Fault as fault:
+                raise Fault("%s, %s" % (script.name, fault)) from None
 
 
 def report(passed):

@@ -208,7 +208,8 @@ def _robot_module(target: Target, robot: Robot, context: PackageContext, mode: M
     body += assignment("__all__", offered + modules)
     body += f'\nPACKAGE = "{context.package}"\n'
     body += assignment("PARAMETERS", parameters)
-    body += assignment("USUAL", {**USUAL, **OF_MODE[mode]})
+    kept = {p.name: "" for p in context.parameters if p.name == "persistent_file"}
+    body += assignment("USUAL", {**USUAL, **OF_MODE[mode], **kept})
     body += assignment("TOLD", TOLD[mode])
     body += assignment("MEANT", meant(robot) if mode != "controller" else {})
     body += assignment("MESSAGES", messages)
