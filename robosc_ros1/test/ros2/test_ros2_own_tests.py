@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from typing import Any
 
 import pytest
-from ros2.ros2_support import Graph, Process
+from ros2.ros2_support import Graph
 
 
 @pytest.mark.parametrize(

@@ -402,10 +402,11 @@ class Steps:
     @property
     def inputs(self) -> list[ExactStep]:
         """What comes from outside: the robot's events, and the commands of another controller.
-        To supervisors and monitors no time passes in runs."""
+        To monitors no time passes in runs."""
         if not self.guards_others:
             return [s for s in self.steps if not s.event.controllable]
-        found = [s for s in self.steps if not s.event.controllable and not self.comes_by_time(s)]
+        found = [s for s in self.steps if not s.event.controllable]
+        found = [s for s in found if not (self.follows and self.comes_by_time(s))]
         # A monitor may hear feedback before it knows of the goal, or not at all.
         heard = [s for s in found if not (self.follows and s.event.kind is EventKind.FEEDBACK)]
         return [s for s in (*heard, *self.commands) if s.event.key not in self.unjudged]

@@ -1,7 +1,4 @@
-"""Records a run of a supervisor or of a monitor: what the plant says of another one's commands.
-
-No time passes in it.
-"""
+"""Records a run of a supervisor or of a monitor: what the plant says of another one's commands."""
 
 from __future__ import annotations
 
@@ -20,69 +17,57 @@ from robosc.traces.search import Move
 
 
 class GuardRecorder(Recorder):
-    """One run from the start of the node."""
+    """One run from the start of a supervisor, beside which the virtual clock of one runs."""
 
-    def __init__(self, steps: Steps, coverage: Coverage, told: set[Any]) -> None:
-        self._told = told
-        self._steps = steps
-        self._coverage = coverage
-        self._robot = steps.robot
-        self._fields = {
-            label(s.event): self._robot.commands[s.event.command].field or ""
-            for s in steps.commands
-            if s.event.kind.sent
-        }
-        stops = self._robot.stop is not None and not steps.follows
-        self.run = ScriptedRun({"stop_command": ""} if stops else {})
-        self.state: State = steps.initial
-        self.is_over = False
-        cases = self._complete()
-        self._tell("", (), set(), set(), steps.initial, cases)
+    def _parameters(self) -> dict[str, Any]:
+        given = super()._parameters()
+        del given["rate"]
+        return given if self._robot.stop is None else {**given, "stop_command": ""}
 
     def play(self, move: Move) -> None:
         step, sample = move
-        before = self.state
-        text = f"{label(step.event)} {sample.text}".strip()
-        if step.event.controllable:
-            attempt = attempted(self._steps, self._coverage, step, before, sample.parts)
-            if attempt is None:
-                self.is_over = True
-                return
-            assigned = set(_assigned(step, before, sample.parts))
-            self.state = attempt.after
-            cases = set(attempt.cases) | self._complete()
-            expected = tuple(self._outcome(step, sample, attempt))
+        if self._steps.comes_by_time(step):
+            self._await(step)
+        elif step.event.controllable:
+            self._attempt(step, sample)
         else:
-            cases, assigned = self._input(step, sample)
-            if self.is_over:
-                return
-            expected = ("sent nothing",)
-        self._tell(text, expected, assigned, self._stays(step, before), before, cases)
+            self._fire(step, sample)
 
     def beat(self) -> None:
-        """No time passes."""
+        """Nothing is repeated."""
 
-    def _input(self, step: ExactStep, sample: Sample) -> tuple[set[Case], set[str]]:
-        parts = sample.parts
-        assigned = set(_assigned(step, self.state, parts))
-        cases: set[Case] = {("value", step.number, sample.text)}
-        after = step.after(self.state, parts)
-        if after is None and (refusal := self._steps.refusal_of(step)) is not None:
-            cases |= self._coverage.of_refusal(step, self.state, parts)
-            step, parts = refusal, refused(parts)
-            after = step.after(self.state, parts)
-        if after is None:
+    def _demand_all(self, *_: Any) -> None:
+        """Nothing is sent by itself."""
+
+    def _reasons(self) -> Iterator[str]:
+        """They are told of what is blocked."""
+        return iter(())
+
+    def _take(self, step: ExactStep, sample: Sample, attempt: Attempt) -> None:
+        """Let the supervisor on the clock take a command, too."""
+        if not self.machine.can(step.event, None):
             self.is_over = True
-            return cases, assigned
-        cases |= self._coverage.of_step(step, self.state, parts, after)
-        self.state = after
-        for event, others in sample.also:
-            other = self._steps.by_event[event.identity]
-            then = other.after(self.state, others)
-            if then is not None:
-                cases |= self._coverage.of_step(other, self.state, others, then)
-                self.state = then
-        return cases | self._complete(), assigned
+            return
+        for happening in self.machine.fire(step.event, sample.given):
+            named = (happening.kind, happening.name) == (step.event.kind.word, step.event.name)
+            if named and (happening.outcome == "applied") is not attempt.is_allowed:
+                self.is_over = True
+
+    def _attempt(self, step: ExactStep, sample: Sample) -> None:
+        before = self.state
+        text = f"{label(step.event)} {sample.text}".strip()
+        attempt = attempted(self._steps, self._coverage, step, before, sample.parts)
+        if attempt is None:
+            self.is_over = True
+            return
+        assigned = set(_assigned(step, before, sample.parts))
+        self.state = attempt.after
+        cases = set(attempt.cases) | self._complete()
+        if attempt.is_allowed and step.event.key in self._overdue:
+            self._due[step.event.key] = self.machine.time + self._overdue[step.event.key]
+        self._take(step, sample, attempt)
+        expected = tuple(self._outcome(step, sample, attempt))
+        self._tell(text, expected, assigned, self._stays(step, before), before, cases)
 
     def _complete(self) -> set[Case]:
         """Let the internal transitions happen."""
@@ -120,6 +105,50 @@ class GuardRecorder(Recorder):
     ) -> None:
         expected = (*expected, *self._changes(before, assigned, staying))
         self.run.lines.append(RunLine(text, expected, frozenset(cases)))
+
+
+class MonitorRecorder(GuardRecorder):
+    """One run from the start of a monitor, in which no time passes."""
+
+    def __init__(self, steps: Steps, coverage: Coverage, told: set[Any]) -> None:
+        self._begin(steps, coverage, told)
+        self._overdue = {}
+        self.run = ScriptedRun({})
+        cases = self._complete()
+        self._tell("", (), set(), set(), steps.initial, cases)
+
+    def _take(self, *_: Any) -> None:
+        """No clock runs."""
+
+    def _fire(self, step: ExactStep, sample: Sample) -> None:
+        before = self.state
+        cases, assigned = self._input(step, sample)
+        if not self.is_over:
+            text = f"{label(step.event)} {sample.text}".strip()
+            staying = self._stays(step, before)
+            self._tell(text, ("sent nothing",), assigned, staying, before, cases)
+
+    def _input(self, step: ExactStep, sample: Sample) -> tuple[set[Case], set[str]]:
+        parts = sample.parts
+        assigned = set(_assigned(step, self.state, parts))
+        cases: set[Case] = {("value", step.number, sample.text)}
+        after = step.after(self.state, parts)
+        if after is None and (refusal := self._steps.refusal_of(step)) is not None:
+            cases |= self._coverage.of_refusal(step, self.state, parts)
+            step, parts = refusal, refused(parts)
+            after = step.after(self.state, parts)
+        if after is None:
+            self.is_over = True
+            return cases, assigned
+        cases |= self._coverage.of_step(step, self.state, parts, after)
+        self.state = after
+        for event, others in sample.also:
+            other = self._steps.by_event[event.identity]
+            then = other.after(self.state, others)
+            if then is not None:
+                cases |= self._coverage.of_step(other, self.state, others, then)
+                self.state = then
+        return cases | self._complete(), assigned
 
 
 def _raw(sample: Sample) -> dict[str, Any]:

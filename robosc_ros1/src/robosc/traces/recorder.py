@@ -20,6 +20,7 @@ from robosc.runtime.settings import parameter_name
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.machines.execute import Execution, read_settings
 from robosc.simulate.machines.machine import Happening, label
+from robosc.simulate.machines.supervised import SupervisedExecution
 from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage
@@ -86,14 +87,37 @@ class Recorder:
     def __init__(
         self, supervisor: Supervisor, steps: Steps, coverage: Coverage, told: set[Any]
     ) -> None:
-        self._told = told
-        self._steps = steps
-        self._coverage = coverage
-        self._robot = steps.robot
+        self._begin(steps, coverage, told)
         self._by_name = {
             (s.event.kind.word, s.event.name, s.event.index if s.event.kind.of_component else 0): s
             for s in steps.steps
         }
+        parameters = self._parameters()
+        self.run = ScriptedRun(parameters)
+        settings = read_settings(self._robot, parameters)
+        make = SupervisedExecution if steps.guards_others else Execution
+        self.machine: Execution = make(supervisor, settings)
+        self._also: Mapping[Any, Carried] = {}
+        """What the other events carry that the latest message is, by identity."""
+        self._heard: dict[str, tuple[ExactStep, Sample, float]] = {}
+        self._record("", None, SILENT_PARTS, self.machine.beginning)
+
+    def _begin(self, steps: Steps, coverage: Coverage, told: set[Any]) -> None:
+        self._told = told
+        self._steps = steps
+        self._coverage = coverage
+        self._robot = steps.robot
+        self.state: State = steps.initial
+        self.is_over = False
+        self._fields = {
+            label(s.event): self._robot.commands[s.event.command].field or ""
+            for s in steps.commands
+            if s.event.kind.sent
+        }
+
+    def _parameters(self) -> dict[str, Any]:
+        """The parameters with which the node starts; also, what times they give."""
+        steps = self._steps
         names = {k: parameter_name(n) for k, n in self._robot.display_names.items()}
         self._timeouts: dict[str, float] = {}
         self._overdue: dict[str, float] = {}
@@ -117,19 +141,7 @@ class Recorder:
                     self._overdue[key] = overdue
                 if communication.kind is Kind.ACTION and _parameter(communication.within) is None:
                     parameters[f"goal_timeout/{names[key]}"] = PATIENCE
-        self._fields = {
-            label(s.event): self._robot.commands[s.event.command].field or ""
-            for s in steps.commands
-            if s.event.kind.sent
-        }
-        self.run = ScriptedRun(parameters)
-        self.machine = Execution(supervisor, read_settings(self._robot, parameters))
-        self.state: State = steps.initial
-        self.is_over = False
-        self._also: Mapping[Any, Carried] = {}
-        """What the other events carry that the latest message is, by identity."""
-        self._heard: dict[str, tuple[ExactStep, Sample, float]] = {}
-        self._record("", None, SILENT_PARTS, self.machine.beginning)
+        return parameters
 
     # --- what is done ------------------------------------------------------------------------
 

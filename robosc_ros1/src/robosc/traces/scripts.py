@@ -22,7 +22,7 @@ from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import Steps
-from robosc.traces.guard_recorder import GuardRecorder
+from robosc.traces.guard_recorder import GuardRecorder, MonitorRecorder
 from robosc.traces.narrow_fields import narrowing
 from robosc.traces.recorder import Recorder, ScriptedRun
 from robosc.traces.samples import Narrow, Samples, as_it_is
@@ -71,8 +71,10 @@ def choose(
     shown: set[Case] = set()
     left = scaled(INPUTS, coverage)
     while wanted and len(runs) < RUNS and left > 0:
-        if steps.guards_others:
-            recorder: Recorder = GuardRecorder(steps, coverage, told)
+        if steps.follows:
+            recorder: Recorder = MonitorRecorder(steps, coverage, told)
+        elif steps.guards_others:
+            recorder = GuardRecorder(supervisor, steps, coverage, told)
         else:
             recorder = Recorder(supervisor, steps, coverage, told)
         shown |= recorder.run.cases
@@ -85,7 +87,7 @@ def choose(
         runs.append(recorder.run)
         left -= len(recorder.run.lines)
     _annotate(runs, coverage)
-    time = ", while no time passes" if steps.guards_others else ""
+    time = ", while no time passes" if steps.follows else ""
     why = f"not found in {search.tried:,} inputs{time}"
     shown &= coverage.cases.keys()
     return Traces(tuple(runs), coverage.cases, frozenset(shown), coverage, why)
