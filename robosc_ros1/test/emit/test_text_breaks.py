@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 from emit.golden_packages import PACKAGES, package_of
 
-from robosc.emit.controller.python_literals import assignment, assignments
+from robosc.emit.controller.python_literals import assignment
 from robosc.emit.write.line_breaks import WIDTH
 from robosc.emit.write.text_breaks import break_comments, break_markdown, break_xml
 
@@ -97,16 +97,3 @@ def test_no_line_of_a_package_is_too_long(model: str, target: str, mode: str) ->
             continue
         lines = file.content.split("\n")
         assert [line for line in lines if len(line) > WIDTH and line[0] != "|"] == [], path
-
-
-def test_what_occurs_several_times_is_written_once() -> None:
-    inner = ["and", [f"a condition of some length {i}" for i in range(80)]]
-    outer = ["or", inner, [["not", inner], "b" * 2000]]
-    value = {"first": [outer, inner], "second": outer, "short": [["c"], ["c"]]}
-    text = assignments("DATA", value)
-    scope: dict[str, Any] = {}
-    exec(text, scope)
-    assert scope["DATA"] == value
-    assert scope["DATA"]["second"] is scope["DATA"]["first"][0]
-    assert text.count('"a condition of some length 7"') == 1
-    assert assignments("DATA", {"first": [1, 2]}) == assignment("DATA", {"first": [1, 2]})

@@ -29,7 +29,8 @@ def attempted(
     steps: Steps, coverage: Coverage, step: ExactStep, state: State, sent: Carried
 ) -> Attempt | None:
     """What becomes of a command that carries ``sent``; None if it is no attempt worth showing: the
-    end of what has not begun, or a goal that takes the place of another one."""
+    end of what has not begun, a goal that takes the place of another one, or one that runs though
+    the components have no place for it."""
     try:
         made, fields = steps.made(step, state, sent)
     except Undefined:
@@ -42,6 +43,8 @@ def attempted(
         return None
     changes = bool(fields) and steps.follows
     after = step.after(state, sent if changes else made)
+    if steps.follows and after is None and _kind(steps, step) is Kind.ACTION:
+        return None
     cases = coverage.of_state_of(step, state, made)
     if fields and is_allowed:
         cases.add(("corrected", step.number, *fields))
