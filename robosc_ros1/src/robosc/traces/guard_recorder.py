@@ -39,10 +39,6 @@ class GuardRecorder(Recorder):
     def _demand_all(self, *_: Any) -> None:
         """Nothing is sent by itself."""
 
-    def _reasons(self) -> Iterator[str]:
-        """They are told of what is blocked."""
-        return iter(())
-
     def _take(self, step: ExactStep, sample: Sample, attempt: Attempt) -> None:
         """Let the supervisor on the clock take a command, too."""
         if not self.machine.can(step.event, None):
@@ -103,7 +99,7 @@ class GuardRecorder(Recorder):
         before: State,
         cases: set[Case],
     ) -> None:
-        expected = (*expected, *self._changes(before, assigned, staying))
+        expected = (*expected, *self._changes(before, assigned, staying), *self._reasons())
         self.run.lines.append(RunLine(text, expected, frozenset(cases)))
 
 
@@ -119,6 +115,10 @@ class MonitorRecorder(GuardRecorder):
 
     def _take(self, *_: Any) -> None:
         """No clock runs."""
+
+    def _reasons(self) -> Iterator[str]:
+        """Guards mean nothing in states that no controller allows."""
+        return iter(())
 
     def _fire(self, step: ExactStep, sample: Sample) -> None:
         before = self.state

@@ -330,6 +330,8 @@ class Recorder:
     def _reasons(self) -> Iterator[str]:
         """Why commands are disabled, where no run has told that yet."""
         for command in self._steps.commands:
+            if self._steps.guards_others and command.carries:
+                continue  # they depend on what is sent
             reasons = self._coverage.reasons(command, self.state)
             if reasons is not None and (command.number, reasons) not in self._told:
                 self._told.add((command.number, reasons))
