@@ -26,7 +26,7 @@ OTHERS = (
     "courier_supervisor",
     "courier_monitor",
     "sentry_supervisor",
-    "sentry_monitor",
+    "lantern_monitor",
     "orders_supervisor",
     "missions_supervisor",
 )

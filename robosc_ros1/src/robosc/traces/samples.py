@@ -44,6 +44,8 @@ NEAR = 1e-6
 """How far a number is from the one beside which it lies, as a fraction of it, or of 1."""
 MOST = 300
 """The most samples of one event that are looked at."""
+PARTS = 6000
+"""The most parts that all values have together that are looked at."""
 BASES = 16
 """So many objects differ in all their parts; others in one from one of these."""
 LENGTHS = (1, 2, 3, 4, 6, 9, 36)
@@ -92,7 +94,7 @@ class Samples:
     def of(self, event: Event) -> list[Sample]:
         """The samples of an event, the plainest first; one without value if it carries none."""
         found: dict[str, Sample] = {}
-        for raw in map(_flat, self._raws(event)):
+        for raw in _bounded(map(_flat, self._raws(event))):
             text = _text(raw)
             if text not in found and (sample := self._sample(event, raw, text)) is not None:
                 found[text] = sample
@@ -113,13 +115,13 @@ class Samples:
         if not isinstance(type_, ObjectType):
             return [sample]
         found: dict[str, Sample] = {}
-        for name, values in self._columns(event, type_).items():
-            for value in values[: MOST // 4]:
-                raw = _flat({**sample.raw, name: value})
-                if (text := _text(raw)) not in found:
-                    other = self._sample(event, raw, text)
-                    if other is not None:
-                        found[text] = other
+        columns = self._columns(event, type_).items()
+        changed = ({name: v} for name, values in columns for v in values[: MOST // 4])
+        for raw in _bounded(_flat({**sample.raw, **change}) for change in changed):
+            if (text := _text(raw)) not in found:
+                other = self._sample(event, raw, text)
+                if other is not None:
+                    found[text] = other
         return list(found.values())
 
     def _sample(self, event: Event, raw: Any, text: str) -> Sample | None:
@@ -303,6 +305,16 @@ _OF_SCANS = {"angle_min": -1.0, "angle_increment": 0.5, "range_min": 0.05, "rang
 def _likely(name: str, values: list[Any]) -> list[Any]:
     usual = _OF_SCANS.get(name.rpartition(".")[2])
     return values if usual is None else [usual]
+
+
+def _bounded(raws: Iterable[Any]) -> Iterator[Any]:
+    """The first of some values, fewer where each has many parts."""
+    parts = 0
+    for raw in raws:
+        yield raw
+        parts += len(raw) if isinstance(raw, dict) else 1
+        if parts > PARTS:
+            return
 
 
 def _fields(value: Any) -> dict[str, Any]:

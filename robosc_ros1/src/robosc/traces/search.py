@@ -94,6 +94,8 @@ class InputGraph:
         robots = steps.inputs
         self._usual = max(USUAL, TRIES // max(1, len(robots)))
         self._inputs = [(s, self._distinct(s)) for s in robots]
+        read = [s for s, samples in self._inputs if s.event.controllable and len(samples) > 1]
+        self._attempts = max(USUAL, TRIES // max(1, len(read)))
         state = steps.initial
         for step, before, after in steps.settled(state):
             self.seen |= coverage.of_step(step, before, step.carried(before), after)
@@ -181,7 +183,7 @@ class InputGraph:
         for step, samples in self._inputs:
             if step.event.kind.sent or step.in_phase(node.state):
                 is_first = step.number in self._converted and node.number < FIRST
-                usual = TRIES if step.event.controllable else self._usual
+                usual = self._attempts if step.event.controllable else self._usual
                 self._try(node, step, samples[: CONVERTED if is_first else usual])
 
     def _refine(self, node: Node, step: ExactStep, sample: Sample) -> None:
