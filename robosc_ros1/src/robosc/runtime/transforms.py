@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 from copy import deepcopy
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from .port import steady_time
 
@@ -85,7 +85,8 @@ class Transforms:
         """Return what has waited, for the rate at which it comes at most, until now."""
         found = []
         for chain in self._chains:
-            early = chain.last is not None and 0 <= now - chain.last < chain.period
+            last = chain.last
+            early = last is not None and last <= now < last + chain.period
             if chain.waits and not early:
                 chain.waits, chain.last = False, now
                 found.append((chain.keys, self._message(chain)))
@@ -174,8 +175,7 @@ class HeardTransforms:
     what takes the messages of some communications."""
 
     def __init__(self, rows: Sequence[Tuple[str, str, Keys]], engine: Any, post: Any) -> None:
-        rates = engine.settings.rates
-        self._transforms = Transforms(rows, lambda key: 1 / rates[key] if rates[key] else 0.0)
+        self._transforms = Transforms(rows, period_by(engine.settings.rates))
         self._posts = {keys: post(keys) for _, _, keys in rows}
         self._turn = threading.Lock()  # topics may have threads of their own
         self._timer: Optional[threading.Timer] = None
@@ -206,6 +206,11 @@ class HeardTransforms:
 
 
 _CIRCLE = "frames are in a circle: "
+
+
+def period_by(rates: Mapping[str, float]) -> Callable[[str], float]:
+    """Return the least seconds between two messages of a communication, by its rate (0: none)."""
+    return lambda key: 1 / rates[key] if rates[key] else 0.0
 
 
 def plain(frame: str) -> str:

@@ -391,4 +391,6 @@ def _field(node: Any, name: str) -> Any:
     else:
         values = [getattr(node, attribute.field, None) for attribute in ATTRIBUTES]
     by_place = {value.span.start: value for value in values if value is not None}
+    # That of a transform is its keyword.
+    by_place = {start: value for start, value in by_place.items() if start > node.name.span.start}
     return [by_place[start] for start in sorted(by_place)]
