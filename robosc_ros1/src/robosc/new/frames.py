@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from robosc.names import is_frame
 from robosc.runtime.transforms import plain
 
 TOPICS = {"/tf": False, "/tf_static": True}
@@ -37,10 +38,11 @@ class Frames:
 
     def hear(self, message: Any, time: float, *, is_static: bool) -> None:
         for link in getattr(message, "transforms", ()):
-            child = plain(link.child_frame_id)
-            self._parents[child] = plain(link.header.frame_id)
-            if not is_static:
-                self._arrivals[child].append(time)
+            child, parent = plain(link.child_frame_id), plain(link.header.frame_id)
+            if is_frame(child) and is_frame(parent):
+                self._parents[child] = parent
+                if not is_static:
+                    self._arrivals[child].append(time)
 
     def chains(self) -> tuple[Chain, ...]:
         """Those from which a robot knows where it is: one for each robot."""

@@ -61,6 +61,7 @@ def _model(
     print(
         f"{counted(len(seen.outgoing), 'topic')} from the robot, {len(seen.incoming)} to it,"
         f" {counted(len(seen.services), 'service')}, {counted(len(seen.actions), 'action')}"
+        + (f", {counted(len(seen.chains), 'transform')}" if seen.chains else "")
     )
     for note in notes:
         print(note)

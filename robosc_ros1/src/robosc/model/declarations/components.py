@@ -28,7 +28,7 @@ from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import EXPECTATION, no_value, response_of
-from robosc.names import ros_name_fault, snake_case
+from robosc.names import is_frame, ros_name_fault, snake_case
 from robosc.runtime.settings import FASTEST
 from robosc.runtime.transforms import plain
 from robosc.source import Span
@@ -354,7 +354,7 @@ def _frames(node: TransformNode, report: Report) -> tuple[str, str] | None:
     assert node.source and node.target
     source, target = (plain(name.text) for name in (node.source, node.target))
     for name in (node.source, node.target):
-        if not plain(name.text) or any(c.isspace() or not c.isprintable() for c in name.text):
+        if not is_frame(plain(name.text)):
             text = f"{name.span.text} is no name of a frame"
             report.add("frames", name.span, text, 'write it as in /tf, such as "base_link"')
     if source == target:
