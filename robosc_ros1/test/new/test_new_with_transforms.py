@@ -9,7 +9,7 @@ import pytest
 from ros_support import Completed
 
 pytest.importorskip("rosbags")
-from simulate.recorded_runs import START, BagWriter  # noqa: E402
+from simulate.recorded_runs import START, BagWriter
 
 Links = list[tuple[str, str]]
 

@@ -80,7 +80,9 @@ def test_an_old_link_is_silence(tmp_path: Path, kind: str) -> None:
     assert [time for time, _ in wrong(run.judged())] == [1.05]
 
 
-def test_two_parents_are_told_and_silent(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_two_parents_are_told_and_silent(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     run = Run(tmp_path / "run.mcap")
     for step in range(20):
         run.place(0.1 * step, 0.0)

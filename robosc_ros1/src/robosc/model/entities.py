@@ -389,6 +389,15 @@ class Robot:
         return {key: variable for key, variable in self.variables.items() if variable.persistent}
 
     @cached_property
+    def transforms(self) -> dict[tuple[str, str], tuple[str, ...]]:
+        """The keys of transforms by their frames, from and to."""
+        found: dict[tuple[str, str], tuple[str, ...]] = {}
+        for one in self.communications.values():
+            if one.frames is not None:
+                found[one.frames] = (*found.get(one.frames, ()), one.key)
+        return found
+
+    @cached_property
     def yields_to(self) -> dict[str, tuple[str, ...]]:
         """The keys of commands that are preferred to a command, by its key."""
         found: dict[str, dict[str, None]] = {}

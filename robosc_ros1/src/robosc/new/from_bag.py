@@ -56,7 +56,9 @@ def read(path: Path) -> Recorded:
         told = {chain.name: chain.arrivals for chain in frames.chains()}
         pauses = pauses_of(_arrivals(bag) | told)
         notes = (*bag.storage.missing, *bag.storage.notes)
-    return Recorded(replace(_graph(topics), chains=frames.chains()), pauses, _definitions(channels), notes)
+    return Recorded(
+        replace(_graph(topics), chains=frames.chains()), pauses, _definitions(channels), notes
+    )
 
 
 def _definitions(channels: Iterable[Channel]) -> dict[str, Definition]:

@@ -141,8 +141,7 @@ class Transforms:
             (frame,) = links
             if frame in found:
                 circle = found[found.index(frame) :]
-                links_of = [(name, *self._parents[name].values()) for name in circle]
-                pairs = (_from(name, link) for name, link in links_of)
+                pairs = (_from(f, next(iter(self._parents[f].values()))) for f in circle)
                 return found, _CIRCLE + " and ".join(pairs)
             found.append(frame)
         return found, ""

@@ -179,15 +179,15 @@ def _declared(noun: str, sort: str) -> ParserElement:
     def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> CommunicationNode:
         name, *pairs = parts
         found = _checked(reading, end, pairs, types)
-        given = {"identifier": None, "links": None}
+        given: dict[str, Any] = {"identifier": None, "links": None}
         given |= {fields.get(attribute, attribute): value for attribute, value in found.items()}
         if sort == TRANSFORM:
             span = reading.span(start - 1, start)  # the word 'transform' stands for its type
-            names = (Name(text, span=span) for text in TRANSFORM_TYPE)
-            given["type"] = RosTypeNode(*names, span=span)
+            package, type_ = (Name(text, span=span) for text in TRANSFORM_TYPE)
+            given["type"] = RosTypeNode(package, type_, span=span)
         elif "type" in given and "type" not in types:
             definition = replace(given.pop("type"), folder=FOLDERS[sort])
-            given |= {type_: replace(definition, part=n) for n, type_ in enumerate(types)}
+            given |= {part: replace(definition, part=n) for n, part in enumerate(types)}
         node: CommunicationNode = _NODES[sort](name=name, **given, span=reading.span(start, end))
         return node
 

@@ -146,10 +146,10 @@ def package_of(
 def _parts(controller: ControllerContext, robot: Robot, mode: Mode) -> Iterator[str]:
     """The modules of the runtime that an engine imports when its model needs them."""
     communications = robot.communications.values()
+    if robot.transforms:
+        yield "transforms"
     if any(c.max_age is not None for c in communications):
         yield "ages"
-    if any(c.frames is not None for c in communications):
-        yield "transforms"
     if controller.persistent:
         yield "persistence"
     if controller.tables["taus"]:
@@ -206,8 +206,7 @@ def _context(
         found = (c for c in communications if c.kind is kind and c.frames is None)
         return topics(found, target.identifier, type_)
 
-    transforms = [c for c in communications if c.frames is not None]
-    more = ("tf2_msgs",) if transforms else ()
+    more = ("tf2_msgs",) if robot.transforms else ()
 
     def servers(kind: Kind) -> tuple[TopicView, ...]:
         return tuple(
@@ -234,15 +233,16 @@ def _context(
         publications=messages(Kind.INCOMING),
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
-        transforms=tuple(
-            TransformView(*frames, tuple(c.key for c in transforms if c.frames == frames))
-            for frames in dict.fromkeys(c.frames for c in transforms)
-        ),
+        transforms=tuple(TransformView(*frames, keys) for frames, keys in robot.transforms.items()),
         served_services=servers(Kind.SERVED_SERVICE),
         served_actions=servers(Kind.SERVED_ACTION),
         parameters=parameters,
         watched=tuple(p.name for p in parameters if p.name.replace("/", ".") in timeouts),
-        limited=tuple(f"rate/{parameter_name(robot.display_names[c.key])}" for c in transforms),
+        limited=tuple(
+            f"rate/{parameter_name(robot.display_names[key])}"
+            for keys in robot.transforms.values()
+            for key in keys
+        ),
         defaults=literal(
             {
                 n: v

@@ -167,10 +167,7 @@ class BagRun:
         }
         self._names = names or recorded_names(robot)
         self.transforms = RecordedTransforms(
-            [c for c in robot.communications.values() if c.frames is not None],
-            settings,
-            self._port.now,
-            self.engine.poster,
+            robot.transforms, settings, self._port.now, self.engine.poster
         )
         self._connect()
 
@@ -265,9 +262,8 @@ class BagRun:
     def _connect(self) -> None:
         robot = self.supervisor.plant.robot
         shared = {c.key for together in shared_servers(robot) for c in together}
-        linked = [c.key for c in robot.communications.values() if c.frames is not None]
-        if linked:
-            self._connect_transforms(linked)
+        if robot.transforms:
+            self._connect_transforms([k for keys in robot.transforms.values() for k in keys])
         heard: dict[str, list[str]] = {}
         commands: dict[str, list[CommandMatch]] = {}
         for one in robot.communications.values():

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from robosc.model.entities import Communication
 from robosc.runtime.observation import Handler
 from robosc.runtime.settings import Settings
 from robosc.runtime.transforms import Keys, Transforms, period_by
@@ -24,16 +23,12 @@ class RecordedTransforms:
 
     def __init__(
         self,
-        communications: Sequence[Communication],
+        chains: Mapping[tuple[str, str], Keys],
         settings: Settings,
         now: Callable[[], float],
         post: Callable[[Sequence[str]], Callable[[Any], None]],
     ) -> None:
-        rows = [
-            (*frames, tuple(c.key for c in communications if c.frames == frames))
-            for frames in dict.fromkeys(c.frames for c in communications)
-            if frames is not None
-        ]
+        rows = [(*frames, keys) for frames, keys in chains.items()]
         self._transforms = Transforms(rows, period_by(settings.rates))
         self._posts = {keys: post(keys) for _, _, keys in rows}
         self._now = now
