@@ -15,7 +15,7 @@ _BASES = ("base_link", "base_footprint")
 """How the frames of robots that drive end (REP 105)."""
 
 
-class Chain(NamedTuple):
+class RobotFrame(NamedTuple):
     """The transform from the frame above all others to that of the robot; ``arrivals`` are the
     times of its links that are not static, ``frames`` all frames of the tree."""
 
@@ -44,14 +44,14 @@ class Frames:
                 if not is_static:
                     self._arrivals[child].append(time)
 
-    def chains(self) -> tuple[Chain, ...]:
+    def chains(self) -> tuple[RobotFrame, ...]:
         """Those from which a robot knows where it is: one for each robot."""
         found = {frame: [*self._above(frame)] for frame in self._parents}
         trees = {frame: above for frame, above in found.items() if above[-1] not in self._parents}
         named = ([f for f in trees if f.endswith(end)] for end in _BASES)
         bases = next((frames for frames in named if frames), [])
         return tuple(
-            Chain(
+            RobotFrame(
                 trees[base][-1],
                 base,
                 sorted(time for frame in trees[base] for time in self._arrivals[frame]),

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from robosc.language.keywords import RESERVED, escape
 from robosc.model.ros.interfaces import Definition, Folder
 from robosc.new.declared_types import DeclaredTypes
-from robosc.new.frames import Chain
+from robosc.new.frames import RobotFrame
 from robosc.new.survey import UNKNOWN_NODE, Offer, Spacing, Survey
 
 _SMALL = """\
@@ -194,7 +194,7 @@ def _outgoing(types: _Types, offer: Offer, short: str, pauses: Spacing | None) -
         yield f"        outgoing {_message(types, offer, short, timeout)}\n"
 
 
-def _transform(chain: Chain, short: str, pauses: Spacing | None) -> Iterator[str]:
+def _transform(chain: RobotFrame, short: str, pauses: Spacing | None) -> Iterator[str]:
     yield f"        // where the robot is; frames: {_printable(', '.join(chain.frames))}\n"
     frames = f"from: {_quoted(chain.source)}, to: {_quoted(chain.target)}"
     timeout = "" if pauses is None else f", timeout: {_timeout(pauses.longest)}"

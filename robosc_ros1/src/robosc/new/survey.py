@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
 
-from robosc.new.frames import Chain
+from robosc.new.frames import RobotFrame
 
 Nodes = Mapping[str, Collection[str]]
 """The nodes at each topic, service or action."""
@@ -43,7 +43,7 @@ class RosGraph:
     services: Nodes
     actions: Nodes
     types: Mapping[str, str]
-    chains: tuple[Chain, ...] = ()
+    chains: tuple[RobotFrame, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ class Survey:
     services: tuple[Offer, ...]
     actions: tuple[Offer, ...]
     declared: frozenset[str] = frozenset()
-    chains: tuple[Chain, ...] = ()
+    chains: tuple[RobotFrame, ...] = ()
 
 
 def survey(graph: RosGraph) -> Survey:
