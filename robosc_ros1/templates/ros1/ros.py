@@ -63,10 +63,10 @@ class RosPort(CallingPort):
 
     def connect(self, engine):
         super().connect(engine)
-        self._connect_inputs(engine)
         if self.transforms is not None:
             keys = self.transforms.connect(engine, partial(self.post_transforms, engine))
             self._hear(keys, self.transforms)
+        self._connect_inputs(engine)
         if engine.settings.operate:
             heard = rospy.Subscriber("~operate", String, lambda order: engine.operate(order.data))
             self._subscribers.append(heard)

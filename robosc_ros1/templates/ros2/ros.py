@@ -78,11 +78,11 @@ class RosPort(CallingPort):
 
     def connect(self, engine):
         super().connect(engine)
-        self._connect_inputs(engine)
         if self.transforms is not None:
             post = partial(self.post_transforms, engine)
             keys = self.transforms.connect(self._node, self.listen, engine, post)
             self._heard.update(dict.fromkeys(keys, self.transforms))
+        self._connect_inputs(engine)
         if engine.settings.operate:
             quality = qos_profile("reliable", 10)
             self._node.create_subscription(
