@@ -19,9 +19,9 @@ import ros_links
 import rosgraph
 import roslib.message
 import rospy
-from geometry_msgs.msg import TransformStamped
 from actionlib_msgs.msg import GoalStatus
 from genpy.message import fill_message_args
+from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Clock
 
 PRINTING = threading.Lock()
