@@ -50,6 +50,10 @@ class Robot:
         for topic, type_, keys in TABLES.subscriptions:
             publisher = rospy.Publisher(resolved(topic), type_, queue_size=100)
             self._publishers.update(dict.fromkeys(keys, (publisher, type_)))
+        self._frames = {}
+        if TABLES.transforms is not None:
+            publisher = rospy.Publisher("/tf", TABLES.transforms.message_type, queue_size=100)
+            self._publishers.update(self._links(publisher))
         for topic, type_, _ in TABLES.publications:
             rospy.Subscriber(resolved(topic), type_, functools.partial(self._arrive, topic))
         rospy.Subscriber("/%s/events" % PACKAGE, String, self._on_event)
@@ -87,6 +91,12 @@ class Robot:
     def _on_report(self, message):
         if self._player is not None and message._connection_header["callerid"] == "/" + PACKAGE:
             self._player.on_report(message.header.stamp.to_nsec())
+
+    def _links(self, publisher):
+        """Return the publisher of transforms, and the type of a link, by key."""
+        rows = TABLES.transforms.rows
+        self._frames = {key: row[:2] for row in rows for key in row[2]}
+        return dict.fromkeys(self._frames, (publisher, TABLES.transforms.link_type))
 
     # --- the node ------------------------------------------------------------------------------
 
@@ -135,6 +145,8 @@ class Robot:
         message = ros_messages.fill(type_(), fields)
         if hasattr(message, "header") and not fields.get("header"):
             message.header.stamp = self._time
+        if key in self._frames:
+            message = as_link(message, *self._frames[key])
         publisher.publish(message)
 
     def answer(self, call, kind, fields):
@@ -225,3 +237,12 @@ def _by_name(servers):
     for name, type_, key in servers:
         found.setdefault(resolved(name), (type_, []))[1].append(key)
     return [(name, type_, keys) for name, (type_, keys) in found.items()]
+
+
+def as_link(message, parent, child):
+    """Return the message of ``/tf`` that tells one link; without a rotation it is not turned."""
+    message.header.frame_id, message.child_frame_id = parent, child
+    turn = message.transform.rotation
+    if not any((turn.x, turn.y, turn.z, turn.w)):
+        turn.w = 1.0
+    return TABLES.transforms.message_type(transforms=[message])

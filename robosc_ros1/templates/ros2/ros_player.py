@@ -76,6 +76,10 @@ class Robot:
         for topic, type_, keys in TABLES.subscriptions:
             publisher = node.create_publisher(type_, resolved(topic), profile)
             self._publishers.update(dict.fromkeys(keys, (publisher, type_)))
+        self._frames = {}
+        if TABLES.transforms is not None:
+            publisher = node.create_publisher(TABLES.transforms.message_type, "/tf", profile)
+            self._publishers.update(self._links(publisher))
         for topic, type_, _ in TABLES.publications:
             self._hear(resolved(topic), type_, functools.partial(self._arrive, topic), profile)
         self._hear(PACKAGE + "/events", String, self._on_event, profile)
@@ -146,6 +150,12 @@ class Robot:
             stamp = message.header.stamp
             self._player.on_report(stamp.sec * 10**9 + stamp.nanosec)
 
+    def _links(self, publisher):
+        """Return the publisher of transforms, and the type of a link, by key."""
+        rows = TABLES.transforms.rows
+        self._frames = {key: row[:2] for row in rows for key in row[2]}
+        return dict.fromkeys(self._frames, (publisher, TABLES.transforms.link_type))
+
     # --- the node ------------------------------------------------------------------------------
 
     @contextlib.contextmanager
@@ -194,6 +204,8 @@ class Robot:
         message = filled(type_(), fields)
         if hasattr(message, "header") and not fields.get("header"):
             message.header.stamp = self._time
+        if key in self._frames:
+            message = as_link(message, *self._frames[key])
         publisher.publish(message)
 
     def answer(self, call, kind, fields):
@@ -290,3 +302,12 @@ def filled(message, fields):
     """Return a message with these fields."""
     ros_messages.fill(message, fields)
     return ros_messages.sendable(message)
+
+
+def as_link(message, parent, child):
+    """Return the message of ``/tf`` that tells one link; without a rotation it is not turned."""
+    message.header.frame_id, message.child_frame_id = parent, child
+    turn = message.transform.rotation
+    if not any((turn.x, turn.y, turn.z, turn.w)):
+        turn.w = 1.0
+    return TABLES.transforms.message_type(transforms=[message])

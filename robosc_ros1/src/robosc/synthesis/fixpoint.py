@@ -49,8 +49,8 @@ class SynthesisSets(Protocol[States]):
         """Return the states from which a marked state can be reached inside the set."""
 
     def reaching_goals(self, states: States) -> States:
-        """Return the states from which, inside the set, what must remain possible there can be
-        reached."""
+        """Return the states of a nonblocking set from which, inside the set, what must remain
+        possible there can be reached."""
 
     def same(self, states: States, subset: States) -> bool:
         """Whether a subset is the whole set."""
@@ -67,7 +67,9 @@ def supremal(sets: SynthesisSets[States]) -> tuple[States, bool]:
     good = sets.reachable()
     good = sets.controllable(sets.safe(good), good)
     while sets.has_start(good):
-        left = sets.reaching_goals(sets.nonblocking(good))
+        left = sets.nonblocking(good)
+        if sets.same(good, left):
+            left = sets.reaching_goals(good)
         if sets.same(good, left):
             return good, True
         good = sets.controllable(left, good)

@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from robosc import __version__
 from robosc.emit.controller.assembly import controller_context
@@ -25,7 +26,13 @@ from robosc.emit.package.package import (
     own_test_files,
     runtime_files,
 )
-from robosc.emit.package.package_context import PackageContext, TopicView, escaped, topics
+from robosc.emit.package.package_context import (
+    PackageContext,
+    TopicView,
+    TransformView,
+    escaped,
+    topics,
+)
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
 from robosc.emit.package.robot_tables import (
@@ -153,6 +160,8 @@ def package_of(
 def _parts(controller: ControllerContext, robot: Robot, mode: Mode) -> Iterator[str]:
     """The modules of the runtime that an engine imports when its model needs them."""
     communications = robot.communications.values()
+    if robot.transforms:
+        yield "transforms"
     if any(c.max_age is not None for c in communications):
         yield "ages"
     if controller.persistent:
@@ -208,7 +217,9 @@ def _robot_module(target: Target, robot: Robot, context: PackageContext, mode: M
     body += assignment("__all__", offered + modules)
     body += f'\nPACKAGE = "{context.package}"\n'
     body += assignment("PARAMETERS", parameters)
-    kept = {p.name: "" for p in context.parameters if p.name == "persistent_file"}
+    kept: dict[str, Any] = {p.name: "" for p in context.parameters if p.name == "persistent_file"}
+    transformed = (key for keys in robot.transforms.values() for key in keys)
+    kept |= {f"rate/{parameter_name(names[key])}": 0.0 for key in transformed}
     body += assignment("USUAL", {**USUAL, **OF_MODE[mode], **kept})
     body += assignment("TOLD", TOLD[mode])
     body += assignment("MEANT", meant(robot) if mode != "controller" else {})
@@ -238,7 +249,10 @@ def _context(
         return f"{target.module(communication)}.{target.type(communication)}"
 
     def messages(kind: Kind) -> tuple[TopicView, ...]:
-        return topics((c for c in communications if c.kind is kind), target.identifier, type_)
+        found = (c for c in communications if c.kind is kind and c.frames is None)
+        return topics(found, target.identifier, type_)
+
+    more = ("tf2_msgs",) if robot.transforms else ()
 
     def servers(kind: Kind) -> tuple[TopicView, ...]:
         return tuple(
@@ -258,13 +272,14 @@ def _context(
         licence=config.licence,
         class_name=class_name,
         dependencies=tuple(
-            sorted({c.binding.package for c in communications}.union(target.dependencies))
+            sorted({c.binding.package for c in communications}.union(target.dependencies, more))
         ),
-        modules=tuple(sorted(set(map(target.module, communications)))),
+        modules=tuple(sorted({target.module(c) for c in communications if c.frames is None})),
         subscriptions=messages(Kind.OUTGOING),
         publications=messages(Kind.INCOMING),
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
+        transforms=tuple(TransformView(*frames, keys) for frames, keys in robot.transforms.items()),
         served_services=servers(Kind.SERVED_SERVICE),
         served_actions=servers(Kind.SERVED_ACTION),
         parameters=parameters,

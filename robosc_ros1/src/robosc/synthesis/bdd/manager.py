@@ -28,6 +28,8 @@ _CACHE_ENTRIES = 2**21
 # Small models would spend most of their time on allocating and clearing a large cache.
 _CACHE_ENTRIES_PER_VARIABLE = 2**12
 _FEWEST_NODES = 2**16
+_AMPLE_NODES = 2**20
+"""Nodes from which garbage is collected: 36 MB, and a moment's work."""
 
 _Result = TypeVar("_Result")
 
@@ -89,6 +91,10 @@ def remedy() -> str:
     return f"or install the symbolic engine: {install_hint()}"
 
 
+def _nothing() -> None:
+    """Nothing is kept."""
+
+
 class Manager:
     """The decision diagrams of one synthesis, over boolean variables in a fixed order.
 
@@ -112,6 +118,9 @@ class Manager:
         )
         rest = memory - entries * _BYTES_PER_CACHE_ENTRY
         self.capacity = max(_FEWEST_NODES, rest // _BYTES_PER_NODE)
+        self._ample = min(self.capacity // 2, _AMPLE_NODES)
+        self.in_use = 0
+        """Nodes that were left when garbage was last collected."""
         self.variables = variables
         self._and = util.BooleanOperator.AND
         self._function = bdd.BDDFunction
@@ -193,19 +202,34 @@ class Manager:
         nodes: int = self._manager.approx_num_inner_nodes()
         return nodes
 
-    def make_room(self) -> None:
-        """Collect garbage if more than half of the nodes are in use."""
-        if self.nodes > self.capacity // 2:
+    def make_room(self, forget: Callable[[], None] = _nothing) -> None:
+        """Collect garbage where it may be worth it: there are twice the nodes of the last time.
+
+        Where more than half of all that there can be are in use, ``forget`` is called first: it
+        gives up what is kept to save time.
+        """
+        if self.nodes >= self._ample:
             self.collect_garbage()
+            if self.in_use > self.capacity // 2:
+                forget()
+                self.collect_garbage()
 
     def collect_garbage(self) -> None:
         self._manager.gc()
+        self.in_use = self.nodes
+        self._ample = min(max(_AMPLE_NODES, 2 * self.in_use), (self.in_use + self.capacity) // 2)
 
-    def run(self, operation: Callable[[], _Result]) -> _Result:
-        """Return an operation's result; on MemoryError try once more after garbage collection."""
-        self.make_room()
+    def run(
+        self, operation: Callable[[], _Result], forget: Callable[[], None] = _nothing
+    ) -> _Result:
+        """Return an operation's result; on MemoryError try once more after garbage collection.
+
+        ``forget`` gives up what is kept to save time.
+        """
+        self.make_room(forget)
         try:
             return operation()
         except MemoryError:
+            forget()
             self.collect_garbage()
             return operation()

@@ -10,6 +10,7 @@ Here the nodes are those of binary decision diagrams, and parts are their cofact
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
+from functools import partial
 from typing import Any, TypeAlias
 
 from robosc.synthesis.bdd.manager import Bdd, Manager
@@ -64,7 +65,7 @@ class _Saturation:
             same = n + 1 < len(active) and self._tops[n + 1] == self._tops[n]
             self._below[n] = self._below[n + 1] if same else n + 1
         self._known: dict[_Part, Bdd] = {}
-        self._most_nodes = manager.capacity // 2
+        self._run = partial(manager.run, forget=self._known.clear)
 
     def of(self, states: Bdd, within: Bdd) -> Bdd:
         """Return the fixpoint. The stack is a list, because that of Python is short."""
@@ -104,14 +105,14 @@ class _Saturation:
             high = yield highs, high, first
             low = yield lows, low, first
             variable: Any = self._manager.literal(level, True)
-            closure = self._attempt(lambda: variable.ite(high, low))
+            closure = self._run(lambda: variable.ite(high, low))
         else:
             closure, below = states, self._below[first]
             while True:
                 before = closure
                 closure = yield closure, within, below
                 for relation in self._relations[first:below]:
-                    closure = self._attempt(
+                    closure = self._run(
                         lambda f=closure, r=relation: f | (self._step(r, f) & within)  # type: ignore[misc]
                     )
                 if closure == before:
@@ -122,26 +123,6 @@ class _Saturation:
             self._report(closure, self._tops[first])
         self._known[states, within, first] = closure
         return closure
-
-    def _attempt(self, operation: Callable[[], Bdd]) -> Bdd:
-        """Return an operation's result. What is known of parts is given up for the memory."""
-        if self._manager.nodes > self._most_nodes:
-            self._make_room()
-        try:
-            return operation()
-        except MemoryError:
-            self._known.clear()
-            self._manager.collect_garbage()
-            return operation()
-
-    def _make_room(self) -> None:
-        self._manager.collect_garbage()
-        if self._manager.nodes > self._manager.capacity // 2:
-            self._known.clear()
-            self._manager.collect_garbage()
-        # What is left is in use: collecting again at once would take time and give nothing.
-        left = self._manager.nodes
-        self._most_nodes = max(self._manager.capacity // 2, (left + self._manager.capacity) // 2)
 
 
 def _top(disjunct: Disjunct) -> int:

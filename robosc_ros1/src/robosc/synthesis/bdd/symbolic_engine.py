@@ -231,8 +231,11 @@ class SymbolicEngine:
         return self._coreachable(states)
 
     def reaching_goals(self, states: Bdd) -> Bdd:
+        whole, marked = states, self.encoding.marked & states
         for goal in self.plant.goals:
             there, along, origin = (self.encoding.holds(expr) & states for expr in goal.conditions)
+            if states == whole == along and marked & ~there == self.manager.false:
+                continue  # from each state a marked one is reached, and so is this
             inside = self._inside(states)
             what = "states from which all goals can be reached"
             back = self._closure(what, there, along | there, inside, self.relations.preimage)
@@ -365,11 +368,8 @@ class SymbolicEngine:
         return self._closure("nonblocking states", marked, good, inside, self.relations.preimage)
 
     def _check_nodes(self) -> None:
-        if self._most_nodes is None or self.manager.nodes <= self._most_nodes:
-            return
-        if self._invariants_first:  # many images of small sets: what is in use counts
-            self.manager.collect_garbage()
-        if self.manager.nodes > self._most_nodes:
+        self.manager.make_room()
+        if self._most_nodes is not None and self.manager.in_use > self._most_nodes:
             raise TooManyNodes
 
     def _closure(

@@ -28,8 +28,8 @@ from robosc.synthesis.guards.sum_of_products import TooLarge
 from robosc.synthesis.result import Sizes, Solved
 from robosc.synthesis.time_limit import ExplanationTime
 
-_MANY_NODES = 2**20
-"""Nodes, one or two seconds of work, after which the other direction of the order is tried."""
+_MANY_NODES = 2**18
+"""Nodes in use, after a second of work, with which the other direction of the order is tried."""
 
 
 def synthesize_bdd(

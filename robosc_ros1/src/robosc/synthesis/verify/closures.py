@@ -101,7 +101,7 @@ class Closure:
             high = yield _half(states, place, 0), _half(inside, place, 0), stage
             low = yield _half(states, place, 1), _half(inside, place, 1), stage
             variable: Any = self.manager.literal(place, True)
-            closed = self._made(lambda: variable.ite(high, low))
+            closed = self.manager.run(lambda: variable.ite(high, low), self._remembered.clear)
         self._remember(task, closed)
         return closed
 
@@ -112,7 +112,10 @@ class Closure:
         unchanged, turn = 0, 0
         while unchanged < len(arrows):
             take = arrows[turn]
-            more = self._made(lambda s=closed, t=take: s | (t(s) & inside))  # type: ignore[misc]
+            more = self.manager.run(
+                lambda s=closed, t=take: s | (t(s) & inside),  # type: ignore[misc]
+                self._remembered.clear,
+            )
             if more == closed:
                 unchanged += 1
             else:
@@ -126,18 +129,6 @@ class Closure:
         if len(self._remembered) >= _MOST_REMEMBERED:
             self._remembered.clear()
         self._remembered[task] = closed
-
-    def _made(self, make: Callable[[], Bdd]) -> Bdd:
-        """Return what an operation makes; what is remembered is forgotten if room is short."""
-        if self.manager.nodes > self.manager.capacity // 4 * 3:
-            self._remembered.clear()
-            self.manager.collect_garbage()
-        try:
-            return make()
-        except MemoryError:
-            self._remembered.clear()
-            self.manager.collect_garbage()
-            return make()
 
 
 def _half(states: Any, place: int, number: int) -> Bdd:

@@ -37,9 +37,9 @@ from robosc.synthesis.verify.verify_report import (
 _SECONDS: Final = 0.05
 """Between two reports of progress."""
 
-_LEAST_SECONDS: Final = 2.0
-"""Of processor time for a first try, or twice what synthesis took: one direction of the order of
-variables may take a hundred times the nodes of the other, and no rule known tells which."""
+_MANY_NODES: Final = 2**18
+"""In use in a first try: one direction of the order of variables may take a hundred times the nodes
+of the other, and no rule known tells which."""
 _Take: TypeAlias = Callable[[Relation, Bdd, Bdd], Bdd]
 """From a relation, those of its steps that count, and a set: what they lead to, or come from."""
 
@@ -50,30 +50,29 @@ def search_by_sets(supervisor: Supervisor, progress: Progress | None = None) -> 
     Raises:
         StateSpaceError: an event or a condition reads too much, or the diagrams grow too large.
     """
-    seconds = max(_LEAST_SECONDS, 2 * supervisor.seconds)
-    directions = [False, True]
+    directions, most = [False, True], _MANY_NODES
     while directions:
         for reverse in tuple(directions):
             try:
-                return _Proof(supervisor, progress, reverse, seconds).found()
-            except _TooSlowError:
+                return _Proof(supervisor, progress, reverse, most).found()
+            except _TooManyNodesError:
                 pass
             except MemoryError:
                 directions.remove(reverse)
             gc.collect()  # frees the diagrams before there are others
-        seconds *= 4
+        most *= 8
     raise StateSpaceError("verification ran out of the memory that it may use")
 
 
-class _TooSlowError(Exception):
-    """The other direction of the order of variables may be faster."""
+class _TooManyNodesError(Exception):
+    """The other direction of the order of variables may need fewer."""
 
 
 class _Proof:
     def __init__(
-        self, supervisor: Supervisor, progress: Progress | None, reverse: bool, seconds: float
+        self, supervisor: Supervisor, progress: Progress | None, reverse: bool, most_nodes: int
     ) -> None:
-        self._end = time.process_time() + seconds
+        self._most_nodes = most_nodes
         self.plant: Plant = supervisor.plant
         self.sets = StateSets(self.plant, reverse)
         self.manager, self.relations = self.sets.manager, self.sets.relations
@@ -92,18 +91,21 @@ class _Proof:
         self.unsafe = self.manager.union([*failing, *(r.escapes for r in self.relations)])
 
     def tick(self, part: Bdd, place: int) -> None:
-        if (now := time.monotonic()) < self._again:
-            return
-        self._again = now + _SECONDS
-        if time.process_time() > self._end:
-            raise _TooSlowError
-        if self._progress is not None:
+        if self.manager.in_use > self._most_nodes:
+            raise _TooManyNodesError
+        if self._progress is not None and (now := time.monotonic()) >= self._again:
+            self._again = now + _SECONDS
             self._progress("verification", self.sets.count_from(place, part), self.sets.most)
 
     def found(self) -> Findings:
         initial, sets = self.sets.initial, self.sets
-        kept = self._keepable()
-        reached = self._closed(initial, kept, self._keeping(kept), self._image)
+        permitted = self._allowed(self.required)
+        safe = self._closed(initial, ~self.unsafe, permitted, self._image)
+        kept = self._keepable(safe)
+        keeping = self._keeping(kept)
+        reached = safe  # where nothing had to be removed
+        if kept != safe or keeping != permitted:
+            reached = self._closed(initial, kept, keeping, self._image)
         right = initial & ~kept == self.false and self._right(reached, kept)
         if not right:
             reached = self._under_guards()
@@ -229,14 +231,14 @@ class _Proof:
         everywhere = self.manager.true
         return self._closed(self.sets.initial, everywhere, self._allowed(left), self._image)
 
-    def _keepable(self) -> Bdd:
+    def _keepable(self, kept: Bdd) -> Bdd:
         """Return the supremal safe, controllable and nonblocking set of those that are permitted.
+
+        ``kept`` are those that are reached over safe ones.
 
         In turn those states are removed from which uncontrollable events lead out of the set, and
         those that reach no marked state inside it.
         """
-        permitted = self._allowed(self.required)
-        kept = self._closed(self.sets.initial, ~self.unsafe, permitted, self._image)
         uncontrollable = [
             self.false if relation.event.controllable else relation.steps
             for relation in self.relations
@@ -250,10 +252,19 @@ class _Proof:
             marked = kept & self.sets.marked
             keeping = self._keeping(kept)
             lost = kept & ~self._closed(marked, kept, keeping, self._preimage)
-            for goal in self.plant.goals:
-                lost = lost | self._missing(goal, kept, keeping)
+            if lost == self.false:
+                lost = self.manager.union(
+                    self._missing(goal, kept, keeping)
+                    for goal in self.plant.goals
+                    if not self._comes_with(goal, marked, kept)
+                )
             if lost == self.false:
                 return kept
+
+    def _comes_with(self, goal: PlantGoal, marked: Bdd, within: Bdd) -> bool:
+        """Whether a goal is reached wherever a marked state is: all of these are in it."""
+        there, along, _ = (self.sets.holds(expr) for expr in goal.conditions)
+        return (marked & ~there) | (within & ~along) == self.false
 
     def _missing(self, goal: PlantGoal, within: Bdd, steps: Sequence[Bdd]) -> Bdd:
         """Return the states ``within`` in which something must be possible, and is not."""
