@@ -7,7 +7,7 @@ import json
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
-from robot_tables import PACKAGE, TABLES, TOLD, ros_parameters
+from robot_tables import PACKAGE, TABLES, TOLD, ros_messages, ros_parameters
 from ros_player import Robot, filled, plain, resolved
 from std_msgs.msg import String
 
@@ -104,13 +104,13 @@ class GuardedRobot(Robot):
             if hasattr(message, "header"):
                 message.header.stamp = self._time
             publisher.publish(message)
-            return plain(message)
+            return self._told(type_, message)
         if key in self._callers:
             client = self._callers[key]
             request = filled(client.srv_type.Request(), fields)
             future = client.call_async(request)
             future.add_done_callback(lambda f: self._end(key, ("response", plain(f.result()))))
-            return plain(request)
+            return self._told(client.srv_type.Request, request)
         client = self._clients_of[key]
         self._handles.pop(key, None)
         goal = filled(client._action_type.Goal(), fields)
@@ -118,7 +118,12 @@ class GuardedRobot(Robot):
             goal, feedback_callback=lambda m: self._arrive((key, "progress"), m.feedback)
         )
         sent.add_done_callback(lambda future: self._goal_answered(key, future.result()))
-        return plain(goal)
+        return self._told(client._action_type.Goal, goal)
+
+    @staticmethod
+    def _told(type_, message):
+        """Return what a message carries; None where it is sent in another form than it arrives."""
+        return None if ros_messages.has_oddities(type_) else plain(message)
 
     def _goal_answered(self, key, goal):
         if not goal.accepted:

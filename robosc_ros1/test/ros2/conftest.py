@@ -100,20 +100,27 @@ def generate(folder: Path, model: Path, *arguments: str, prefix: str = "") -> No
 @pytest.fixture(scope="session")
 def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
     """Controllers of some robots and a supervisor, generated and built as a user does it."""
+    known = bed.environment["AMENT_PREFIX_PATH"]
     return Built(bed, built_once(tmp_path_factory, "colcon", partial(_build, bed)))
 
 
 def _build(bed: Bed, folder: Path) -> None:
     (folder / "src").mkdir()
     for model, package in MODELS.items():
-        generate(folder, model, "--package", package, prefix=bed.environment["AMENT_PREFIX_PATH"])
+        generate(folder, model, "--package", package, prefix=known)
     arm = HERE / "models" / "guarded_arm.rscd"
     for mode in ("supervisor", "monitor"):
-        generate(folder, arm, "--mode", mode)
-    generate(folder, REPOSITORY / "examples/line_follower/line_follower.rscd", "--mode", "monitor")
-    generate(folder, LINE_FOLLOWER, "--mode", "supervisor")
+        generate(folder, arm, "--mode", mode, prefix=known)
+    generate(
+        folder,
+        REPOSITORY / "examples/line_follower/line_follower.rscd",
+        "--mode",
+        "monitor",
+        prefix=known,
+    )
+    generate(folder, LINE_FOLLOWER, "--mode", "supervisor", prefix=known)
     for mode in ("supervisor", "monitor"):
-        generate(folder, HERE / "models" / "crane.rscd", "--mode", mode)
+        generate(folder, HERE / "models" / "crane.rscd", "--mode", mode, prefix=known)
     mirror, prefix = HERE / "models" / "mirror.rscd", bed.environment["AMENT_PREFIX_PATH"]
     generate(folder, GOLDEN / "models" / "fleet.rscd", prefix=prefix)
     reflector = folder / "reflector.rscd"
@@ -127,14 +134,23 @@ def _build(bed: Bed, folder: Path) -> None:
     (folder / "managed.yaml").write_text("lifecycle: true\n", encoding="utf-8")
     for mode in ("controller", "supervisor"):
         name = ("--package", f"guarded_arm_managed_{mode}")
-        generate(folder, arm, "--mode", mode, *name, "--config", str(folder / "managed.yaml"))
+        generate(
+            folder,
+            arm,
+            "--mode",
+            mode,
+            *name,
+            "--config",
+            str(folder / "managed.yaml"),
+            prefix=known,
+        )
     for model in ("orders", "missions", "courier", "sentry"):
         name = ("--mode", "supervisor", "--package", f"{model}_supervisor")
-        generate(folder, GOLDEN / "models" / f"{model}.rscd", *name)
+        generate(folder, GOLDEN / "models" / f"{model}.rscd", *name, prefix=known)
     # Results cannot be heard, so a monitor would leave out an action of which one is expected.
     seen, text = folder / "courier.rscd", (GOLDEN / "models" / "courier.rscd").read_text()
     seen.write_text(text.replace("expect: value.distance < 5.0,", ""))
-    generate(folder, seen, "--mode", "monitor", "--package", "courier_monitor")
+    generate(folder, seen, "--mode", "monitor", "--package", "courier_monitor", prefix=known)
     for model in ("orders", "missions"):
         name = (
             "--package",
@@ -142,7 +158,7 @@ def _build(bed: Bed, folder: Path) -> None:
             "--config",
             str(folder / "managed.yaml"),
         )
-        generate(folder, GOLDEN / "models" / f"{model}.rscd", *name)
+        generate(folder, GOLDEN / "models" / f"{model}.rscd", *name, prefix=known)
     bed.run("colcon", "build", folder=folder, timeout=600)
 
 

@@ -47,6 +47,8 @@ class Player:
         """What was sent last: the events, with the messages that arrived."""
         self._found, self._forbidden = set(), set()
         """The numbers of the events of a monitor's findings, and of those that are expected."""
+        self._late = []
+        """Where ends of another controller's calls come that time has caused."""
         self._passing = {}
         """What another controller has sent, by key."""
         self._asked = {}
@@ -68,6 +70,7 @@ class Player:
                 call = self._open.pop(COMMUNICATIONS[event["name"]]["key"], None)
                 if call is not None:
                     self.robot.answer(call, "error", {})
+                    self._late.append((COMMUNICATIONS[event["name"]]["key"], "end"))
 
     def on_blocked(self, document):
         """Take what a supervisor did not pass."""
@@ -229,6 +232,10 @@ class Player:
 
     def _arrived_at(self, place, what):
         arrived = self._arrived[place]
+        while place in self._late:
+            self._late.remove(place)
+            self.wait(lambda: arrived, "the end of a call that took too long")
+            arrived.popleft()
         self.wait(lambda: arrived, what)
         return arrived.popleft()
 
