@@ -100,11 +100,11 @@ def generate(folder: Path, model: Path, *arguments: str, prefix: str = "") -> No
 @pytest.fixture(scope="session")
 def built(bed: Bed, tmp_path_factory: pytest.TempPathFactory) -> Built:
     """Controllers of some robots and a supervisor, generated and built as a user does it."""
-    known = bed.environment["AMENT_PREFIX_PATH"]
     return Built(bed, built_once(tmp_path_factory, "colcon", partial(_build, bed)))
 
 
 def _build(bed: Bed, folder: Path) -> None:
+    known = bed.environment["AMENT_PREFIX_PATH"]
     (folder / "src").mkdir()
     for model, package in MODELS.items():
         generate(folder, model, "--package", package, prefix=known)
@@ -121,16 +121,16 @@ def _build(bed: Bed, folder: Path) -> None:
     generate(folder, LINE_FOLLOWER, "--mode", "supervisor", prefix=known)
     for mode in ("supervisor", "monitor"):
         generate(folder, HERE / "models" / "crane.rscd", "--mode", mode, prefix=known)
-    mirror, prefix = HERE / "models" / "mirror.rscd", bed.environment["AMENT_PREFIX_PATH"]
-    generate(folder, GOLDEN / "models" / "fleet.rscd", prefix=prefix)
+    mirror = HERE / "models" / "mirror.rscd"
+    generate(folder, GOLDEN / "models" / "fleet.rscd", prefix=known)
     reflector = folder / "reflector.rscd"
     reflector.write_text(reflecting.model(PRIMITIVES_OF_ROS2), encoding="utf-8")
     for mode in ("controller", "supervisor"):
-        generate(folder, reflector, "--mode", mode, prefix=prefix)
+        generate(folder, reflector, "--mode", mode, prefix=known)
     (folder / "mirror.yaml").write_text(UNTESTED, encoding="utf-8")
     for mode in ("controller", "supervisor", "monitor"):
         name = ("--package", f"mirror_{mode}", "--config", str(folder / "mirror.yaml"))
-        generate(folder, mirror, "--mode", mode, *name, prefix=prefix)
+        generate(folder, mirror, "--mode", mode, *name, prefix=known)
     (folder / "managed.yaml").write_text("lifecycle: true\n", encoding="utf-8")
     for mode in ("controller", "supervisor"):
         name = ("--package", f"guarded_arm_managed_{mode}")
