@@ -9,7 +9,27 @@ from typing import Any
 from robosc.simulate.bags.mcap_file import is_latched
 from robosc.simulate.bags.storage import Channel, Contents, Damaged
 
+_MAPPED = 1 << 40
+"""Bytes of a file that need not be copied before they are read, as far as SQLite can do so."""
+_ROWS = 10_000
+"""Rows of the index that are taken together."""
 _SCHEMAS = {"ros2msg": "ros2msg", "ros2idl": "ros2idl"}
+
+
+class _Rows:
+    """The rows with messages. One that follows the last is had without another query."""
+
+    def __init__(self, cursor: sqlite3.Cursor) -> None:
+        self._cursor = cursor
+        self._next = -1
+
+    def at(self, place: int) -> bytes:
+        row = self._cursor.fetchone() if place == self._next else None
+        if row is None or row[0] != place:
+            query = "SELECT id, data FROM messages WHERE id >= ? ORDER BY id"
+            row = self._cursor.execute(query, (place,)).fetchone()
+        self._next = place + 1
+        return bytes(row[1])
 
 
 class SqliteFile:
@@ -22,6 +42,7 @@ class SqliteFile:
         self._database = sqlite3.connect(f"{path.absolute().as_uri()}?{how}", uri=True)
         # SQLite opens no file that is shorter than it should be, but for this; nothing is written.
         self._database.execute("PRAGMA writable_schema = ON")
+        self._database.execute(f"PRAGMA mmap_size = {_MAPPED}")
         try:
             self._describe()
             self._read_index()
@@ -32,15 +53,14 @@ class SqliteFile:
     def close(self) -> None:
         self._database.close()
 
-    def load(self, chunk: int) -> sqlite3.Cursor:
-        return self._database.cursor()
+    def load(self, chunk: int) -> _Rows:
+        return _Rows(self._database.cursor())
 
-    def message(self, chunk: sqlite3.Cursor, place: int) -> bytes:
+    def message(self, chunk: _Rows, place: int) -> bytes:
         try:
-            row = chunk.execute("SELECT data FROM messages WHERE id = ?", (place,)).fetchone()
+            return chunk.at(place)
         except sqlite3.Error as error:
             raise Damaged(f"{error} at row {place:,}") from error
-        return bytes(row[0])
 
     def _columns(self, table: str) -> set[str]:
         return {row[1] for row in self._database.execute(f"PRAGMA table_info({table})")}
@@ -66,18 +86,15 @@ class SqliteFile:
             )
 
     def _read_index(self) -> None:
-        add = self.contents.index.add
-        place = 0
+        index = self.contents.index
+        query = "SELECT id, topic_id, max(timestamp, 0) FROM messages ORDER BY id"
         try:
-            for row in self._rows("SELECT id, topic_id, timestamp FROM messages ORDER BY id"):
-                if not all(isinstance(value, int) for value in row):
-                    raise sqlite3.DatabaseError("a row has no time")  # of a page that is cut off
-                place, channel, time = row
-                add(max(time, 0), channel, 0, place)
-        except sqlite3.DatabaseError as error:
-            if not place:
-                raise
-            self.contents.cut = f"it is damaged behind row {place:,}: {error}"
+            cursor = self._rows(query)
+            while rows := cursor.fetchmany(_ROWS):
+                places, channels, times = map(partial(array, "Q"), zip(*rows, strict=True))
+                index.extend(times, channels, places)
+        except (sqlite3.DatabaseError, TypeError) as error:  # a row without time: its page is cut
+            self._read_rows(query)
 
     def _rows(self, query: str) -> Any:
         return self._database.execute(query)
