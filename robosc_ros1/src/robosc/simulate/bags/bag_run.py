@@ -217,24 +217,29 @@ class BagRun:
         """Follow the recording; the events, with the verdicts on them."""
         engine, port, judge = self.engine, self._port, self._judge
         engine.begin()
-        handlers, plain = self._heard.handlers, self._plain
+        recorder, number = engine.recorder, 0
+        handlers = self._heard.handlers
+        short_ways = {topic: judge.short_way(entry) for topic, entry in self._plain.items()}
         tracks = {topic: self.tracks.setdefault(topic, Track()) for topic in handlers}
         messages = self.bag.messages(handlers, progress, self._fields)
         self._ahead = Lookahead(messages, self._timed.values())
         for topic, time, stamp, message in self._ahead:
             tracks[topic].take(time, stamp)
-            entry = plain.get(topic)
-            if entry is not None and judge.is_idle_until(time):
-                port.time = time
-                if judge.take(entry, message):
+            take = short_ways.get(topic)
+            if take is not None and judge.is_idle_until(time):
+                port.time = max(port.time, time)
+                if take(message):
                     self.unrecorded += 1
-                    yield from engine.recorder.take()
+                    if recorder.number != number:
+                        number = recorder.number
+                        yield from recorder.take()
                     continue
             self._wait(time)
             for handle in handlers[topic]:
                 handle(message)
             engine.cycle()
-            yield from engine.recorder.take()
+            number = recorder.number
+            yield from recorder.take()
         self._wait(port.time + self._judge.tolerance)
         engine.cycle()
         yield from engine.recorder.take()
@@ -293,7 +298,8 @@ class BagRun:
                 self._demand_type(topic, robot.communications[keys[0]])
                 self._add(topic, self.engine.poster(keys))
                 # One that is too old when it comes was not in time, however late that was.
-                timed = (k for k in keys if robot.communications[k].max_age is None)
+                of_topic = [robot.communications[key] for key in keys]
+                timed = (c.key for c in of_topic if c.max_age is None and c.timeout is not None)
                 self._timed.update(dict.fromkeys(timed, topic))
                 continue
             self._heard.absent.append(topic)

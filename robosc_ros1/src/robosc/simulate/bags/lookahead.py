@@ -39,6 +39,8 @@ class Lookahead:
 
     def __iter__(self) -> Iterator[Recorded]:
         ahead = self._ahead
+        if not self._timed:
+            yield from self._messages
         for recorded in self._messages:
             ahead.append(recorded)
             topic, time, stamp, _ = recorded

@@ -17,7 +17,7 @@ from robosc.model.ros.interfaces import Definition, FieldType
 from robosc.model.ros.recorded import definitions
 from robosc.runtime.ages import seconds_of
 from robosc.runtime.values import only_field
-from robosc.simulate.bags.selected_fields import TIME, Path, Selected, selecting
+from robosc.simulate.bags.selected_fields import TIME, Definitions, Path, Selected, selecting
 from robosc.simulate.bags.storage import Channel
 
 _NO_FIELD = "structure_needs_at_least_one_member"
@@ -75,9 +75,10 @@ class MessageTypes:
     def selected(self, paths: Iterable[Path] | None) -> Selected:
         """What reads messages with the fields at some paths, if they can be read without all others
         (None: all are wanted)."""
-        quick = None
-        if paths is not None:
-            quick = selecting(self.store.fielddefs, self.name, paths, self._wide, self.is_ros_1)
+        from rosbags.interfaces import Nodetype
+
+        known = Definitions(self.store.fielddefs, Nodetype, self._wide, self.is_ros_1)
+        quick = None if paths is None else selecting(known, self.name, paths)
 
         def whole(raw: bytes) -> tuple[float | None, Any]:
             message = self.read(raw)

@@ -10,6 +10,7 @@ import struct
 import sys
 from array import array
 from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
 from keyword import iskeyword
 from types import SimpleNamespace
 from typing import Any
@@ -37,18 +38,22 @@ class _Unreadable(Exception):
     """A field is not there, or in no form that can be read here."""
 
 
-def selecting(
-    fields: Any,
-    type_: str,
-    paths: Iterable[Path],
-    wide: Mapping[str, Collection[str]],
-    is_ros_1: bool,
-) -> Selected | None:
-    """Return a reader of the fields at some paths of a type; ``fields`` are the definitions of
-    rosbags by type, ``wide`` the fields of each that are wide texts. None: there is none, since
-    they are not all numbers, texts, or arrays of numbers."""
+@dataclass(frozen=True)
+class Definitions:
+    """Types as rosbags has them: the fields of each, the ``kinds`` of these, and which of each are
+    wide texts."""
+
+    fields: Any
+    kinds: Any
+    wide: Mapping[str, Collection[str]]
+    is_ros_1: bool
+
+
+def selecting(definitions: Definitions, type_: str, paths: Iterable[Path]) -> Selected | None:
+    """Return a reader of the fields at some paths of a type. None: there is none, since they are
+    not all numbers, texts, or arrays of numbers."""
     try:
-        return _Reader(fields, frozenset(paths), wide, is_ros_1).made(type_)
+        return _Reader(definitions, frozenset(paths)).made(type_)
     except _Unreadable:
         return None
 
@@ -60,21 +65,13 @@ class _Reader:
     ``_aligned``, behind the first bytes, in all messages.
     """
 
-    def __init__(
-        self,
-        fields: Any,
-        wanted: frozenset[Path],
-        wide: Mapping[str, Collection[str]],
-        is_ros_1: bool,
-    ) -> None:
-        from rosbags.interfaces import Nodetype
-
-        self._kinds = Nodetype
-        self._fields = fields
+    def __init__(self, definitions: Definitions, wanted: frozenset[Path]) -> None:
+        self._kinds = definitions.kinds
+        self._fields = definitions.fields
+        self._wide = definitions.wide
+        self._is_ros_1 = definitions.is_ros_1
+        self._head = 0 if self._is_ros_1 else _HEAD
         self._wanted = wanted
-        self._wide = wide
-        self._head = 0 if is_ros_1 else _HEAD
-        self._is_ros_1 = is_ros_1
         self._offset = 0
         self._aligned = 8
         self._lines: list[str] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from array import array
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,9 @@ from robosc.simulate.bags.storage import Channel, Contents, Damaged
 
 _MAPPED = 1 << 40
 """Bytes of a file that need not be copied before they are read, as far as SQLite can do so."""
-_ROWS = 10_000
+_DAMAGES = (sqlite3.DatabaseError, TypeError)
+"""What is raised by a page that is damaged or cut off: it may have rows without times."""
+_ROWS = 500
 """Rows of the index that are taken together."""
 _SCHEMAS = {"ros2msg": "ros2msg", "ros2idl": "ros2idl"}
 
@@ -86,15 +89,27 @@ class SqliteFile:
             )
 
     def _read_index(self) -> None:
-        index = self.contents.index
-        query = "SELECT id, topic_id, max(timestamp, 0) FROM messages ORDER BY id"
         try:
-            cursor = self._rows(query)
-            while rows := cursor.fetchmany(_ROWS):
-                places, channels, times = map(partial(array, "Q"), zip(*rows, strict=True))
-                index.extend(times, channels, places)
-        except (sqlite3.DatabaseError, TypeError) as error:  # a row without time: its page is cut
-            self._read_rows(query)
+            self._take_rows(_ROWS)
+        except _DAMAGES:
+            try:
+                self._take_rows(1)  # those before what is damaged
+            except _DAMAGES as error:
+                places = self.contents.index.places
+                if not places:
+                    raise sqlite3.DatabaseError(str(error)) from error
+                self.contents.cut = f"it is damaged behind row {places[-1]:,}: {error}"
+
+    def _take_rows(self, count: int) -> None:
+        """Take the index of the rows behind the last one, so many at a time."""
+        places = self.contents.index.places
+        cursor = self._database.execute(
+            "SELECT id, topic_id, max(timestamp, 0) FROM messages WHERE id > ? ORDER BY id",
+            (places[-1] if places else -1,),
+        )
+        while rows := cursor.fetchmany(count):
+            numbers, channels, times = (array("Q", column) for column in zip(*rows, strict=True))
+            self.contents.index.extend(times, channels, numbers)
 
     def _rows(self, query: str) -> Any:
         return self._database.execute(query)
