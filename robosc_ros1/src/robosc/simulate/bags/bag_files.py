@@ -83,7 +83,7 @@ class Bag:
         self,
         topics: Iterable[str],
         progress: Progress,
-        fields: Mapping[str, Iterable[FieldPath]] = {},  # noqa: B006
+        fields: Mapping[str, Iterable[FieldPath]] = {},
     ) -> Iterator[tuple[str, float, float | None, Any]]:
         """The messages of some topics in order: topic, time, the seconds of the stamp (None: it has
         none), message. Those of topics in ``fields`` may have only the fields at these paths.

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import takewhile
-from typing import Any
 
 from robosc.emit.supervisor.command_recognition import CommandMatch, command_matches
 from robosc.emit.supervisor.commuting import not_commuting
@@ -327,7 +326,9 @@ class BagRun:
         if len(keys) == 1:
             self._plain[topic] = self.engine.parts.inputs[keys[0], "response"]
         robot, events = self.supervisor.plant.robot, self.supervisor.plant.events
-        read = (value_parts(robot, e) for e in events if e.key in keys and e.kind is EventKind.RESPONSE)
+        read = (
+            value_parts(robot, e) for e in events if e.key in keys and e.kind is EventKind.RESPONSE
+        )
         paths = {_of_fields(path) for parts in read for path in parts}
         if () not in paths:
             self._fields[topic] = paths
