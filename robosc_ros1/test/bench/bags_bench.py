@@ -60,12 +60,13 @@ robot Rig {
 """
 KINDS = {
     "a robot's": ("/scan", "/odom", "/odom", "/scan", "/odom", "/odom", "/scan", "/odom", "/battery", "/button"),
+    "a robot's and its controller's": ("/scan", "/odom", "/cmd_vel", "/odom", "/battery", "/odom", "/cmd_vel", "/button"),
     "scans": ("/scan",),
     "small": ("/button",),
 }  # fmt: skip
 TYPES = {
     "/scan": "sensor_msgs/msg/LaserScan", "/odom": "nav_msgs/msg/Odometry",
-    "/battery": "sensor_msgs/msg/BatteryState", "/button": "std_msgs/msg/Bool",
+    "/cmd_vel": "geometry_msgs/msg/Twist", "/battery": "sensor_msgs/msg/BatteryState", "/button": "std_msgs/msg/Bool",
 }  # fmt: skip
 FORMATS = ("bag", "mcap", "db3")
 
@@ -98,10 +99,11 @@ def written(path: Path, topics: tuple[str, ...]) -> Path:
         topic = topics[number % len(topics)]
         drawn = chance.random()
         data: dict[str, Any] = {
-            "/scan": {"ranges": far + numpy.float32(drawn - 0.4)},
-            "/odom": {"twist": {"twist": {"linear": {"x": drawn}}}},
-            "/battery": {"percentage": drawn},
-            "/button": {"data": drawn < 0.1},
+            "/scan": {"ranges": far + numpy.float32(drawn)},
+            "/odom": {"twist": {"twist": {"linear": {"x": 0.9 * drawn}}}},
+            "/battery": {"percentage": 0.3 + 0.6 * drawn},
+            "/button": {"data": number // 1000 % 10 == 0},  # forbids one command of ten
+            "/cmd_vel": {"linear": {"x": 0.2}},
         }[topic]
         bag.write(topic, TYPES[topic], START + number * 0.01, data)
     bag.close()

@@ -113,7 +113,8 @@ class Bag:
     def make(self, topic: str) -> Callable[[dict[str, Any]], Any]:
         """A function that makes messages of a topic from data, as they would arrive."""
         types = self._types_of(self.storage.channels[self._numbers[topic][-1]])
-        return lambda data: types.arrived(types.default(), data)
+        blank = types.default()
+        return lambda data: types.arrived(blank, data)
 
     def corrected(self, message: Any, data: dict[str, Any]) -> Any:
         """A copy of a message with other fields, as it would arrive."""

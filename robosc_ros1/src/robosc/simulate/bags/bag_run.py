@@ -21,7 +21,6 @@ from robosc.model.entities import Communication, Robot
 from robosc.plant.event_values import value_parts
 from robosc.progress import Progress
 from robosc.runtime.engine import Engine
-from robosc.runtime.engine_parts import BoundInput
 from robosc.runtime.gathering import ArrivalTime
 from robosc.runtime.lateness import Lateness
 from robosc.runtime.matching import command_patterns
@@ -31,7 +30,7 @@ from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
 from robosc.runtime.unseen import unknown_in
 from robosc.simulate.bags.bag_files import Bag
-from robosc.simulate.bags.bag_monitoring import BagMonitoring
+from robosc.simulate.bags.bag_monitoring import BagMonitoring, ShortWay
 from robosc.simulate.bags.lookahead import Lookahead
 from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names
 from robosc.simulate.bags.recorded_types import demand_type, types_of
@@ -164,8 +163,7 @@ class BagRun:
         self._judge.before_clocks = self._hear_what_may_have_come
         self._ahead = Lookahead((), ())
         self._timed: dict[str, str] = {}
-        self._plain: dict[str, BoundInput] = {}
-        """The only events of topics whose messages may come alone."""
+        self._short_ways: dict[str, ShortWay] = {}
         self._fields: dict[str, set[FieldPath]] = {}
         """All that is read of the messages of topics."""
         self.unrecorded = 0
@@ -218,17 +216,17 @@ class BagRun:
         engine.begin()
         recorder, number = engine.recorder, 0
         handlers = self._heard.handlers
-        short_ways = {topic: judge.short_way(entry) for topic, entry in self._plain.items()}
         tracks = {topic: self.tracks.setdefault(topic, Track()) for topic in handlers}
         messages = self.bag.messages(handlers, progress, self._fields)
         self._ahead = Lookahead(messages, self._timed.values())
         for topic, time, stamp, message in self._ahead:
             tracks[topic].take(time, stamp)
-            take = short_ways.get(topic)
+            take = self._short_ways.get(topic)
             if take is not None and judge.is_idle_until(time):
                 port.time = max(port.time, time)
-                if take(message):
-                    self.unrecorded += 1
+                count = take(message)
+                if count is not None:
+                    self.unrecorded += count
                     if recorder.number != number:
                         number = recorder.number
                         yield from recorder.take()
@@ -311,20 +309,22 @@ class BagRun:
             else:
                 self._heard.absent.append(topic)
                 self._heard.unsent += [match.key for match in matches]
-        if not self._described:
-            for topic, keys in heard.items():
-                self._take_alone(topic, [robot.communications[key] for key in keys])
         self._judge.leave_out(self._heard.unseen)
         self._judge.order_matters(not_commuting(self.supervisor))
+        if not self._described:
+            for topic, keys in heard.items():
+                self._shorten(topic, [robot.communications[key] for key in keys])
 
-    def _take_alone(self, topic: str, communications: Sequence[Communication]) -> None:
-        """Take the messages of a topic in a short way, if only these take them."""
+    def _shorten(self, topic: str, communications: Sequence[Communication]) -> None:
+        """Take the messages of a topic in a short way, and by what is read of them, if only these
+        take them."""
         handlers = self._heard.handlers.get(topic, ())
         if len(handlers) != 1 or any(c.max_age is not None for c in communications):
             return
         keys = [c.key for c in communications]
         if len(keys) == 1:
-            self._plain[topic] = self.engine.parts.inputs[keys[0], "response"]
+            entry = self.engine.parts.inputs[keys[0], "response"]
+            self._short_ways[topic] = self._judge.short_way(entry)
         robot, events = self.supervisor.plant.robot, self.supervisor.plant.events
         read = (
             value_parts(robot, e) for e in events if e.key in keys and e.kind is EventKind.RESPONSE
@@ -337,6 +337,8 @@ class BagRun:
         rows = [(m.key, m.exact, m.field) for m in sorted(matches, key=lambda m: not m.exact)]
         patterns = command_patterns(rows, self.bag.make(topic))  # type: ignore[arg-type]
         self._add(topic, lambda message: self._judge.offer(topic, patterns, message))
+        if not self._described and len(self._heard.handlers[topic]) == 1:
+            self._short_ways[topic] = self._judge.short_way_of_commands(topic, patterns)
 
     def _connect_action(self, action: Communication) -> None:
         if not self.bag.ros_1 and (self._reads_ends(action) or self._reads_goals(action)):

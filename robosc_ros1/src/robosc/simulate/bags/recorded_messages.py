@@ -93,7 +93,11 @@ class MessageTypes:
         return read if quick else whole
 
     def default(self) -> Any:
-        return _apply(self._steps, default_message(self.store, self.name))
+        """A message with all fields at their defaults. From now on its class can be called without
+        arguments, as those of ROS can: so the runtime learns which fields messages have."""
+        message = default_message(self.store, self.name)
+        type(message).__init__.__defaults__ = tuple(vars(message).values())
+        return _apply(self._steps, message)
 
     def arrived(self, message: Any, data: dict[str, Any]) -> Any:
         """The message with other fields, as it would arrive."""
