@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
+from functools import partial
 from typing import Any
 
 Recorded = tuple[str, float, "float | None", Any]
@@ -33,8 +34,9 @@ class Lookahead:
         self._messages = iter(messages)
         self._timed = frozenset(timed)
         self._ahead: deque[Recorded] = deque()
-        self._ages: dict[str, deque[float]] = {}
-        self._pauses: dict[str, deque[float]] = {}
+        latest = partial(deque[float], maxlen=_REMEMBERED)
+        self._ages = {topic: latest() for topic in self._timed}
+        self._pauses = {topic: latest() for topic in self._timed}
         self._last: dict[str, float] = {}
 
     def __iter__(self) -> Iterator[Recorded]:
@@ -63,7 +65,7 @@ class Lookahead:
         if stamp is not None:
             return recorded if stamp + min(self._ages[topic]) <= time else None
         following, _ = next(coming, (None, None))
-        pauses = self._pauses.get(topic, ())
+        pauses = self._pauses[topic]
         if following is None or len(pauses) < _KNOWN:
             return None
         usual = sorted(pauses)[len(pauses) // 2]
@@ -71,9 +73,7 @@ class Lookahead:
 
     def _note(self, topic: str, time: float, stamp: float | None) -> None:
         if stamp is not None:
-            self._ages.setdefault(topic, deque(maxlen=_REMEMBERED)).append(time - stamp)
+            self._ages[topic].append(time - stamp)
         elif topic in self._last:
-            self._pauses.setdefault(topic, deque(maxlen=_REMEMBERED)).append(
-                time - self._last[topic]
-            )
+            self._pauses[topic].append(time - self._last[topic])
         self._last[topic] = time
