@@ -42,7 +42,7 @@ _MODEL_ERRORS = (
     "none-not-allowed", "array-not-allowed", "recursive-datatype", "missing-default",
     "several-defaults", "enum-source", "initial-not-constant", "value-not-allowed",
     # communications
-    "enum-sent", "missing-links", "ros-name",
+    "enum-sent", "missing-links", "ros-name", "frames",
     # behaviour
     "several-behaviours", "no-initial-state", "several-initial-states", "no-marked-reachable",
     "event-not-available", "duplicate-transition", "misplaced-else", "foreign-assignment",

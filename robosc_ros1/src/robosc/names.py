@@ -118,3 +118,8 @@ def ros_name_fault(name: str) -> str | None:
         if "__" in part:
             return f"the part {part!r} contains '__'"
     return None
+
+
+def is_frame(name: str) -> bool:
+    """Whether tf could have a frame of this name, without a leading slash."""
+    return bool(name) and name.isprintable() and not any(map(str.isspace, name))

@@ -8,6 +8,7 @@ Publishers send at once if that does not block, and otherwise use queues with th
 import io
 import threading
 import time
+from functools import partial
 from queue import SimpleQueue
 
 import rosgraph
@@ -42,6 +43,7 @@ class RosPort(CallingPort):
         super().__init__(self._services_of(tables), self._actions_of(tables), served)
         self._simulated = bool(rospy.get_param("/use_sim_time", False))
         self._subscriptions = tables.subscriptions
+        self.transforms = tables.transforms
         self._publishers = {}
         for topic, message_type, keys in tables.publications:
             publisher = rospy.Publisher(topic, message_type, queue_size=AT_ONCE, tcp_nodelay=True)
@@ -61,6 +63,9 @@ class RosPort(CallingPort):
 
     def connect(self, engine):
         super().connect(engine)
+        if self.transforms is not None:
+            keys = self.transforms.connect(engine, partial(self.post_transforms, engine))
+            self._hear(keys, self.transforms)
         self._connect_inputs(engine)
         if engine.settings.operate:
             heard = rospy.Subscriber("~operate", String, lambda order: engine.operate(order.data))

@@ -61,6 +61,9 @@ class Robot(SimulatedRobot):
         for topic, type_, keys in tables.subscriptions:
             publisher = rospy.Publisher(resolved(topic), type_, queue_size=100)
             self.publishers.append((publisher, keys))
+        if tables.transforms is not None:
+            publisher = rospy.Publisher("/tf", tables.transforms.message_type, queue_size=100)
+            self.publishers += tables.broadcasts(publisher)
         for topic, type_, _ in tables.publications:
             rospy.Subscriber(resolved(topic), type_, self.received[topic].append)
 

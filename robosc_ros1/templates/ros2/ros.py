@@ -48,6 +48,7 @@ class RosPort(CallingPort):
         services, actions = self._services_of(tables), self._actions_of(tables)
         super().__init__(services, actions, [*served.items()], former)
         self._subscriptions = tables.subscriptions
+        self.transforms = tables.transforms
         self._simulated = self._started_simulated = is_simulated(node)
         self._logger = node.get_logger()
         self._profiles = profiles
@@ -77,6 +78,10 @@ class RosPort(CallingPort):
 
     def connect(self, engine):
         super().connect(engine)
+        if self.transforms is not None:
+            post = partial(self.post_transforms, engine)
+            keys = self.transforms.connect(self._node, self.listen, engine, post)
+            self._heard.update(dict.fromkeys(keys, self.transforms))
         self._connect_inputs(engine)
         if engine.settings.operate:
             quality = qos_profile("reliable", 10)

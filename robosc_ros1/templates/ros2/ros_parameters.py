@@ -83,7 +83,7 @@ def configured(node, controller, topics, defaults):
     profiles = {
         c.key: _given_profile(c, settings)
         for c in communications
-        if c.sort in ("incoming", "outgoing")
+        if c.sort in ("incoming", "outgoing") and not c.frames
     }
     return settings, profiles, warnings
 

@@ -84,6 +84,9 @@ class Robot(SimulatedRobot):
         for topic, type_, keys in tables.subscriptions:
             publisher = node.create_publisher(type_, resolved(topic), profile)
             self.publishers.append((publisher, keys))
+        if tables.transforms is not None:
+            publisher = node.create_publisher(tables.transforms.message_type, "/tf", profile)
+            self.publishers += tables.broadcasts(publisher)
         for topic, type_, _ in tables.publications:
             listen(node, type_, topic, self.received[topic], profile)
 
@@ -255,7 +258,10 @@ def start_controller(*parameters):
     for communication in PLANT_COMMUNICATIONS.values():
         name = communication["name"]
         if communication["kind"] == "outgoing message":
-            words += ["-p", "qos.%s.reliability:=reliable" % name]
+            if communication.get("frames"):
+                words += ["-p", "rate.%s:=0.0" % name]
+            else:
+                words += ["-p", "qos.%s.reliability:=reliable" % name]
             if communication["timeout"]:
                 words += ["-p", "timeout.%s:=%s" % (name, SILENCE)]
         elif communication["kind"] == "incoming message":

@@ -92,6 +92,22 @@ CONSTRUCTS = {
         requirement drive needs Tour.next < 2 and arrived.fresh
         requirement halt needs Tour.asked
     """,
+    "transforms": """
+        component Eye {
+            outgoing transform dock with from: "base", to: "dock", timeout: 1 s, max_age: 1 s
+            outgoing transform pose with to: "/base", from: "map", rate: 5 Hz
+            behaviour {
+                variable away: double
+                variable turned: double
+                initial marked state on {
+                    on response from dock do away := abs(value.transform.translation.x)
+                    on response from pose do turned := yaw(value.transform.rotation)
+                }
+            }
+        }
+        requirement drive needs dock.fresh and Eye.away > 0.5
+        requirement halt needs Eye.away < 2.0 or pose.heard
+    """,
     "arrays": """
         datatype object Scan { ranges: array(double) step: double }
         interface scans use Scan from some_msgs

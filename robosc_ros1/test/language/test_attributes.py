@@ -13,14 +13,18 @@ from robosc.source import Source
 
 SERVED = ("outgoing service", "outgoing action")
 CALLS = ("service", "action", *SERVED)
-EVERYWHERE = ("incoming", "outgoing", *CALLS)
+NAMED = ("incoming", "outgoing", *CALLS)
+TRANSFORM = "outgoing transform"
+EVERYWHERE = (*NAMED, TRANSFORM)
 HAVE = {
-    "identifier": (Value.STRING, EVERYWHERE, False),
-    "timeout": (Value.DURATION, ("outgoing", "service", "action"), False),
+    "identifier": (Value.STRING, NAMED, False),
+    "from": (Value.STRING, (TRANSFORM,), True),
+    "to": (Value.STRING, (TRANSFORM,), True),
+    "timeout": (Value.DURATION, ("outgoing", TRANSFORM, "service", "action"), False),
     "within": (Value.DURATION, ("action",), False),
     "expect": (Value.CONDITION, ("service", "action"), False),
     "goals": (Value.REPLACE, ("action",), False),
-    "rate": (Value.RATE, ("incoming", *CALLS), False),
+    "rate": (Value.RATE, ("incoming", TRANSFORM, *CALLS), False),
     "stop": (Value.NONE, ("incoming",), False),
     "type": (Value.TYPE, ("incoming", "outgoing"), True),
     "request": (Value.TYPE, CALLS, True),
@@ -34,6 +38,9 @@ TEXTS = {
     Value.NONE: "none",
 }  # fmt: skip
 
+NO_FAULTS = ("unanswered", "interface-not-found")
+"""Nobody answers calls here, and no package may be installed."""
+
 
 def is_accepted(kind: str, given: dict[str, str]) -> bool:
     labels = ", ".join(f"{name}: {text}" for name, text in given.items())
@@ -41,11 +48,12 @@ def is_accepted(kind: str, given: dict[str, str]) -> bool:
     head = f"{kind} message" if kind in ("incoming", "outgoing") else kind
     text = f"robot R {{ component A {{ {head} m with {labels}{links} }} interface l use L from p }}"
     _, found = load(Source("model.rscd", text))
-    return not any(d.severity is Severity.ERROR and d.code != "unanswered" for d in found)
+    return not any(d.severity is Severity.ERROR and d.code not in NO_FAULTS for d in found)
 
 
 def all_of(kind: str) -> dict[str, str]:
-    return {name: TEXTS[value] for name, (value, kinds, _) in HAVE.items() if kind in kinds}
+    own = {name: TEXTS[value] for name, (value, kinds, _) in HAVE.items() if kind in kinds}
+    return own | ({"to": '"/other"'} if "to" in own else {})
 
 
 def test_the_rows_say_what_the_language_says() -> None:

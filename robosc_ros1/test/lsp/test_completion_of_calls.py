@@ -14,7 +14,10 @@ ASK = SHAPE + "\n outgoing service ask with request: boolean, response: boolean 
 @pytest.mark.parametrize(
     ("new", "first"),
     [
-        ("outgoing |", ["action", "message", "service"]),
+        ("outgoing |", ["action", "message", "service", "transform"]),
+        ("outgoing transform at |", ["with"]),
+        ("outgoing transform at with |", ["from:", "max_age:", "rate:", "timeout:"]),
+        ('outgoing transform at with from: "map", |', ["to:", "max_age:"]),
         ("outgoing service |", []),
         ("outgoing service ask |", ["with"]),
         ("outgoing service ask with |", ["request:", "type:", "identifier:"]),

@@ -56,6 +56,7 @@ THIRD_PARTY = {
     "genpy": ("view.ros1",),
     "roslib": ("view.ros1", "agents.ros1"),
     "rosservice": ("new.from_ros1",),
+    "tf2_msgs": ("new.from_ros1", "new.from_ros2"),
     "rosbags": ("simulate.bags.recorded_messages",),
     "lz4": ("simulate.bags.storage",),
     "compression": ("simulate.bags.storage",),

@@ -159,6 +159,24 @@ def guarded_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
     return workspace
 
 
+@pytest.fixture(scope="session")
+def crane_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
+    """The supervisor of a crane, which corrects messages, calls and goals."""
+    workspace = make_workspace()
+    workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
+    model = str(Path(__file__).with_name("crane.rscd"))
+    where = ("--output", str(workspace.folder / "src"))
+    done = run_robosc(("generate", model, "--mode", "supervisor", *where), workspace.folder, {})
+    assert done.returncode == 0, done.stderr
+    workspace.build()
+    return workspace
+
+
+@pytest.fixture
+def crane(crane_workspace: Workspace, shared_master: Master) -> Stage:
+    return Stage(crane_workspace, shared_master)
+
+
 @pytest.fixture
 def guarded(guarded_workspace: Workspace, shared_master: Master) -> Stage:
     return Stage(guarded_workspace, shared_master)

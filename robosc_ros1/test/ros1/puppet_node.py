@@ -21,6 +21,7 @@ import roslib.message
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from genpy.message import fill_message_args
+from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Clock
 
 PRINTING = threading.Lock()
@@ -212,6 +213,28 @@ class Puppet:
             self.steady[topic] = type, fields
         if first:
             threading.Thread(target=self.go_on, args=(topic,), daemon=True).start()
+
+    def broadcast(self, links):
+        """Tell links as tf2 does, 20 times per second, until the next order: (parent, child, x)."""
+        import tf2_ros
+
+        def told(pair):
+            link = TransformStamped()
+            link.header.frame_id, link.child_frame_id, link.transform.translation.x = pair
+            link.header.stamp, link.transform.rotation.w = rospy.Time.now(), 1.0
+            return link
+
+        def go_on():
+            broadcaster = tf2_ros.TransformBroadcaster()
+            while not rospy.is_shutdown():
+                broadcaster.sendTransform([told(pair) for pair in self.links])
+                time.sleep(0.05)
+
+        first, self.links = not hasattr(self, "links"), links
+        if first:
+            self.kept.append(tf2_ros.StaticTransformBroadcaster())
+            self.kept[-1].sendTransform(told(("map", "dock", 5.0)))
+            threading.Thread(target=go_on, daemon=True).start()
 
     def go_on(self, topic):
         while not rospy.is_shutdown():

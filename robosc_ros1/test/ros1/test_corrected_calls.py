@@ -3,37 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from emit.golden_packages import GOLDEN
 from ros1.stage import Node, Puppet, Stage
-from ros_support import Workspace, run_robosc
 from runtime.schemas import validate
 
 NODE = "crane_supervisor"
 FLOAT = "std_msgs/Float32"
 LEVEL = {"name": "/supervised/set_level", "type": "gauntlet_interfaces/SetLevel"}
 REACH = {"type": "gauntlet_interfaces/ReachAction"}
-
-
-@pytest.fixture(scope="module")
-def crane_workspace(make_workspace: Callable[[], Workspace]) -> Workspace:
-    workspace = make_workspace()
-    workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
-    model = str(Path(__file__).with_name("crane.rscd"))
-    where = ("--output", str(workspace.folder / "src"))
-    done = run_robosc(("generate", model, "--mode", "supervisor", *where), workspace.folder, {})
-    assert done.returncode == 0, done.stderr
-    workspace.build()
-    return workspace
-
-
-@pytest.fixture
-def crane(crane_workspace: Workspace, shared_master: Any) -> Stage:
-    return Stage(crane_workspace, shared_master)
 
 
 @pytest.fixture

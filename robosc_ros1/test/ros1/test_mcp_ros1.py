@@ -8,11 +8,21 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
 from agents.agent_support import Agent, StartAgent
-from agents.tried import LIBRARIES, LIMITER, LINE_FOLLOWER, TRIALS, rounds, try_everything
+from agents.tried import (
+    LIBRARIES,
+    LIMITER,
+    LINE_FOLLOWER,
+    TRIALS,
+    Arrived,
+    Trial,
+    rounds,
+    try_everything,
+)
 from ros1.stage import Node, Puppet, Stage
 from ros_support import await_condition
 
@@ -136,6 +146,43 @@ class Limited:
         return arrived_at(self._puppet)
 
 
+class Crane:
+    """The crane, which is asked for too much."""
+
+    def __init__(self, node: Node, puppet: Puppet) -> None:
+        self._node, self._puppet = node, puppet
+
+    def sense(self, value: float) -> None:
+        mark = self._puppet.mark
+        self._puppet.publish("/limit", FLOAT, value)
+        self._node.shows(lambda s: s["variables"]["Limit.most"] == value, since=mark)
+
+    def arrived(self) -> dict[str, list[Any]]:
+        return arrived_at(self._puppet)
+
+
+def _crane_allows(most: float, arrived: Arrived) -> bool:
+    """No higher than the limit, and no lower than 0; a level is at least 1."""
+    name, message = arrived
+    if name == "/set_level":
+        return bool(message["level"] > 0)
+    if name == "/gear":
+        return -128 <= message["data"] <= 127
+    return bool(0.0 <= message["data" if name == "/hoist" else "height"] <= most)
+
+
+CRANE = Trial(
+    (-1.0, 2.0, 8.0),
+    lambda rng: [
+        ("hoist", {"value": rng.uniform(-2.0, 10.0)}),
+        ("set_level", {"level": rng.randint(-2, 5)}),
+        ("reach", {"height": rng.randint(-2, 10)}),
+        ("gear", {"data": rng.randint(-1, 1)}),
+    ],
+    _crane_allows,
+)
+
+
 def arrived_at(puppet: Puppet) -> dict[str, list[Any]]:
     found: dict[str, list[Any]] = {name: [] for name in ROBOTS_NAMES}
     for line in puppet.lines[: puppet.mark]:
@@ -145,7 +192,16 @@ def arrived_at(puppet: Puppet) -> dict[str, list[Any]]:
     return found
 
 
-ROBOTS_NAMES = ("/vel", "/grab", "/set_light_state", "/cmd_vel")
+ROBOTS_NAMES = (
+    "/vel",
+    "/grab",
+    "/set_light_state",
+    "/cmd_vel",
+    "/hoist",
+    "/gear",
+    "/set_level",
+    "/reach",
+)
 
 
 def test_an_agent_that_tries_everything_violates_nothing(
@@ -169,3 +225,20 @@ def test_an_agent_that_drives_a_limited_rover_violates_nothing(
         ):
             await_condition(lambda: agent.call("state").get("components"), "the state")
             try_everything(agent, Limited(node, puppet), TRIALS["limiter"], rounds(ROUNDS))
+
+
+def test_an_agent_at_a_crane_violates_nothing(crane: Stage, start_agent: StartAgent) -> None:
+    name = "crane_supervisor"
+    environment = crane.workspace.environment(master=crane.master)
+    model = str(Path(__file__).with_name("crane.rscd"))
+    with crane.puppet() as puppet:
+        puppet.do("listen", topic="/hoist", type=FLOAT)
+        puppet.do("listen", topic="/gear", type="std_msgs/Int8")
+        puppet.do("service", name="/set_level", type="gauntlet_interfaces/SetLevel")
+        puppet.do("action", name="/reach", type="gauntlet_interfaces/ReachAction", mode="succeed")
+        with (
+            crane.controller(puppet, name) as node,
+            start_agent(model, "--ros", f"/{name}", env=environment) as agent,
+        ):
+            await_condition(lambda: agent.call("state").get("components"), "the state")
+            try_everything(agent, Crane(node, puppet), CRANE, rounds(ROUNDS))

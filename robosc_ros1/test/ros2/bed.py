@@ -29,6 +29,7 @@ CACHE = REPOSITORY / ".cache" / f"ros2{_SUFFIX}"
 REQUIREMENTS = HERE / f"requirements{_SUFFIX}.txt"
 INTERFACES = (
     HERE / "interfaces" / "robosc_testing",
+    HERE / "interfaces" / "tf2_msgs",
     REPOSITORY / "examples" / "robot_common",
 )
 GENERATORS = HERE / "interfaces" / "rosidl_default_generatorsConfig.cmake"

@@ -29,6 +29,7 @@ MODELS = {
     / "line_follower.rscd": "line_follower_controller",
     REPOSITORY / "examples" / "navigation" / "navigation.rscd": "navigation_controller",
     REPOSITORY / "examples" / "order" / "order.rscd": "order_controller",
+    REPOSITORY / "examples" / "docking" / "docking.rscd": "docking_controller",
     HERE / "models" / "workbench.rscd": "workbench_controller",
     HERE / "models" / "everything.rscd": "everything_controller",
     HERE / "models" / "tour.rscd": "tour_controller",

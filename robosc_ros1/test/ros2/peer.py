@@ -56,6 +56,7 @@ class Peer:
         self.lock = threading.Lock()
         self.publishers: dict[str, Any] = {}
         self.kept: list[Any] = []
+        self.links: list[tuple[str, str, float]] = []
         self.goals: dict[str, Any] = {}
         self.servers: dict[str, Any] = {}
         self.waiting: dict[str, queue.SimpleQueue[dict[str, Any]]] = {}
@@ -161,6 +162,30 @@ class Peer:
         while not publisher.get_subscription_count():
             time.sleep(0.005)
         publisher.publish(bytes(content))
+
+    def broadcast(self, links: list[tuple[str, str, float]]) -> None:
+        """Tell links, 20 times per second, until the next order: (parent, child, x); that between
+        map and dock is latched."""
+        from geometry_msgs.msg import TransformStamped
+        from tf2_msgs.msg import TFMessage
+
+        def told(pairs: Any) -> Any:
+            message = TFMessage()
+            for parent, child, x in pairs:
+                link = TransformStamped(child_frame_id=child)
+                link.header.frame_id, link.transform.translation.x = parent, x
+                link.header.stamp = self.node.get_clock().now().to_msg()
+                message.transforms.append(link)
+            return message
+
+        first, self.links = not self.links, links
+        if first:
+            latched = profile(durability="transient_local")
+            static = self.node.create_publisher(TFMessage, "/tf_static", latched)
+            static.publish(told([("map", "dock", 5.0)]))
+            moving = self.node.create_publisher(TFMessage, "/tf", profile())
+            timer = self.node.create_timer(0.05, lambda: moving.publish(told(self.links)))
+            self.kept += [static, moving, timer]
 
     # Services
 

@@ -32,6 +32,7 @@ START = 1_700_000_000.0
 GOAL = "std_msgs/Header header\nactionlib_msgs/GoalID goal_id\n{type}Goal goal\n"
 OF_STATUS = "std_msgs/Header header\nactionlib_msgs/GoalStatus status\n{type}{part} {field}\n"
 EVENT_2 = "service_msgs/ServiceEventInfo info\n{type}_Request[<=1] request\n{type}_Response[<=1] response\n"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
 LATEST_OF_ROS_2 = Stores.ROS2_JAZZY
 
 
@@ -41,6 +42,9 @@ class BagWriter:
     def __init__(self, path: Path, definitions: dict[str, str]) -> None:
         self.ros_1 = path.suffix == ".bag"
         self.store = get_typestore(Stores.ROS1_NOETIC if self.ros_1 else LATEST_OF_ROS_2)
+        if TRANSFORMS not in self.store.types:  # that of ROS 1 has none
+            text = "geometry_msgs/TransformStamped[] transforms\n"
+            self.store.register(get_types_from_msg(text, TRANSFORMS))
         for name, text in definitions.items():
             self.store.register(get_types_from_msg(text, name))
         if self.ros_1:
@@ -68,6 +72,17 @@ class BagWriter:
             stamp.sec, stamp.nanosec = int(time), int(time % 1 * 1e9)
         entry = (round(time * 1e9), next(self._number), topic, type_, message)
         heappush(self._pending, entry)
+
+    def write_links(self, topic: str, time: float, *links: tuple[str, str, float]) -> None:
+        """Write transforms as (parent, child, distance along x)."""
+        transforms = []
+        for parent, child, distance in links:
+            one = default_message(self.store, "geometry_msgs/msg/TransformStamped")
+            one.header.stamp.sec, one.header.stamp.nanosec = int(time), int(time % 1 * 1e9)
+            one.header.frame_id, one.child_frame_id = parent, child
+            one.transform.translation.x, one.transform.rotation.w = distance, 1.0
+            transforms.append(one)
+        self.write(topic, TRANSFORMS, time, {"transforms": transforms})
 
     def close(self) -> None:
         pack = self.store.serialize_ros1 if self.ros_1 else self.store.serialize_cdr

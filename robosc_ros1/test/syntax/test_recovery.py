@@ -59,10 +59,10 @@ model.rscd:4:33: error[syntax]: expected 'identifier:', 'rate:', 'stop:' or 'typ
 model.rscd:5:35: error[syntax]: expected ',' and 'response:'
     5 |         service c with request: T response: U
       |                                   ^^^^^^^^ a ',' is missing before it
-model.rscd:6:9: error[syntax]: expected 'incoming message', 'outgoing message', 'outgoing service', 'outgoing action', 'service', 'action', 'behaviour', 'requirement', 'provide', 'constant', 'parameter', 'condition', 'function' or 'prefer'
+model.rscd:6:9: error[syntax]: expected 'incoming message', 'outgoing message', 'outgoing transform', 'outgoing service', 'outgoing action', 'service', 'action', 'behaviour', 'requirement', 'provide', 'constant', 'parameter', 'condition', 'function' or 'prefer'
     6 |         outgong message d with type: none
       |         ^^^^^^^ did you mean 'outgoing'?
-model.rscd:7:9: error[syntax]: expected 'incoming message', 'outgoing message', 'outgoing service', 'outgoing action', 'service', 'action', 'behaviour', 'requirement', 'provide', 'constant', 'parameter', 'condition', 'function', 'prefer' or '}'
+model.rscd:7:9: error[syntax]: expected 'incoming message', 'outgoing message', 'outgoing transform', 'outgoing service', 'outgoing action', 'service', 'action', 'behaviour', 'requirement', 'provide', 'constant', 'parameter', 'condition', 'function', 'prefer' or '}'
     7 |         message e with type: none
       |         ^^^^^^^ write 'incoming message' or 'outgoing message'
 model.rscd:9:24: error[syntax]: expected ':' after the name of the variable
@@ -306,7 +306,7 @@ model.rscd:2:5: error[syntax]: expected 'component', 'requirement', 'provide', '
 model.rscd:3:21: error[syntax]: expected 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'assume', 'stop', 'for' or '}'
     3 |     component A { } foo bar
       |                     ^^^
-model.rscd:4:19: error[syntax]: expected 'incoming message', 'outgoing message', 'outgoing service', 'outgoing action', 'service', 'action', 'behaviour', 'requirement', 'provide', 'constant', 'parameter', 'condition', 'function', 'prefer' or '}'
+model.rscd:4:19: error[syntax]: expected 'incoming message', 'outgoing message', 'outgoing transform', 'outgoing service', 'outgoing action', 'service', 'action', 'behaviour', 'requirement', 'provide', 'constant', 'parameter', 'condition', 'function', 'prefer' or '}'
     4 |     component B { ( }
       |                   ^
 model.rscd:5:27: error[syntax]: expected 'to start', 'component', 'requirement', 'provide', 'datatype', 'interface', 'constant', 'parameter', 'condition', 'function', 'prefer', 'assume', 'stop', 'for' or '}'

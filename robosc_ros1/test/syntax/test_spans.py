@@ -122,8 +122,9 @@ def _parts(node: Any) -> list[Any]:
 
 def _in_order(node: Any) -> bool:
     # 'e disables c' holds the communications before the condition, a component the numbers of its
-    # copies last, a state what it performs; the attributes of a communication may stand in any order.
-    last = any(getattr(node, name, None) for name in ("indexes", "performs"))
+    # copies last, a state what it performs, a requirement its name; the attributes of a
+    # communication may stand in any order.
+    last = any(getattr(node, name, None) for name in ("indexes", "performs", "title"))
     free = isinstance(node, MessageNode | ServiceNode | ActionNode)
     return getattr(node, "kind", "") != "disables" and not last and not free
 

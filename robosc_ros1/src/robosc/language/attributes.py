@@ -1,6 +1,6 @@
 """The table of attributes: the labels after the ``with`` of a communication.
 
-Each attribute is a field, of the same name, of the syntax node of its communication.
+Each attribute is a field of the syntax node of its communication.
 """
 
 from __future__ import annotations
@@ -35,7 +35,14 @@ class Attribute:
     required: bool
     meaning: str
 
+    @property
+    def field(self) -> str:
+        """The field of the syntax node: where the name is a word of Python, another one."""
+        return {"from": "source", "to": "target"}.get(self.name, self.name)
 
+
+TRANSFORM = "outgoing transform"
+TRANSFORM_TYPE = ("geometry_msgs", "TransformStamped")
 _MESSAGES = ("incoming", "outgoing")
 _CALLS = ("service", "action")
 _SERVED = ("outgoing service", "outgoing action")
@@ -43,9 +50,13 @@ _SERVED = ("outgoing service", "outgoing action")
 ATTRIBUTES = (
     Attribute("identifier", Value.STRING, (*_MESSAGES, *_CALLS, *_SERVED), False,
               "the name of the topic, service or action in ROS"),
-    Attribute("timeout", Value.DURATION, ("outgoing", *_CALLS), False,
+    Attribute("from", Value.STRING, (TRANSFORM,), True,
+              "the frame in which a transform gives the pose of another one"),
+    Attribute("to", Value.STRING, (TRANSFORM,), True,
+              "the frame whose pose a transform gives"),
+    Attribute("timeout", Value.DURATION, ("outgoing", TRANSFORM, *_CALLS), False,
               "the time after which a message is silent, or the deadline of a service or action"),
-    Attribute("max_age", Value.DURATION, ("outgoing",), False,
+    Attribute("max_age", Value.DURATION, ("outgoing", TRANSFORM), False,
               "the age, by the stamp of its header, from which a message counts as not arrived"),
     Attribute("within", Value.DURATION, ("action",), False,
               "the time after which an accepted goal is cancelled"),
@@ -53,8 +64,9 @@ ATTRIBUTES = (
               "what must hold of the answer of a service or action; any other answer is an error"),
     Attribute("goals", Value.REPLACE, ("action",), False,
               "`replace`: a goal may be requested while another one is busy, and replaces it"),
-    Attribute("rate", Value.RATE, ("incoming", *_CALLS, *_SERVED), False,
-              "how often a command is sent while it is allowed, or that it is sent `once`"),
+    Attribute("rate", Value.RATE, ("incoming", TRANSFORM, *_CALLS, *_SERVED), False,
+              "how often a command is sent while it is allowed, or that it is sent `once`; how"
+              " often a transform comes at most"),
     Attribute("stop", Value.NONE, ("incoming",), False,
               "`none`: what is sent to its topic moves nothing, so nothing need stop it"),
     Attribute("type", Value.TYPE, _MESSAGES, True, "the type of a message"),

@@ -96,7 +96,7 @@ def _table() -> Iterator[Keyword]:
     yield Keyword("after", clause, ("state",))
     yield Keyword("retry", clause, ("state",))
     yield Keyword("default", clause, ("enum",))
-    for word in ("object", "enum", "message"):
+    for word in ("object", "enum", "message", "transform"):
         yield Keyword(word, declaration)
     for word in (
         "if",
@@ -117,10 +117,12 @@ def _table() -> Iterator[Keyword]:
         "every",
     ):
         yield Keyword(word, clause)
-    for word in ("with", "links", "from", "to", "start", "use", "import", "over", "except", "in"):
+    for word in ("with", "links", "start", "use", "import", "over", "except", "in"):
         yield Keyword(word, clause)
+    for word in ("from", "to"):
+        yield Keyword(word, (Role.CLAUSE, Role.LABEL))
     events = words_of_events()
-    labels = (*(a.name for a in ATTRIBUTES if a.name != "stop"), "prefix")
+    labels = (*(a.name for a in ATTRIBUTES if a.name not in ("from", "to", "stop")), "prefix")
     for word in dict.fromkeys((*events, *labels)):
         roles = ((Role.EVENT, events), (Role.LABEL, labels))
         yield Keyword(word, tuple(role for role, words in roles if word in words))
@@ -158,6 +160,8 @@ _MEANINGS = {
     "outgoing": "A message that the component sends: the controller reacts to it. Or a service that"
     " it calls: the controller answers it.",
     "message": "A topic: outgoing if the component sends it, incoming if it receives it.",
+    "transform": "The pose of one frame in another, from what the robot sends to `/tf` and"
+    " `/tf_static`.",
     "service": "A ROS service of the component, which the controller calls; with `outgoing`, one of"
     " the controller, which the component calls.",
     "action": "A ROS action of the component, whose goals the controller sends and cancels.",

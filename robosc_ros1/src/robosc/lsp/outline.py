@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from robosc.language.attributes import TRANSFORM
 from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Analysis, Workspace
 from robosc.model.names.data_directions import kind_of
@@ -39,6 +40,7 @@ from robosc.syntax.nodes import (
     ServiceNode,
     StateNode,
     StopNode,
+    TransformNode,
     VariableNode,
 )
 
@@ -127,6 +129,8 @@ def _item(node: _Node) -> OutlineItem:
             return _named(node, "function", node.type.span.text)
         case InterfaceNode():
             return _named(node, "interface", f"{node.package.text}/{node.type.text}")
+        case TransformNode():
+            return _named(node, "communication", TRANSFORM)
         case MessageNode():
             return _named(node, "communication", f"{node.direction} message")
         case ServiceNode() | ActionNode():

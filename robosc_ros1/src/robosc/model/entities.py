@@ -62,7 +62,8 @@ class Communication:
     action; ``within`` that of an accepted goal; ``max_age`` the greatest age of a message on
     arrival; ``expect`` what must hold of a response. ``rate`` is how often a command is sent, in
     Hz, or ``once``; ``goals`` is ``replace`` if a goal may replace a busy one; ``stop`` is ``none``
-    if what is sent to the topic moves nothing. ``heard``: somebody asks whether it ever arrived.
+    if what is sent to the topic moves nothing. ``frames`` are those of a transform, from and to,
+    which ``rate`` limits. ``heard``: somebody asks whether it ever arrived.
     ``request`` is what the controller sends, ``response`` what it receives. ``identifier`` is the
     name in ROS, prefix included.
     """
@@ -82,6 +83,7 @@ class Communication:
     rate: float | str | None = None
     goals: str | None = None
     stop: str | None = None
+    frames: tuple[str, str] | None = None
     heard: bool = False
     span: Span = span_field()
 
@@ -385,6 +387,15 @@ class Robot:
     def persistent(self) -> dict[str, Variable]:
         """The variables that keep their values over the node's end, by key."""
         return {key: variable for key, variable in self.variables.items() if variable.persistent}
+
+    @cached_property
+    def transforms(self) -> dict[tuple[str, str], tuple[str, ...]]:
+        """The keys of transforms by their frames, from and to."""
+        found: dict[tuple[str, str], tuple[str, ...]] = {}
+        for one in self.communications.values():
+            if one.frames is not None:
+                found[one.frames] = (*found.get(one.frames, ()), one.key)
+        return found
 
     @cached_property
     def yields_to(self) -> dict[str, tuple[str, ...]]:

@@ -6,11 +6,14 @@ import re
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Set
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from robosc.errors import UsageError
 from robosc.model.ros.interfaces import Definition
 from robosc.model.ros.recorded import definitions
+from robosc.new.frames import TOPICS, Frames
 from robosc.new.survey import UNKNOWN_NODE, RosGraph, Spacing, pauses_of
 from robosc.simulate.bags.bag_files import Bag, opened_bag
 from robosc.simulate.bags.storage import Channel
@@ -49,9 +52,13 @@ def read(path: Path) -> Recorded:
     with opened_bag(path) as bag:
         channels = bag.storage.channels.values()
         topics = [_topic(channel) for channel in channels]
-        pauses = pauses_of(_arrivals(bag))
+        frames = _frames(bag)
+        told = {chain.name: chain.arrivals for chain in frames.chains()}
+        pauses = pauses_of(_arrivals(bag) | told)
         notes = (*bag.storage.missing, *bag.storage.notes)
-    return Recorded(_graph(topics), pauses, _definitions(channels), notes)
+    return Recorded(
+        replace(_graph(topics), chains=frames.chains()), pauses, _definitions(channels), notes
+    )
 
 
 def _definitions(channels: Iterable[Channel]) -> dict[str, Definition]:
@@ -73,6 +80,18 @@ def _arrivals(bag: Bag) -> dict[str, list[float]]:
             times = bag.storage.times(number)
             arrivals[channel.topic] += [time for time in times if time < _MEASURED]
     return {topic: sorted(times) for topic, times in arrivals.items()}
+
+
+def _frames(bag: Bag) -> Frames:
+    """The frames of the beginning."""
+    frames = Frames()
+    with suppress(UsageError):  # messages in another form than their definition says
+        there = [topic for topic in TOPICS if topic in bag.topics]
+        for topic, time, message in bag.messages(there, lambda *_: None):
+            if time > bag.start + _MEASURED:
+                break
+            frames.hear(message, time, is_static=TOPICS[topic])
+    return frames
 
 
 def _topic(channel: Channel) -> tuple[str, str, str]:

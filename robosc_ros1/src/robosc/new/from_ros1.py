@@ -8,6 +8,7 @@ from collections import defaultdict
 from functools import partial
 
 from robosc.errors import UsageError
+from robosc.new.frames import TOPICS, Frames
 from robosc.new.survey import RosGraph, Spacing, pauses_of
 
 
@@ -38,6 +39,24 @@ def listen(seconds: float) -> tuple[RosGraph, dict[str, Spacing]]:
 
     for topic in published:
         rospy.Subscriber(topic, rospy.AnyMsg, partial(arrived, topic))
+    frames = Frames()
+    for topic, is_static in TOPICS.items():
+        if topic in published:
+            _follow(frames, topic, is_static=is_static)
     time.sleep(seconds)
     rospy.signal_shutdown("everything was heard")
-    return RosGraph(published, subscribed, offered, {}, types), pauses_of(arrivals)
+    chains = frames.chains()
+    arrivals.update({chain.name: chain.arrivals for chain in chains})
+    return RosGraph(published, subscribed, offered, {}, types, chains), pauses_of(arrivals)
+
+
+def _follow(frames: Frames, topic: str, *, is_static: bool) -> None:
+    import rospy
+
+    try:
+        from tf2_msgs.msg import TFMessage
+    except ImportError:  # its package is not installed here
+        return
+    rospy.Subscriber(
+        topic, TFMessage, lambda m: frames.hear(m, time.monotonic(), is_static=is_static)
+    )

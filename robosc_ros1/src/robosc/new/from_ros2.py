@@ -6,10 +6,12 @@ import importlib
 import time
 import uuid
 from collections import defaultdict
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from robosc.errors import UsageError
+from robosc.new.frames import TOPICS, Frames
 from robosc.new.survey import RosGraph, Spacing, pauses_of
 
 _DISCOVERY = 2.0
@@ -44,11 +46,17 @@ def listen(seconds: float) -> tuple[RosGraph, dict[str, Spacing]]:
     arrivals = defaultdict[str, "list[float]"](list)
     for topic in graph.publishers:
         _subscribe(node, topic, graph.types[topic], arrivals)
+    frames = Frames()
+    for topic, is_static in TOPICS.items():
+        if topic in graph.publishers:
+            _follow(node, frames, topic, is_static=is_static)
     _spin(executor, seconds)
     executor.shutdown()
     node.destroy_node()
     context.try_shutdown()
-    return graph, pauses_of(arrivals)
+    chains = frames.chains()
+    arrivals.update({chain.name: chain.arrivals for chain in chains})
+    return replace(graph, chains=chains), pauses_of(arrivals)
 
 
 def _discover(node: Any, executor: Any) -> None:
@@ -95,6 +103,21 @@ def _graph(node: Any, own: str) -> RosGraph:
         kinds.append(dict(found))
     publishers, subscribers, services, actions = kinds
     return RosGraph(publishers, subscribers, services, actions, types)
+
+
+def _follow(node: Any, frames: Frames, topic: str, *, is_static: bool) -> None:
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+
+    try:
+        from tf2_msgs.msg import TFMessage
+    except ImportError:  # its package is not installed here
+        return
+
+    def heard(message: object) -> None:
+        frames.hear(message, time.monotonic(), is_static=is_static)
+
+    durability = DurabilityPolicy.TRANSIENT_LOCAL if is_static else DurabilityPolicy.VOLATILE
+    node.create_subscription(TFMessage, topic, heard, QoSProfile(depth=100, durability=durability))
 
 
 def _subscribe(node: Any, topic: str, type_: str, arrivals: dict[str, list[float]]) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from robosc.language.keywords import RESERVED, escape
 from robosc.model.ros.interfaces import Definition, Folder
 from robosc.new.declared_types import DeclaredTypes
+from robosc.new.frames import RobotFrame
 from robosc.new.survey import UNKNOWN_NODE, Offer, Spacing, Survey
 
 _SMALL = """\
@@ -54,6 +55,10 @@ robot {name} {{
 _PERMITTED = """\
     // As it stands, no command is sent until the node's parameter is set: permitted:=true
     parameter permitted: boolean = false
+"""
+
+_FRAMES = """
+    component {name} {{    // what is told on /tf and /tf_static
 """
 
 _SERVICE = """\
@@ -118,13 +123,21 @@ def from_survey(
             if offer.node == node:
                 lines += _incoming(types, offer, short)
         lines.append("    }\n")
+    chains = [(chain, names.communication(chain.target)) for chain in survey.chains]
+    if chains:
+        lines.append(_FRAMES.format(name=names.component("Frames")))
+        for chain, short in chains:
+            lines += _transform(chain, short, pauses.get(chain.name))
+        lines.append("    }\n")
     commands = [short for _, short in incoming]
     for kind, offers in (("service", survey.services), ("action", survey.actions)):
         for offer in offers:
             short = names.communication(offer.name)
             commands.append(short)
             lines += _called(types, kind, offer, short, names.component(short))
-    fresh = [f"{short}.fresh" for offer, short in outgoing if offer.name in pauses]
+    heard = [(offer.name, short) for offer, short in outgoing]
+    heard += [(chain.name, short) for chain, short in chains]
+    fresh = [f"{short}.fresh" for name, short in heard if name in pauses]
     lines += _requirements(commands, fresh)
     if types.declared.lines:
         lines += [_DECLARED, *types.declared.lines]
@@ -179,6 +192,18 @@ def _outgoing(types: _Types, offer: Offer, short: str, pauses: Spacing | None) -
         yield f"        // usually every {usual} s, at the longest after {longest} s{question}\n"
         timeout = f" timeout: {_timeout(pauses.longest)},"
         yield f"        outgoing {_message(types, offer, short, timeout)}\n"
+
+
+def _transform(chain: RobotFrame, short: str, pauses: Spacing | None) -> Iterator[str]:
+    yield f"        // where the robot is; frames: {_printable(', '.join(chain.frames))}\n"
+    frames = f"from: {_quoted(chain.source)}, to: {_quoted(chain.target)}"
+    timeout = "" if pauses is None else f", timeout: {_timeout(pauses.longest)}"
+    yield f"        outgoing transform {short} with {frames}{timeout}\n"
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
 
 
 def _incoming(types: _Types, offer: Offer, short: str) -> Iterator[str]:

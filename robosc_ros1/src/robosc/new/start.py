@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from robosc.errors import UsageError, counted
+from robosc.language.attributes import TRANSFORM_TYPE
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.interfaces import Definition, Folder, Missing
 from robosc.new import from_bag, from_ros1, from_ros2
@@ -14,6 +15,7 @@ from robosc.new.skeleton import from_survey
 from robosc.new.survey import Offer, RosGraph, Spacing, Survey, survey
 from robosc.view.node import which_ros
 
+_LINK = Offer("/tf", "/".join(TRANSFORM_TYPE), "")
 _LISTENING = 3.0
 """Seconds in which it is measured how often messages come."""
 
@@ -54,11 +56,12 @@ def _model(
     notes: Sequence[str] = (),
 ) -> str:
     seen = survey(graph)
-    if seen == Survey((), (), (), ()):
+    if seen == Survey((), (), (), (), chains=seen.chains):
         raise UsageError(nothing)
     print(
         f"{counted(len(seen.outgoing), 'topic')} from the robot, {len(seen.incoming)} to it,"
         f" {counted(len(seen.services), 'service')}, {counted(len(seen.actions), 'action')}"
+        + (f", {counted(len(seen.chains), 'transform')}" if seen.chains else "")
     )
     for note in notes:
         print(note)
@@ -95,5 +98,6 @@ def _defined(
     here = Survey(
         known(survey.outgoing, "msg"), known(survey.incoming, "msg"),
         known(survey.services, "srv"), known(survey.actions, "action"), frozenset(declared),
+        survey.chains if any(known([_LINK], "msg")) else (),
     )  # fmt: skip
     return here, absent

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
 
+from robosc.new.frames import RobotFrame
+
 Nodes = Mapping[str, Collection[str]]
 """The nodes at each topic, service or action."""
 
@@ -41,6 +43,7 @@ class RosGraph:
     services: Nodes
     actions: Nodes
     types: Mapping[str, str]
+    chains: tuple[RobotFrame, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +77,7 @@ class Survey:
     services: tuple[Offer, ...]
     actions: tuple[Offer, ...]
     declared: frozenset[str] = frozenset()
+    chains: tuple[RobotFrame, ...] = ()
 
 
 def survey(graph: RosGraph) -> Survey:
@@ -100,6 +104,7 @@ def survey(graph: RosGraph) -> Survey:
         tuple(_offers(graph, subscribers, [t for t in topics if t not in publishers])),
         tuple(_offers(graph, _without(graph.services, controllers), _services(graph))),
         tuple(_offers(graph, _without(actions, controllers), sorted(actions))),
+        chains=graph.chains,
     )
 
 

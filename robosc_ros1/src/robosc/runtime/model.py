@@ -65,7 +65,8 @@ class Communication(NamedTuple):
     action (None: the model states none); so are ``within``, the deadline of an accepted goal, and
     ``max_age``: a message that is older on arrival counts as not arrived.
     ``rate`` is how often its command is repeated, in Hz, or ``once`` (None: the model does not
-    say). ``goals`` is "replace" if a goal may replace the one that is busy.
+    say), or how often a transform comes at most; ``frames`` are those of a transform, from and to.
+    ``goals`` is "replace" if a goal may replace the one that is busy.
     """
 
     key: str
@@ -78,6 +79,7 @@ class Communication(NamedTuple):
     rate: Union[float, str, None] = None
     goals: Optional[str] = None
     max_age: Union[float, str, None] = None
+    frames: Optional[Tuple[str, str]] = None
 
 
 class Input(NamedTuple):

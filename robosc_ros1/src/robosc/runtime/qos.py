@@ -34,7 +34,7 @@ def qos_parameters(communications: Sequence[Communication]) -> List[Parameter]:
     """
     result = []
     for message in communications:
-        if message.sort not in _DEPTHS:
+        if message.sort not in _DEPTHS or message.frames:  # those of transforms are always the same
             continue
         names = [qos_parameter_name(message, policy) for policy in POLICIES]
         reliability = "reliable" if message.sort == "incoming" else "best_effort"

@@ -171,6 +171,10 @@ def declared(communications: Sequence[Communication]) -> List[Parameter]:
     result = list(_GENERAL)
     for communication in communications:
         name = parameter_name(communication.name)
+        if communication.frames:
+            meaning = "how often %s comes at most, in Hz (0: with each of its links)"
+            rate, meaning = communication.rate, meaning % communication.name
+            result.append(Parameter("rate/" + name, "number", rate, meaning, (), 0.0, FASTEST))
         if communication.sort not in _UNREPEATED:
             meaning = "how often %s is repeated, in Hz (0: the default rate)" % communication.name
             rate = communication.rate if isinstance(communication.rate, float) else 0.0
@@ -338,7 +342,7 @@ def _settings(communications: Sequence[Communication], values: Dict[str, Any]) -
     rates = {}
     for communication in communications:
         name = parameter_name(communication.name)
-        if communication.sort not in _UNREPEATED:
+        if communication.frames or communication.sort not in _UNREPEATED:
             rates[communication.key] = values.pop("rate/" + name)
         elif isinstance(communication.rate, float):
             rates[communication.key] = communication.rate

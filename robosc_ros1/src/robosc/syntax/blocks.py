@@ -83,7 +83,9 @@ class Items:
 
 _IN_MESSAGES = {
     "incoming": ("'incoming message'",),
-    "outgoing": ("'outgoing message'", "'outgoing service'", "'outgoing action'"),
+    "outgoing": tuple(
+        f"'outgoing {noun}'" for noun in ("message", "transform", "service", "action")
+    ),
     "initial": (),
     "marked": (),
     "persistent": (),

@@ -12,7 +12,7 @@ from pyparsing import ParserElement, ZeroOrMore
 
 from robosc import limits
 from robosc.errors import listing
-from robosc.language.attributes import Attribute, Value, attributes_of
+from robosc.language.attributes import TRANSFORM, TRANSFORM_TYPE, Attribute, Value, attributes_of
 from robosc.language.events import FOLDERS
 from robosc.language.tokens import pattern
 from robosc.syntax import terminals as t
@@ -53,6 +53,7 @@ from robosc.syntax.nodes import (
     ServedActionNode,
     ServedServiceNode,
     ServiceNode,
+    TransformNode,
 )
 from robosc.syntax.parse_state import Build, Fault, ParseState
 
@@ -136,7 +137,7 @@ def communication_rule(word: str) -> Rule:
     if word == "outgoing":
         grammar = either(
             [keyword(noun) - _declared(noun, sort) for noun, sort in _OUTGOING.items()],
-            "'message', 'service' or 'action' after 'outgoing'",
+            "'message', 'transform', 'service' or 'action' after 'outgoing'",
         )
     elif word == "incoming":
         grammar = keyword("message", f"'message' after '{word}'") - _declared("message", word)
@@ -152,6 +153,7 @@ def communication_rule(word: str) -> Rule:
 
 _OUTGOING = {
     "message": "outgoing",
+    "transform": TRANSFORM,
     "service": "outgoing service",
     "action": "outgoing action",
 }
@@ -160,6 +162,7 @@ _OUTGOING = {
 _NODES: dict[str, Any] = {
     "incoming": partial(cast(Any, MessageNode), "incoming"),
     "outgoing": partial(cast(Any, MessageNode), "outgoing"),
+    TRANSFORM: partial(cast(Any, TransformNode), "outgoing"),
     "service": ServiceNode,
     "action": ActionNode,
     "outgoing service": ServedServiceNode,
@@ -170,14 +173,21 @@ _NODES: dict[str, Any] = {
 def _declared(noun: str, sort: str) -> ParserElement:
     """The name and the attributes of one sort of communication; leaves its node."""
     attributes = attributes_of(sort)
-    types = [attribute.name for attribute in attributes if attribute.value is Value.TYPE]
+    types = [attribute.name for attribute in attributes if attribute.required]
+    fields = {attribute.name: attribute.field for attribute in attributes}
 
     def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> CommunicationNode:
         name, *pairs = parts
-        given = {"identifier": None, "links": None, **_checked(reading, end, pairs, types)}
-        if "type" in given and "type" not in types:
+        found = _checked(reading, end, pairs, types)
+        given: dict[str, Any] = {"identifier": None, "links": None}
+        given |= {fields.get(attribute, attribute): value for attribute, value in found.items()}
+        if sort == TRANSFORM:
+            span = reading.span(start - 1, start)  # the word 'transform' stands for its type
+            package, type_ = (Name(text, span=span) for text in TRANSFORM_TYPE)
+            given["type"] = RosTypeNode(package, type_, span=span)
+        elif "type" in given and "type" not in types:
             definition = replace(given.pop("type"), folder=FOLDERS[sort])
-            given |= {type_: replace(definition, part=n) for n, type_ in enumerate(types)}
+            given |= {part: replace(definition, part=n) for n, part in enumerate(types)}
         node: CommunicationNode = _NODES[sort](name=name, **given, span=reading.span(start, end))
         return node
 
@@ -188,14 +198,15 @@ def _declared(noun: str, sort: str) -> ParserElement:
 def _attributes(attributes: Sequence[Attribute]) -> ParserElement:
     """The attributes, in any order; each leaves its name, its value and its last token."""
     elements = {attribute.name: _attribute(attribute) for attribute in attributes}
-    if "type" not in elements:
+    if "request" in elements:
         definition = label("type") - t.ros_type("a ROS type 'package/Type' after 'type:'")
         elements["type"] = built(definition, _named("type"))
     links = keyword("links") - t.name("the name of an interface after 'links'")
     expected = listing((f"'{name}:'" for name in elements), "or")
     several = [either(list(elements.values()), expected + where) for where in (" after 'with'", "")]
     first, others = several
-    return first - ZeroOrMore(symbol(",") - others) - maybe(built(links, _named("links")))
+    listed = first - ZeroOrMore(symbol(",") - others)
+    return listed - maybe(built(links, _named("links"))) if "type" in elements else listed
 
 
 def _checked(
@@ -227,6 +238,8 @@ def _checked(
 
 def _types(names: Sequence[str]) -> str:
     """With which attribute the types begin, in messages: one of ROS names all parts of a call."""
+    if names[0] == "from":
+        return "'from:'"
     return listing((f"'{name}:'" for name in dict.fromkeys(("type", names[0]))), "or")
 
 

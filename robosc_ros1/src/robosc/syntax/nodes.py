@@ -298,6 +298,14 @@ class MessageNode(_Node):
 
 
 @dataclass(frozen=True, slots=True)
+class TransformNode(MessageNode):
+    """``outgoing transform name with from: source, to: target``; its type is that of transforms."""
+
+    source: StringNode | None = None
+    target: StringNode | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class ServiceNode(_Node):
     """``service name with …``; written with ``type:``, the two types are its parts 0 and 1."""
 

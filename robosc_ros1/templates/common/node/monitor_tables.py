@@ -13,8 +13,18 @@ class MonitorTables(Tables):
     does not judge. ``orders`` are groups of keys of which the order of events matters.
     """
 
-    def __init__(self, subscriptions, commands, actions, unseen, unjudged, by_data=(), orders=()):
-        super().__init__(subscriptions, (), (), actions)
+    def __init__(
+        self,
+        subscriptions,
+        commands,
+        actions,
+        unseen,
+        unjudged,
+        by_data=(),
+        orders=(),
+        transforms=None,
+    ):
+        super().__init__(subscriptions, (), (), actions, transforms=transforms)
         self.commands = commands
         self.unseen = unseen
         self.unjudged = unjudged
@@ -23,7 +33,7 @@ class MonitorTables(Tables):
 
     def heard_alone(self):
         """Return the topics of the robot as those of a node that has no others."""
-        return Tables(self.subscriptions, (), (), ())
+        return Tables(self.subscriptions, (), (), (), transforms=self.transforms)
 
     def demand_fit(self, settings, resolved):
         """A monitor sends nothing, and may be a shadow."""

@@ -65,6 +65,9 @@ class Caller:
 class CallingPort(Port):
     """A port whose services and actions are objects that report to the engine, by key."""
 
+    transforms = None
+    """What hears transforms, if the model has some."""
+
     def __init__(self, services, actions, served=(), former=()):
         self._services = services
         self._actions = actions
@@ -124,7 +127,12 @@ class CallingPort(Port):
 
     def faults(self):
         found = (caller.fault() for caller in (*self.callers(), *self._former))
-        return [fault for fault in found if fault is not None]
+        more = () if self.transforms is None else self.transforms.faults()
+        return [*(fault for fault in found if fault is not None), *more]
+
+    def post_transforms(self, engine, keys):
+        """Return what takes the transforms of these communications."""
+        return engine.poster(keys)
 
     def running(self):
         """Return a text for each goal that was sent and may go on."""

@@ -14,14 +14,24 @@ class Tables:
     """The connections of a node with the robot.
 
     A topic is (name, message type, keys of the communications on it), a service or an action is
-    (name, type, key of the communication). ``makes`` are the classes of what stands for these, by
+    (name, type, key of the communication). ``transforms`` has those of ``/tf`` (None: there are
+    none). ``makes`` are the classes of what stands for these, by
     the names of their tables; a package has those that it needs.
     """
 
     def __init__(
-        self, subscriptions, publications, services, actions, served=(), served_actions=(), **makes
+        self,
+        subscriptions,
+        publications,
+        services,
+        actions,
+        served=(),
+        served_actions=(),
+        transforms=None,
+        **makes,
     ):
         self.makes = makes
+        self.transforms = transforms
         self.served = served
         """The services that the robot calls, as (name, type, key of the communication)."""
         self.served_actions = served_actions

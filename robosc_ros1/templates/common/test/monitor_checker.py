@@ -206,7 +206,8 @@ class MonitorChecker(Checker):
     def _judge_corrected(self, what, event, key, content):
         """Check the reasons; those of a command that would have been corrected are why not what
         was sent, and what it would have become."""
-        reasons, sent = event["blocked_by"], event["event"]
+        sent = event["event"]
+        reasons = self._with_recent(key, sent["kind"], content, event["blocked_by"])
         made = self._as_made(key, content)
         if made is content:
             self._judge_reasons(what, sent, reasons, self.shadow)
@@ -220,6 +221,18 @@ class MonitorChecker(Checker):
                 self.faults.append("%s, but what it would become is, too" % what)
         else:
             self._judge_reasons(what, {**sent, "value": made.parts}, reasons, self.shadow)
+
+    def _with_recent(self, key, kind, content, reasons):
+        """Return the reasons with those requirements that held a moment ago, which are not told
+        beside what has failed for longer."""
+        told = {"%(text)s (%(place)s)" % r for r in reasons if r["kind"] == "requirement"}
+        lately = set(self.shadow.violated(key, kind, content)) - told if told else set()
+        for before in self._recent():
+            for known in lately - set(before.violated(key, kind, content)):
+                lately.discard(known)
+                text, _, place = known[:-1].rpartition(" (")
+                reasons = [*reasons, {"kind": "requirement", "text": text, "place": place}]
+        return reasons
 
     def _as_made(self, key, content):
         """Return what a command would become; the same if nothing corrects it."""

@@ -47,6 +47,9 @@ class SimulatedRobot(RobotCalls):
         self._matcher = None
         self._reference = ReferenceModel(PLANT)
         self._types = {(keys[0], "response"): type_ for _, type_, keys in tables.subscriptions}
+        if tables.transforms is not None:
+            for _, _, keys in tables.transforms.rows:
+                self._types[keys[0], "response"] = tables.transforms.link_type
         for _, type_, key in tables.services:
             self._types[key, "response"] = self.response_type(type_)
         for _, type_, key in tables.actions:
@@ -126,11 +129,15 @@ class SimulatedRobot(RobotCalls):
             message, chance = self.sendable(message), None
         if any(key in DATED for key in keys):
             stamp(message, self.time(), chance)
-        for key in keys:
-            self.note(key, "response", message)
+        # What comes of a link depends on others.
+        is_link = hasattr(publisher, "arriving")
+        coming = publisher.arriving(message) if is_link else [(keys, message)]
+        for of, what in coming:
+            for key in of:
+                self.note(key, "response", what)
         self.last[keys[0]] = keys, self.plain(message)
         publisher.publish(message)
-        return len(keys)
+        return sum(len(of) for of, _ in coming)
 
     def _unbroken(self, kind, keys):
         """Return a random message that breaks no assumption; None: none was found."""

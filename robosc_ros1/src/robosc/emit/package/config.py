@@ -190,7 +190,7 @@ def shared_topics(robot: Robot) -> list[tuple[str, list[str]]]:
     """Each topic with the keys of the messages that come or go there."""
     topics: dict[tuple[str, Kind, str], list[Communication]] = {}
     for communication in robot.communications.values():
-        if communication.kind in (Kind.INCOMING, Kind.OUTGOING):
+        if communication.kind in (Kind.INCOMING, Kind.OUTGOING) and not communication.frames:
             type_ = f"{communication.binding.package}/{communication.binding.type}"
             place = (communication.ros_name, communication.kind, type_)
             topics.setdefault(place, []).append(communication)

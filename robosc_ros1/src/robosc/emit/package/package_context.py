@@ -26,6 +26,15 @@ class TopicView:
 
 
 @dataclass(frozen=True)
+class TransformView:
+    """The transform between two frames."""
+
+    source: str
+    target: str
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class CommandsView:
     """A topic of commands; ``commands`` as Python source."""
 
@@ -72,6 +81,7 @@ class PackageContext:
     parameters: tuple[ParameterView, ...]
     defaults: str
     """The configuration's own defaults of parameters, as Python source."""
+    transforms: tuple[TransformView, ...] = field(default=(), kw_only=True)
     served_services: tuple[TopicView, ...] = field(default=(), kw_only=True)
     served_actions: tuple[TopicView, ...] = field(default=(), kw_only=True)
     title: str = field(default="Controller", kw_only=True)
@@ -79,6 +89,8 @@ class PackageContext:
     """Of a monitor."""
     watched: tuple[str, ...] = field(default=(), kw_only=True)
     """The parameters that set the timeouts of messages."""
+    limited: tuple[str, ...] = field(default=(), kw_only=True)
+    """Those that say how often transforms come at most."""
     examples: tuple[str, ...] = field(default=(), kw_only=True)
     """What the test of a package of ROS 2 gives for the parameters that must be given."""
     lifecycle: bool = field(default=False, kw_only=True)

@@ -194,6 +194,7 @@ def _plant_communication(
         "name": robot.display_names[communication.key],
         "kind": communication.kind.value,
         "timeout": communication.timeout is not None,
+        **({"frames": communication.frames} if communication.frames else {}),
         **({} if age is None else {"max_age": _tree(age, enums)}),
         "expect": None if communication.expect is None else _tree(communication.expect, enums),
         **({"heard": True} if communication.heard else {}),

@@ -26,7 +26,13 @@ from robosc.emit.package.package import (
     own_test_files,
     runtime_files,
 )
-from robosc.emit.package.package_context import PackageContext, TopicView, escaped, topics
+from robosc.emit.package.package_context import (
+    PackageContext,
+    TopicView,
+    TransformView,
+    escaped,
+    topics,
+)
 from robosc.emit.package.plant_data import plant_data
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
@@ -38,7 +44,7 @@ from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Communication, Robot
 from robosc.names import package_name, rostest_name
 from robosc.resources import templates_folder
-from robosc.runtime.settings import dotted
+from robosc.runtime.settings import dotted, parameter_name
 from robosc.runtime.shapes import parts_by_name
 from robosc.supervisor import Guard, Supervisor
 
@@ -140,6 +146,8 @@ def package_of(
 def _parts(controller: ControllerContext, robot: Robot, mode: Mode) -> Iterator[str]:
     """The modules of the runtime that an engine imports when its model needs them."""
     communications = robot.communications.values()
+    if robot.transforms:
+        yield "transforms"
     if any(c.max_age is not None for c in communications):
         yield "ages"
     if controller.persistent:
@@ -195,7 +203,10 @@ def _context(
         return f"{target.module(communication)}.{target.type(communication)}"
 
     def messages(kind: Kind) -> tuple[TopicView, ...]:
-        return topics((c for c in communications if c.kind is kind), target.identifier, type_)
+        found = (c for c in communications if c.kind is kind and c.frames is None)
+        return topics(found, target.identifier, type_)
+
+    more = ("tf2_msgs",) if robot.transforms else ()
 
     def servers(kind: Kind) -> tuple[TopicView, ...]:
         return tuple(
@@ -215,17 +226,23 @@ def _context(
         licence=config.licence,
         class_name=class_name,
         dependencies=tuple(
-            sorted({c.binding.package for c in communications}.union(target.dependencies))
+            sorted({c.binding.package for c in communications}.union(target.dependencies, more))
         ),
-        modules=tuple(sorted(set(map(target.module, communications)))),
+        modules=tuple(sorted({target.module(c) for c in communications if c.frames is None})),
         subscriptions=messages(Kind.OUTGOING),
         publications=messages(Kind.INCOMING),
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
+        transforms=tuple(TransformView(*frames, keys) for frames, keys in robot.transforms.items()),
         served_services=servers(Kind.SERVED_SERVICE),
         served_actions=servers(Kind.SERVED_ACTION),
         parameters=parameters,
         watched=tuple(p.name for p in parameters if p.name.replace("/", ".") in timeouts),
+        limited=tuple(
+            f"rate/{parameter_name(robot.display_names[key])}"
+            for keys in robot.transforms.values()
+            for key in keys
+        ),
         defaults=literal(
             {
                 n: v

@@ -50,7 +50,7 @@ class Candidate:
 _MORE = {
     "datatype": ("datatype object", "datatype enum"),
     "incoming": ("incoming message",),
-    "outgoing": ("outgoing message", "outgoing service", "outgoing action"),
+    "outgoing": tuple(f"outgoing {noun}" for noun in ("message", "transform", "service", "action")),
     "initial": ("initial state", "initial marked state"),
     "marked": ("marked state",),
     "persistent": ("persistent variable",),

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from robosc.expr.types import ArrayType, ObjectType, Type
-from robosc.language.attributes import ATTRIBUTES, Value
+from robosc.language.attributes import ATTRIBUTES, TRANSFORM, Value
 from robosc.language.events import FOLDERS
 from robosc.language.keywords import starts_of
 from robosc.language.reasons import REASONS
@@ -32,13 +32,20 @@ _CONDITIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.CONDITION
 _WORDS = {"goals": "replace", "rate": "once", "stop": "none"}
 """The words that are values of attributes."""
 _LABELS = {
-    word: tuple(attribute.name for attribute in _TYPES if word in attribute.communications)
-    for word in ("service", "action", "outgoing service", "outgoing action")
+    word: tuple(a.name for a in ATTRIBUTES if a.required and word in a.communications)
+    for word in ("service", "action", "outgoing service", "outgoing action", TRANSFORM)
 }
 _OPTIONAL = {
     word: tuple(a.name for a in ATTRIBUTES if word in a.communications and not a.required)
     for word in ("incoming", "outgoing", *_LABELS)
 }
+_NOT_MESSAGES = [word for word in _LABELS if word.startswith("outgoing")]
+_STRINGS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.STRING)
+
+
+def _opened(label: str) -> str | None:
+    """What is inserted for a label, if more than that: the string of one that has such a value."""
+    return f'{label}: "' if label in _STRINGS else None
 
 
 def complete(workspace: Workspace, path: str, offset: int) -> list[Candidate]:
@@ -107,12 +114,10 @@ class _Completer:
         words, last = self._context.words, self._context.last
         first = self._context.word(0)
         noun = self._context.word(1)
-        served = first == "outgoing" and noun in ("service", "action")
-        sort = f"outgoing {noun}" if served else first
+        sort = f"outgoing {noun}" if f"{first} {noun}" in _NOT_MESSAGES else first
         if first in ("incoming", "outgoing") and len(words) == 1:
-            yield from keywords(
-                ("message", "service", "action") if first == "outgoing" else ("message",)
-            )
+            others = ("transform", "service", "action") if first == "outgoing" else ()
+            yield from keywords(("message", *others))
         elif first == "behaviour":
             return
         elif first in ("constant", "parameter", "function"):
@@ -132,20 +137,19 @@ class _Completer:
                 yield from self._candidates.types()
         elif last in ("with", ","):
             wanted = _LABELS.get(sort, ("type",))
-            missing = [w for w in wanted if w not in words[2 + served :]]
-            if sort in _LABELS and wanted[0] in missing:
+            missing = [w for w in wanted if w not in words[words.index("with") :]]
+            if sort in _LABELS and sort != TRANSFORM and wanted[0] in missing:
                 missing.insert(1, "type")  # of a service or action: all of its types at once
             labels = missing[:2] if missing[1:2] == ["type"] else missing[:1]
-            yield from (Candidate(f"{w}:", "keyword", rank=0) for w in labels)
+            yield from (Candidate(f"{w}:", "keyword", rank=0, text=_opened(w)) for w in labels)
             for name in _OPTIONAL.get(sort, ()):
                 if name not in words:
-                    text = f'{name}: "' if name == "identifier" else None
-                    yield Candidate(f"{name}:", "keyword", text=text)
+                    yield Candidate(f"{name}:", "keyword", text=_opened(name))
         elif "with" not in words:
-            if len(words) == (3 if served or "message" in words else 2):
+            if len(words) == (3 if first in ("incoming", "outgoing") else 2):
                 yield from keywords(("with",))
         elif ends_operand(last) or last == ")":
-            yield from keywords(("links",))
+            yield from keywords(("links",) if sort != TRANSFORM else ())
             yield from self._candidates.next_declaration()
 
     def _is_expectation(self) -> bool:

@@ -28,8 +28,9 @@ from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import EXPECTATION, no_value, response_of
-from robosc.names import ros_name_fault, snake_case
+from robosc.names import is_frame, ros_name_fault, snake_case
 from robosc.runtime.settings import FASTEST
+from robosc.runtime.transforms import plain
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -44,11 +45,14 @@ from robosc.syntax.nodes import (
     ServiceNode,
     StateNode,
     StringNode,
+    TransformNode,
     TypeNode,
     VariableNode,
 )
 
 NONE = NoneType()
+TRANSFORM_RATE = 20.0
+"""How often a transform comes at most, in Hz, if the model does not say."""
 
 
 def join(prefix: str, name: str) -> str:
@@ -242,6 +246,10 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
     rate = None if info.node.rate is None else _rate(info.node.rate, report)
     goals = getattr(info.node, "goals", None)
     stop = getattr(info.node, "stop", None)
+    frames = None
+    if isinstance(info.node, TransformNode):
+        frames = _frames(info.node, report)
+        rate = TRANSFORM_RATE if rate is None else rate
     interface, known = _interface(info, report)
     if info.request is None or info.response is None or info.feedback is None or not known:
         return
@@ -266,6 +274,7 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
         rate,
         None if goals is None else goals.text,
         None if stop is None else stop.text,
+        frames,
         span=info.node.name.span,
     )
 
@@ -340,7 +349,27 @@ def _interface(
     return found, is_legal(found)
 
 
+def _frames(node: TransformNode, report: Report) -> tuple[str, str] | None:
+    """The frames of a transform, as their names are compared."""
+    assert node.source and node.target
+    source, target = (plain(name.text) for name in (node.source, node.target))
+    for name in (node.source, node.target):
+        if not is_frame(plain(name.text)):
+            text = f"{name.span.text} is no name of a frame"
+            report.add("frames", name.span, text, 'write it as in /tf, such as "base_link"')
+    if source == target:
+        text = f"the transform '{node.name.text}' is from a frame to itself"
+        report.add("frames", node.target.span, text, "name the frame whose pose it gives")
+    if isinstance(node.rate, Name):
+        text = "a transform comes by itself, and 'rate:' says how often at most"
+        report.add("frames", node.rate.span, text, "write: 20 Hz")
+    return source, target
+
+
 def _identifier(info: CommunicationInfo, report: Report) -> str | None:
+    if isinstance(info.node, TransformNode):
+        assert info.node.source and info.node.target
+        return f"/tf from {plain(info.node.source.text)} to {plain(info.node.target.text)}"
     written: StringNode | None = info.node.identifier
     name = written.text if written is not None else info.name
     if written is None and info.instance.node.copy is not None:

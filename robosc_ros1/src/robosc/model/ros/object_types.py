@@ -35,10 +35,12 @@ from robosc.syntax.nodes import (
     ServedActionNode,
     ServedServiceNode,
     ServiceNode,
+    TransformNode,
 )
 
 FOLDERS: Mapping[type[CommunicationNode], Folder] = {
     MessageNode: "msg",
+    TransformNode: "msg",
     ServiceNode: "srv",
     ServedServiceNode: "srv",
     ActionNode: "action",

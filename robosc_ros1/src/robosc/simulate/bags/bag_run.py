@@ -33,6 +33,12 @@ from robosc.simulate.bags.bag_files import Bag
 from robosc.simulate.bags.bag_monitoring import BagMonitoring, ShortWay
 from robosc.simulate.bags.lookahead import Lookahead
 from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names
+from robosc.simulate.bags.recorded_transforms import (
+    FORMER_TYPE,
+    TOPICS,
+    TYPE,
+    RecordedTransforms,
+)
 from robosc.simulate.bags.recorded_types import demand_type, types_of
 from robosc.simulate.bags.selected_fields import Path as FieldPath
 from robosc.simulate.faults import InvalidLine
@@ -175,6 +181,9 @@ class BagRun:
             match.key: match for found in command_matches(robot, False).values() for match in found
         }
         self._names = names or recorded_names(robot)
+        self.transforms = RecordedTransforms(
+            robot.transforms, settings, self._port.now, self.engine.poster
+        )
         self._connect()
 
     @property
@@ -245,10 +254,15 @@ class BagRun:
         """Let the clock go on, as a node would wake up."""
         engine, port = self.engine, self._port
         while True:
-            delay = engine.time_to_deadline()
-            if delay is None or port.time + delay > time:
+            delay, told = engine.time_to_deadline(), self.transforms.next()
+            due = math.inf if delay is None else port.time + delay
+            if told is not None and told <= min(due, time):
+                port.time = max(port.time, told)
+                self.transforms.flush()
+            elif due <= time:
+                port.time = max(due, math.nextafter(port.time, math.inf))
+            else:
                 break
-            port.time = max(port.time + delay, math.nextafter(port.time, math.inf))
             engine.cycle()
         port.time = max(port.time, time)
 
@@ -276,9 +290,13 @@ class BagRun:
     def _connect(self) -> None:
         robot = self.supervisor.plant.robot
         shared = {c.key for together in shared_servers(robot) for c in together}
+        if robot.transforms:
+            self._connect_transforms([k for keys in robot.transforms.values() for k in keys])
         heard: dict[str, list[str]] = {}
         commands: dict[str, list[CommandMatch]] = {}
         for one in robot.communications.values():
+            if one.frames is not None:
+                continue
             if one.kind is Kind.OUTGOING:
                 heard.setdefault(self._topic(one), []).append(one.key)
             elif one.kind is Kind.INCOMING:
@@ -299,9 +317,7 @@ class BagRun:
                 timed = (c.key for c in of_topic if c.max_age is None and c.timeout is not None)
                 self._timed.update(dict.fromkeys(timed, topic))
                 continue
-            self._heard.absent.append(topic)
-            # Of one that should come all the time it is not known when it did.
-            self._heard.unseen += [k for k in keys if robot.communications[k].timeout is not None]
+            self._miss(topic, keys)
         for topic, matches in commands.items():
             if topic in self.bag.topics:
                 self._demand_type(topic, robot.communications[matches[0].key])
@@ -332,6 +348,22 @@ class BagRun:
         paths = {_of_fields(path) for parts in read for path in parts}
         if () not in paths:
             self._fields[topic] = paths
+
+    def _miss(self, topic: str, keys: Sequence[str]) -> None:
+        self._heard.absent.append(topic)
+        # Of one that should come all the time it is not known when it did.
+        found = self.supervisor.plant.robot.communications
+        self._heard.unseen += [k for k in keys if found[k].timeout is not None]
+
+    def _connect_transforms(self, keys: Sequence[str]) -> None:
+        names = {self._names.of(name): name == "/tf_static" for name in TOPICS}
+        there = {topic: static for topic, static in names.items() if topic in self.bag.topics}
+        for topic, is_static in there.items():
+            recorded = [t for t in self.bag.types[topic] if t != FORMER_TYPE]
+            demand_type(self.bag.path, topic, "", recorded, TYPE)
+            self._add(topic, self.transforms.handler(self.bag, topic, is_static))
+        if not there:
+            self._miss("/tf", keys)
 
     def _connect_commands(self, topic: str, matches: Sequence[CommandMatch]) -> None:
         rows = [(m.key, m.exact, m.field) for m in sorted(matches, key=lambda m: not m.exact)]

@@ -131,7 +131,7 @@ def judge(
         if run.undecided:
             bag.storage.notes.append(_late(run.undecided))
         judgement.notes, judgement.missing = (
-            tuple(bag.storage.notes),
+            (*bag.storage.notes, *run.transforms.faults),
             tuple(bag.storage.missing),
         )
         if not judgement.events:

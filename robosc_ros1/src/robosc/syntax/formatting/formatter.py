@@ -65,6 +65,7 @@ from robosc.syntax.nodes import (
     StateNode,
     StopNode,
     TauNode,
+    TransformNode,
     UnaryNode,
     VariableNode,
 )
@@ -90,6 +91,7 @@ _LAYOUTS: Mapping[type, tuple[str, ...]] = {
     EnumRuleNode: ("{condition} | -> {value}",),
     InterfaceNode: ("interface {name} | use {type} | from {package}",),
     MessageNode: ("{direction} message {name} with > {attributes}", "? links {links}"),
+    TransformNode: ("outgoing transform {name} with > {attributes}",),
     ServedServiceNode: ("outgoing service {name} with > {attributes}", "? links {links}"),
     ServedActionNode: ("outgoing action {name} with > {attributes}", "? links {links}"),
     ServiceNode: ("service {name} with > {attributes}", "? links {links}"),
@@ -387,6 +389,8 @@ def _field(node: Any, name: str) -> Any:
     if isinstance(node, ImportNode):
         values = [*(argument.value for argument in node.arguments), node.prefix]
     else:
-        values = [getattr(node, attribute.name, None) for attribute in ATTRIBUTES]
+        values = [getattr(node, attribute.field, None) for attribute in ATTRIBUTES]
     by_place = {value.span.start: value for value in values if value is not None}
+    # That of a transform is its keyword.
+    by_place = {start: value for start, value in by_place.items() if start > node.name.span.start}
     return [by_place[start] for start in sorted(by_place)]

@@ -79,7 +79,9 @@ _EVENTS = {
 _NUMBER = pattern("NUMBER")
 _GLUED = re.compile(rf"([0-9.]+)({'|'.join(UNITS)})")
 _TYPE_OF_ROS = pattern("(?: NAME (?: '.' | ':' ':' ) )+ NAME")
-_COMMUNICATION = pattern("(?: outgoing | incoming ) message | service | action")
+_COMMUNICATION = pattern(
+    "(?: outgoing | incoming ) message | outgoing transform | service | action"
+)
 _ON_NAME = "write 'response from NAME' for what the part sends, 'request to NAME' for a command"
 
 
