@@ -18,6 +18,9 @@ pytest.importorskip("rosbags")
 from emit.generated_code import supervisor_of
 from simulate.recorded_runs import START, BagWriter, Run
 from simulate.test_judged_bags import KINDS, LAWLESS, MODEL, TOLERANCE, definitions, robot
+from simulate.test_transforms_in_bags import SPEEDS
+from simulate.test_transforms_in_bags import SUPERVISOR as DOCKING
+from simulate.test_transforms_in_bags import Run as DockingRun
 
 from robosc.simulate.bags import judgement as judging
 from robosc.simulate.bags.bag_run import BagRun
@@ -59,6 +62,25 @@ def test_runs_of_a_controller(
     run = Run(supervisor, tmp_path / f"run.{kind}", robot(), definitions(kind), **options)
     recorded = run.play(20.0)
     assert judged_alike(supervisor, recorded.path, monkeypatch) > 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_transforms(tmp_path: Path, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A link may be late, and commands come between those that are passed on later."""
+    rng = random.Random(seed)
+    docking = DockingRun(tmp_path / f"run.{KINDS[seed % 3]}")
+    time = 0.0
+    for _ in range(120):
+        time += rng.choice([0.01, 0.02, 0.05, 0.3])
+        match rng.randrange(4):
+            case 0:
+                docking.place(time, time)
+            case 1:
+                docking.tell(time, "odom", "base_link")
+            case _:
+                docking.move(time, rng.choice(sorted(SPEEDS)))
+    docking.bag.close()
+    judged_alike(DOCKING, docking.bag.path, monkeypatch)
 
 
 SENSORS: dict[str, tuple[str, str, str, Callable[[random.Random, float], dict[str, Any]]]] = {

@@ -231,7 +231,7 @@ class BagRun:
         for topic, time, stamp, message in self._ahead:
             tracks[topic].take(time, stamp)
             take = self._short_ways.get(topic)
-            if take is not None and judge.is_idle_until(time):
+            if take is not None and judge.is_idle_until(time) and not self._tells_until(time):
                 port.time = max(port.time, time)
                 count = take(message)
                 if count is not None:
@@ -249,6 +249,11 @@ class BagRun:
         self._wait(port.time + self._judge.tolerance)
         engine.cycle()
         yield from engine.recorder.take()
+
+    def _tells_until(self, time: float) -> bool:
+        """Whether transforms are to be passed on until then."""
+        told = self.transforms.next()
+        return told is not None and told <= time
 
     def _wait(self, time: float) -> None:
         """Let the clock go on, as a node would wake up."""
