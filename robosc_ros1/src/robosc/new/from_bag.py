@@ -87,7 +87,7 @@ def _frames(bag: Bag) -> Frames:
     frames = Frames()
     with suppress(UsageError):  # messages in another form than their definition says
         there = [topic for topic in TOPICS if topic in bag.topics]
-        for topic, time, message in bag.messages(there, lambda *_: None):
+        for topic, time, _, message in bag.messages(there, lambda *_: None):
             if time > bag.start + _MEASURED:
                 break
             frames.hear(message, time, is_static=TOPICS[topic])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -128,10 +128,25 @@ def entry_of(file: str, line: int, document: Any) -> LogEntry:
             "number": int(number),
             "event": {"kind": str(kind), "name": str(name)} as event,
             "outcome": str(outcome),
-        } if kind in _KINDS and outcome in _OUTCOMES:
+        } if kind in _KINDS and outcome in _OUTCOMES and _has_forms(document):
             index = event.get("index", 0)
-            parts = [document.get(name, {}) for name in ("parameters", "effect")]
-            if isinstance(index, int) and all(isinstance(part, dict) for part in parts):
+            if isinstance(index, int):
                 value = event.get("value")
                 return LogEntry(document, file, line, number, kind, name, index, value, outcome)
     raise UsageError(f"{file}:{line}: this is not an event of a log, version 1")
+
+
+def _has_forms(document: Mapping[str, Any]) -> bool:
+    """Whether what is told beside an event has the forms of docs/schemas/event.schema.json, as far
+    as those who follow a log rely on them."""
+    beside = [document.get(name, {}) for name in ("effect", "parameters", "start")]
+    if not all(isinstance(part, dict) for part in beside):
+        return False
+    effect = beside[0]
+    groups = {name: effect.get(name, {}) for name in ("components", "variables", "communications")}
+    return (
+        all(isinstance(group, dict) for group in groups.values())
+        and all(isinstance(state, str) for state in groups["components"].values())
+        and all(isinstance(phase, bool) for phase in groups["communications"].values())
+        and isinstance(effect.get("shortened", []), list)
+    )

@@ -15,6 +15,7 @@ from typing import Any
 from robosc.errors import UsageError, counted
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
+from robosc.plant.automaton import VariableKind
 from robosc.runtime.model import After, Command, Controller, Input, Tau
 from robosc.runtime.places import path_of
 from robosc.runtime.reasons import blocked_by, reason_text
@@ -108,6 +109,11 @@ class Follower:
             for key, variable in supervisor.plant.robot.variables.items()
         }
         self._plant = supervisor.plant
+        self._locations = {
+            variable.name: {*map(str, variable.values)}
+            for variable in self._plant.variables
+            if variable.kind is VariableKind.LOCATION
+        }
         self._paths = {
             (e.key, e.index): e.path for e in self._plant.events if e.kind is EventKind.TAU
         }
@@ -149,10 +155,7 @@ class Follower:
         self.mismatches += entry.outcome == "mismatch"
         if entry.number == 1 or entry.number < self._next or not self.runs:
             self.runs += 1
-            self._controller = self._fresh.copy()
-            told = entry.document.get("parameters", {})
-            self._controller.configure({**self._fresh.parameters(), **told})
-            self._controller.start(entry.document.get("start", {}))
+            self._controller = self._started(entry)
             self._stopped = False
             self._next = 1
             self.lost = None
@@ -177,6 +180,29 @@ class Follower:
                 Departure(entry.file, entry.line, entry.number, event, self.lost, self._against)
             )
             self._controller = None  # what follows is not known any more
+
+    def _started(self, entry: LogEntry) -> Controller:
+        """A controller at the beginning of a run.
+
+        Raises:
+            UsageError: a parameter, or a variable at its start, cannot have the logged value.
+        """
+        controller = self._fresh.copy()
+        given = entry.document.get("parameters", {})
+        values = self._fresh.parameters()
+        for parameter in self.robot.parameters:
+            if parameter.name in given:
+                told = given[parameter.name]
+                try:
+                    values[parameter.name] = LoggedPart(parameter.type, False).restored(told)
+                except ValueError as error:
+                    raise _unfit(entry, f"parameter {parameter.name}", told, str(error)) from None
+        controller.configure(values)
+        starts = entry.document.get("start", {})
+        for name in controller.start(starts):
+            if name in starts:
+                raise _unfit(entry, f"start of {name}", starts[name], "it is not of its type")
+        return controller
 
     def _told(self, entry: LogEntry) -> str:
         """An event with the value that it brings, and the classes that this is in."""
@@ -206,8 +232,10 @@ class Follower:
                 pass
         self.unchecked += 1
 
-        def restored(name: str, told: Any) -> Any:
-            return self._variables[name].restored(told)
+        def restored(group: str, name: str, told: Any) -> Any:
+            if group == "components" and told not in self._locations[name]:
+                raise ValueError(f"{name} has no state {told}")
+            return self._variables[name].restored(told) if group == "variables" else told
 
         try:
             apply_effect(controller, effect, restored)
@@ -261,6 +289,12 @@ class Follower:
             return  # a message that could not be read did nothing
         if command.apply is not None and fits(controller, command, *given):
             command.apply(controller, *given)
+
+
+def _unfit(entry: LogEntry, what: str, told: Any, reason: str) -> UsageError:
+    return UsageError(
+        f"{entry.file}:{entry.line}: the {what} cannot be {json.dumps(told)}: {reason}"
+    )
 
 
 def _can_step(controller: Controller, tau: Tau) -> bool:

@@ -6,7 +6,7 @@ import re
 import sqlite3
 import struct
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,6 +20,7 @@ from robosc.simulate.bags.bag_storage import BagStorage
 from robosc.simulate.bags.mcap_file import McapFile
 from robosc.simulate.bags.recorded_messages import MessageTypes, stored
 from robosc.simulate.bags.ros1_file import Ros1File
+from robosc.simulate.bags.selected_fields import Path as FieldPath
 from robosc.simulate.bags.sqlite_file import SqliteFile
 from robosc.simulate.bags.storage import Channel, Damaged, Storage, unpack, unpacked_file
 
@@ -79,32 +80,41 @@ class Bag:
         self._types: dict[Channel, MessageTypes] = {}
 
     def messages(
-        self, topics: Iterable[str], progress: Progress
-    ) -> Iterator[tuple[str, float, Any]]:
-        """The messages of some topics in order: topic, time, message.
+        self,
+        topics: Iterable[str],
+        progress: Progress,
+        fields: Mapping[str, Iterable[FieldPath]] = {},
+    ) -> Iterator[tuple[str, float, float | None, Any]]:
+        """The messages of some topics in order: topic, time, the seconds of the stamp (None: it has
+        none), message. Those of topics in ``fields`` may have only the fields at these paths.
 
         Raises:
             UsageError: one of them cannot be read.
         """
         channels = self.storage.channels
         wanted = [number for topic in topics for number in self._numbers[topic]]
-        reads = {n: self._types_of(channels[n]).read for n in wanted if self.storage.counts[n]}
         names = {n: channels[n].topic for n in wanted}
+        reads = {
+            n: self._types_of(channels[n]).selected(fields.get(names[n]))
+            for n in wanted
+            if self.storage.counts[n]
+        }
         for number, time, raw in self.storage.messages(frozenset(wanted), progress):
             try:
-                message = reads[number](raw)
+                stamp, message = reads[number](raw)
             except Exception as error:  # rosbags' of what is not in the form of its type
                 channel = channels[number]
                 raise UsageError(
                     f"cannot read {self.path}: a message of {channel.topic} is no"
                     f" {channel.type} as it was defined there: {_first_line(error)}"
                 ) from error
-            yield names[number], time, message
+            yield names[number], time, stamp, message
 
     def make(self, topic: str) -> Callable[[dict[str, Any]], Any]:
         """A function that makes messages of a topic from data, as they would arrive."""
         types = self._types_of(self.storage.channels[self._numbers[topic][-1]])
-        return lambda data: types.arrived(types.default(), data)
+        blank = types.default()
+        return lambda data: types.arrived(blank, data)
 
     def corrected(self, message: Any, data: dict[str, Any]) -> Any:
         """A copy of a message with other fields, as it would arrive."""

@@ -9,24 +9,28 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from functools import partial
+from itertools import takewhile
 
 from robosc.emit.supervisor.command_recognition import CommandMatch, command_matches
 from robosc.emit.supervisor.commuting import not_commuting
 from robosc.errors import UsageError
-from robosc.language.events import Kind
+from robosc.language.events import EventKind, Kind
 from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Communication, Robot
+from robosc.plant.event_values import value_parts
 from robosc.progress import Progress
+from robosc.runtime.engine import Engine
+from robosc.runtime.gathering import ArrivalTime
 from robosc.runtime.lateness import Lateness
 from robosc.runtime.matching import command_patterns
-from robosc.runtime.monitoring import monitor_engine
 from robosc.runtime.observation import Handler, SeenAction, SeenActionOfRos2, SeenServiceOfRos2
 from robosc.runtime.recorder import Entry
 from robosc.runtime.seen import MonitorPort
 from robosc.runtime.settings import Settings
 from robosc.runtime.unseen import unknown_in
 from robosc.simulate.bags.bag_files import Bag
+from robosc.simulate.bags.bag_monitoring import BagMonitoring, ShortWay
 from robosc.simulate.bags.lookahead import Lookahead
 from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names
 from robosc.simulate.bags.recorded_transforms import (
@@ -36,6 +40,7 @@ from robosc.simulate.bags.recorded_transforms import (
     RecordedTransforms,
 )
 from robosc.simulate.bags.recorded_types import demand_type, types_of
+from robosc.simulate.bags.selected_fields import Path as FieldPath
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.execute import read_settings
 from robosc.simulate.machines.generated import make_controller
@@ -57,18 +62,15 @@ class Track:
     longest: float = 0.0
     age: float | None = None
 
-    def take(self, time: float, message: Any) -> None:
-        if self.count:
-            self.longest = max(self.longest, time - self.last)
-        else:
-            self.first = time
+    def take(self, time: float, stamp: float | None) -> None:
+        if not self.count:
+            self.first = self.last = time
+        if time - self.last > self.longest:
+            self.longest = time - self.last
         self.count += 1
         self.last = time
-        stamp = getattr(getattr(message, "header", None), "stamp", None)
-        if stamp is not None:
-            seconds = stamp.sec + stamp.nanosec * 1e-9
-            if seconds:
-                self.age = max(self.age or 0.0, time - seconds)
+        if stamp is not None and (self.age is None or time - stamp > self.age):
+            self.age = max(0.0, time - stamp)
 
 
 class _BagPort(MonitorPort):
@@ -95,6 +97,11 @@ class _OnTime(Lateness):
 def _raise(error: Exception) -> None:
     """End the replay, which would meet an unexpected exception again for ever."""
     raise error
+
+
+def _of_fields(path: tuple[str | int, ...]) -> FieldPath:
+    """The fields of a path until the first element of an array."""
+    return tuple(takewhile(lambda part: isinstance(part, str), path))  # type: ignore[arg-type]
 
 
 @dataclass
@@ -141,6 +148,7 @@ class BagRun:
         robot = supervisor.plant.robot
         self.supervisor = supervisor
         self.bag = bag
+        self._described = described
         # Who only judges shows no values: short forms of scans would take longer than all else.
         settings = settings if described else settings._replace(whole_values=True)
         self.settings = settings
@@ -148,8 +156,10 @@ class BagRun:
         self._port = _BagPort(bag)
         controller = make_controller(supervisor)
         controller.configure(settings.more)
-        self.engine = monitor_engine(
-            controller, self._port, settings, self._port.now, _OnTime(self._port.now)
+        now, clock = self._port.now, ArrivalTime(self._port.now)
+        role = partial(BagMonitoring, port=self._port, clock=clock, lateness=_OnTime(now))
+        self.engine: Engine[BagMonitoring] = Engine(
+            role, controller, self._port, settings, now, clock
         )
         self.engine.unexpected = _raise
         self._judge = self.engine.role
@@ -157,8 +167,13 @@ class BagRun:
         if described:
             self._judge.describe = lambda message: message
         self._judge.before_clocks = self._hear_what_may_have_come
-        self._ahead = Lookahead(())
+        self._ahead = Lookahead((), ())
         self._timed: dict[str, str] = {}
+        self._short_ways: dict[str, ShortWay] = {}
+        self._fields: dict[str, set[FieldPath]] = {}
+        """All that is read of the messages of topics."""
+        self.unrecorded = 0
+        """The events that :meth:`entries` does not yield, since there is nothing to say of them."""
         self.undecided = Counter[str]()
         """Silences that may have been none, by the names of their communications."""
         self._heard = _Heard()
@@ -206,21 +221,39 @@ class BagRun:
 
     def entries(self, progress: Progress) -> Iterator[Entry]:
         """Follow the recording; the events, with the verdicts on them."""
-        engine, port = self.engine, self._port
+        engine, port, judge = self.engine, self._port, self._judge
         engine.begin()
+        recorder, number = engine.recorder, 0
         handlers = self._heard.handlers
         tracks = {topic: self.tracks.setdefault(topic, Track()) for topic in handlers}
-        self._ahead = Lookahead(self.bag.messages(handlers, progress))
-        for topic, time, message in self._ahead:
+        messages = self.bag.messages(handlers, progress, self._fields)
+        self._ahead = Lookahead(messages, self._timed.values())
+        for topic, time, stamp, message in self._ahead:
+            tracks[topic].take(time, stamp)
+            take = self._short_ways.get(topic)
+            if take is not None and judge.is_idle_until(time) and not self._tells_until(time):
+                port.time = max(port.time, time)
+                count = take(message)
+                if count is not None:
+                    self.unrecorded += count
+                    if recorder.number != number:
+                        number = recorder.number
+                        yield from recorder.take()
+                    continue
             self._wait(time)
-            tracks[topic].take(time, message)
             for handle in handlers[topic]:
                 handle(message)
             engine.cycle()
-            yield from engine.recorder.take()
+            number = recorder.number
+            yield from recorder.take()
         self._wait(port.time + self._judge.tolerance)
         engine.cycle()
         yield from engine.recorder.take()
+
+    def _tells_until(self, time: float) -> bool:
+        """Whether transforms are to be passed on until then."""
+        told = self.transforms.next()
+        return told is not None and told <= time
 
     def _wait(self, time: float) -> None:
         """Let the clock go on, as a node would wake up."""
@@ -285,7 +318,8 @@ class BagRun:
                 self._demand_type(topic, robot.communications[keys[0]])
                 self._add(topic, self.engine.poster(keys))
                 # One that is too old when it comes was not in time, however late that was.
-                timed = (k for k in keys if robot.communications[k].max_age is None)
+                of_topic = [robot.communications[key] for key in keys]
+                timed = (c.key for c in of_topic if c.max_age is None and c.timeout is not None)
                 self._timed.update(dict.fromkeys(timed, topic))
                 continue
             self._miss(topic, keys)
@@ -298,6 +332,27 @@ class BagRun:
                 self._heard.unsent += [match.key for match in matches]
         self._judge.leave_out(self._heard.unseen)
         self._judge.order_matters(not_commuting(self.supervisor))
+        if not self._described:
+            for topic, keys in heard.items():
+                self._shorten(topic, [robot.communications[key] for key in keys])
+
+    def _shorten(self, topic: str, communications: Sequence[Communication]) -> None:
+        """Take the messages of a topic in a short way, and by what is read of them, if only these
+        take them."""
+        handlers = self._heard.handlers.get(topic, ())
+        if len(handlers) != 1 or any(c.max_age is not None for c in communications):
+            return
+        keys = [c.key for c in communications]
+        if len(keys) == 1:
+            entry = self.engine.parts.inputs[keys[0], "response"]
+            self._short_ways[topic] = self._judge.short_way(entry)
+        robot, events = self.supervisor.plant.robot, self.supervisor.plant.events
+        read = (
+            value_parts(robot, e) for e in events if e.key in keys and e.kind is EventKind.RESPONSE
+        )
+        paths = {_of_fields(path) for parts in read for path in parts}
+        if () not in paths:
+            self._fields[topic] = paths
 
     def _miss(self, topic: str, keys: Sequence[str]) -> None:
         self._heard.absent.append(topic)
@@ -319,6 +374,8 @@ class BagRun:
         rows = [(m.key, m.exact, m.field) for m in sorted(matches, key=lambda m: not m.exact)]
         patterns = command_patterns(rows, self.bag.make(topic))  # type: ignore[arg-type]
         self._add(topic, lambda message: self._judge.offer(topic, patterns, message))
+        if not self._described and len(self._heard.handlers[topic]) == 1:
+            self._short_ways[topic] = self._judge.short_way_of_commands(topic, patterns)
 
     def _connect_action(self, action: Communication) -> None:
         if not self.bag.ros_1 and (self._reads_ends(action) or self._reads_goals(action)):

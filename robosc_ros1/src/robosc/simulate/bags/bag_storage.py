@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from array import array
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
 from typing import Any
@@ -17,7 +17,8 @@ from robosc.simulate.bags.timeline import Jump, continued
 
 _NANOSECONDS = 1_000_000_000
 _FILE = 32
-"""Bits of a channel's number within its file."""
+"""Bits of the number of a channel or a chunk within its file."""
+_OWN = (1 << _FILE) - 1
 _EARLY = 946_684_800
 """Seconds until the year 2000: what was recorded before had no clock of its own."""
 _SHOWN = 3
@@ -49,14 +50,14 @@ class BagStorage:
                 self.channels[(number << _FILE) + own] = replace(
                     channel, topic=f"/{channel.topic.lstrip('/')}"
                 )
-        self._begins: list[int] = []
-        self._channels = array("Q")
-        raw = array("Q")
+        raw, self._channels = array("Q"), array("Q")
+        self._chunks, self._places = array("Q"), array("Q")
         for number, storage in enumerate(self._files):
-            index = storage.contents.index
-            self._begins.append(len(raw))
+            index, file = storage.contents.index, number << _FILE
             raw.extend(index.times)
-            self._channels.extend(c + (number << _FILE) for c in index.channels)
+            self._channels.extend(index.channels if not number else _plus(file, index.channels))
+            self._chunks.extend(index.chunks if not number else _plus(file, index.chunks))
+            self._places.extend(index.places)
         self._times, jumps = continued(raw, self._channels)
         self.counts = Counter(n for n in self._channels if n in self.channels)
         self._compare(promised)
@@ -89,19 +90,27 @@ class BagStorage:
         """The messages of some channels in the order of their times, those of one time as they were
         written: channel, time, bytes. It ends where the recording is damaged."""
         numbers = [n for n, channel in enumerate(self._channels) if channel in wanted]
-        times, channels = self._times, self._channels
+        times, channels, chunks, places = self._times, self._channels, self._chunks, self._places
         numbers.sort(key=times.__getitem__)
-        chunks = _Chunks(self._files, self._begins, numbers)
+        left = Counter(map(chunks.__getitem__, numbers))
+        loaded: dict[int, Any] = {}  # each chunk once, until its last message was read
         for count, number in enumerate(numbers):
             if not count % 256:
                 progress("reading messages", count, len(numbers))
+            chunk = chunks[number]
+            storage = self._files[chunk >> _FILE]
             try:
-                raw = chunks.message(number)
+                if chunk not in loaded:
+                    loaded[chunk] = storage.load(chunk & _OWN)
+                raw = storage.message(loaded[chunk], places[number])
             except Damaged as damage:
-                left = counted(len(numbers) - count, "message")
-                self.missing.append(f"{damage}: {left} from there on cannot be read")
+                lost = counted(len(numbers) - count, "message")
+                self.missing.append(f"{damage}: {lost} from there on cannot be read")
                 return
             yield channels[number], times[number] / _NANOSECONDS, raw
+            left[chunk] -= 1
+            if not left[chunk]:
+                del loaded[chunk]
 
     # --- what is told ----------------------------------------------------------------------------
 
@@ -154,36 +163,8 @@ class BagStorage:
             self.notes.append(f"the recorded times lie in the future: they begin at {_date(start)}")
 
 
-class _Chunks:
-    """The chunks of files, each loaded once, and kept until its last message was read."""
-
-    def __init__(
-        self, files: Sequence[Storage], begins: Sequence[int], numbers: Sequence[int]
-    ) -> None:
-        self._files = files
-        self._begins = begins
-        self._loaded: dict[tuple[int, int], Any] = {}
-        self._left = Counter(self._place(number)[:2] for number in numbers)
-
-    def message(self, number: int) -> bytes:
-        """The bytes of a message. Raises Damaged."""
-        file, chunk, place = self._place(number)
-        key = file, chunk
-        if key not in self._loaded:
-            self._loaded[key] = self._files[file].load(chunk)
-        raw = self._files[file].message(self._loaded[key], place)
-        self._left[key] -= 1
-        if not self._left[key]:
-            del self._loaded[key]
-        return raw
-
-    def _place(self, number: int) -> tuple[int, int, int]:
-        file = len(self._begins) - 1
-        while self._begins[file] > number:
-            file -= 1
-        index = self._files[file].contents.index
-        own = number - self._begins[file]
-        return file, index.chunks[own], index.places[own]
+def _plus(file: int, numbers: Iterable[int]) -> Iterator[int]:
+    return (file + number for number in numbers)
 
 
 def _date(seconds: float) -> str:

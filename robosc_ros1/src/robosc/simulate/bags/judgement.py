@@ -123,6 +123,7 @@ def judge(
         collector = _Collector(judgement)
         for entry in run.entries(progress):
             collector.take(entry)
+        judgement.events += run.unrecorded
         judgement.tracks = run.tracks
         judgement.absent, judgement.unseen = tuple(run.absent), tuple(run.unseen)
         judgement.unjudged = tuple(run.unjudged)

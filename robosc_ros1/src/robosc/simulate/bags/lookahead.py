@@ -10,12 +10,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
+from functools import partial
 from typing import Any
 
-from robosc.runtime.ages import seconds_of
-
-Recorded = tuple[str, float, Any]
-"""Topic, time of the recorder, message."""
+Recorded = tuple[str, float, "float | None", Any]
+"""Topic, time of the recorder, seconds of the message's stamp (None: it has none), message."""
 
 _LATEST = 2.0
 """Seconds by which a recorder may be late: so far is looked ahead."""
@@ -28,59 +27,53 @@ _KNOWN = 5
 
 
 class Lookahead:
-    """The messages of a recording, one after the other, with those that follow."""
+    """The messages of a recording, one after the other, with those that follow; for ``timed``
+    topics it matters when they came."""
 
-    def __init__(self, messages: Iterable[Recorded]) -> None:
+    def __init__(self, messages: Iterable[Recorded], timed: Iterable[str]) -> None:
         self._messages = iter(messages)
+        self._timed = frozenset(timed)
         self._ahead: deque[Recorded] = deque()
-        self._ages: dict[str, deque[float]] = {}
-        self._pauses: dict[str, deque[float]] = {}
+        latest = partial(deque[float], maxlen=_REMEMBERED)
+        self._ages = {topic: latest() for topic in self._timed}
+        self._pauses = {topic: latest() for topic in self._timed}
         self._last: dict[str, float] = {}
 
     def __iter__(self) -> Iterator[Recorded]:
-        while self._fill():
-            yield self._ahead[0]
-            self._ahead.popleft()
+        ahead = self._ahead
+        if not self._timed:
+            yield from self._messages
+        for recorded in self._messages:
+            ahead.append(recorded)
+            topic, time, stamp, _ = recorded
+            if topic in self._timed:
+                self._note(topic, time, stamp)
+            while ahead[0][1] + _LATEST <= time:
+                yield ahead[0]
+                ahead.popleft()
+        while ahead:
+            yield ahead[0]
+            ahead.popleft()
 
     def may_have_come(self, topic: str, time: float) -> float | None:
         """The recorded time of the next message of a topic, if it may have come before a time;
         None: it cannot have, or there is none."""
-        coming = ((t, message) for name, t, message in self._ahead if name == topic)
-        recorded, message = next(coming, (None, None))
+        coming = ((t, stamp) for name, t, stamp, _ in self._ahead if name == topic)
+        recorded, stamp = next(coming, (None, None))
         if recorded is None:
             return None
-        stamp = _stamp(message)
         if stamp is not None:
             return recorded if stamp + min(self._ages[topic]) <= time else None
         following, _ = next(coming, (None, None))
-        pauses = self._pauses.get(topic, ())
+        pauses = self._pauses[topic]
         if following is None or len(pauses) < _KNOWN:
             return None
         usual = sorted(pauses)[len(pauses) // 2]
         return recorded if following - recorded < _BURST * usual else None
 
-    def _fill(self) -> bool:
-        """Read ahead; False at the end."""
-        while not self._ahead or self._ahead[-1][1] < self._ahead[0][1] + _LATEST:
-            entry = next(self._messages, None)
-            if entry is None:
-                break
-            self._note(*entry)
-            self._ahead.append(entry)
-        return bool(self._ahead)
-
-    def _note(self, topic: str, time: float, message: Any) -> None:
-        stamp = _stamp(message)
+    def _note(self, topic: str, time: float, stamp: float | None) -> None:
         if stamp is not None:
-            self._ages.setdefault(topic, deque(maxlen=_REMEMBERED)).append(time - stamp)
+            self._ages[topic].append(time - stamp)
         elif topic in self._last:
-            self._pauses.setdefault(topic, deque(maxlen=_REMEMBERED)).append(
-                time - self._last[topic]
-            )
+            self._pauses[topic].append(time - self._last[topic])
         self._last[topic] = time
-
-
-def _stamp(message: Any) -> float | None:
-    """The seconds of a message's stamp; None if it has none."""
-    stamp = getattr(getattr(message, "header", None), "stamp", None)
-    return None if stamp is None else seconds_of(stamp) or None

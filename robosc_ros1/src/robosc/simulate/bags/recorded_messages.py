@@ -6,7 +6,7 @@ form, and unpacks the messages.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from copy import deepcopy
 from dataclasses import fields
 from functools import partial
@@ -15,7 +15,9 @@ from typing import Any
 from robosc.errors import UsageError
 from robosc.model.ros.interfaces import Definition, FieldType
 from robosc.model.ros.recorded import definitions
+from robosc.runtime.ages import seconds_of
 from robosc.runtime.values import only_field
+from robosc.simulate.bags.selected_fields import TIME, Definitions, Path, Selected, selecting
 from robosc.simulate.bags.storage import Channel
 
 _NO_FIELD = "structure_needs_at_least_one_member"
@@ -70,8 +72,32 @@ class MessageTypes:
         """A message, as it would arrive."""
         return _apply(self._steps, self._deserialise(raw, self.name))
 
+    def selected(self, paths: Iterable[Path] | None) -> Selected:
+        """What reads messages with the fields at some paths, if they can be read without all others
+        (None: all are wanted)."""
+        from rosbags.interfaces import Nodetype
+
+        known = Definitions(self.store.fielddefs, Nodetype, self._wide, self.is_ros_1)
+        quick = None if paths is None else selecting(known, self.name, paths)
+
+        def whole(raw: bytes) -> tuple[float | None, Any]:
+            message = self.read(raw)
+            return stamp_of(message), message
+
+        def read(raw: bytes) -> tuple[float | None, Any]:
+            try:
+                return quick(raw)  # type: ignore[misc]
+            except Exception:  # the reader of the whole says what is wrong
+                return whole(raw)
+
+        return read if quick else whole
+
     def default(self) -> Any:
-        return _apply(self._steps, default_message(self.store, self.name))
+        """A message with all fields at their defaults. From now on its class can be called without
+        arguments, as those of ROS can: so the runtime learns which fields messages have."""
+        message = default_message(self.store, self.name)
+        type(message).__init__.__defaults__ = tuple(vars(message).values())
+        return _apply(self._steps, message)
 
     def arrived(self, message: Any, data: dict[str, Any]) -> Any:
         """The message with other fields, as it would arrive."""
@@ -108,6 +134,12 @@ class MessageTypes:
             if type_ is not None:
                 type_.secs = property(lambda self: self.sec)
                 type_.nsecs = property(lambda self: self.nanosec)
+
+
+def stamp_of(message: Any) -> float | None:
+    """The seconds of a message's stamp; None if it has none."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
+    return seconds_of(stamp) or None if getattr(stamp, "__msgtype__", "") == TIME else None
 
 
 def _definitions(channel: Channel) -> Mapping[str, Definition]:

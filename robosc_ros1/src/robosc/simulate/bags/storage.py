@@ -52,6 +52,13 @@ class MessageIndex:
         self.chunks.append(chunk)
         self.places.append(place)
 
+    def extend(self, times: array[int], channels: array[int], places: array[int]) -> None:
+        """Add messages that are in no chunk."""
+        self.times += times
+        self.channels += channels
+        self.chunks += array("Q", bytes(8 * len(times)))
+        self.places += places
+
     def __len__(self) -> int:
         return len(self.times)
 

@@ -36,9 +36,10 @@ class ShortenedValue(str):
 
 
 def apply_effect(
-    controller: Controller, effect: dict[str, Any], restored: Callable[[str, Any], Any]
+    controller: Controller, effect: dict[str, Any], restored: Callable[[str, str, Any], Any]
 ) -> None:
-    """Change a controller as an event did; ``restored`` returns the value of a variable.
+    """Change a controller as an event did; ``restored`` returns a value of a group of
+    these by name, as the controller has it.
 
     Raises:
         ValueError: the controller has no such thing, or it cannot have the value.
@@ -54,5 +55,5 @@ def apply_effect(
                 text = told if isinstance(told, str) else json.dumps(told, ensure_ascii=False)
                 value: Any = ShortenedValue(text)
             else:
-                value = restored(name, told) if group == "variables" else told
+                value = restored(group, name, told)
             setattr(controller, attribute, value)
