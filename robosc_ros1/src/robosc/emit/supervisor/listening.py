@@ -66,7 +66,7 @@ def unheard(supervisor: Supervisor, source: str, shows_results: bool) -> frozens
     """The keys of the communications that a monitor cannot hear, and of the commands that it does
     not judge; the last one is as in :func:`heard`."""
     robot = supervisor.plant.robot
-    context = plain_context(supervisor, source)
+    context = controller_context(supervisor, source)
     unseen = _unseen(robot, context, shows_results)
     return frozenset((*unseen, *_unjudged(context, unseen), *_by_data(robot)))
 
