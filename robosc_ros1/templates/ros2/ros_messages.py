@@ -163,7 +163,7 @@ def _oddities(message_type):
                 both = (_plain, sendable)
                 found.append((name, *(map(_each, both) if many else both)))
         elif base == "octet":
-            both = (ord, lambda number: bytes([number]))
+            both = (ord, _as_byte)
             found.append((name, *(map(_each, both) if many else both)))
         elif "[" in kind and base not in ("string", "wstring", "boolean"):
             found.append((name, lambda array: array.tolist(), lambda numbers: numbers))
@@ -185,6 +185,10 @@ def may_be_heavy(message_type):
 def has_oddities(message_type):
     """Whether :func:`plain` changes messages of a type."""
     return bool(_oddities(message_type))
+
+
+def _as_byte(value):
+    return value if isinstance(value, bytes) else bytes([value])  # a default is one already
 
 
 def _each(function):
