@@ -90,7 +90,7 @@ class InputGraph:
             p for p, is_message in phases.items() if p in steps.initial and is_message
         ]
         self._samples = samples
-        self._meant = meanings(steps.robot) if steps.guards_others else {}
+        self._meant = meanings(steps.robot, not steps.follows) if steps.guards_others else {}
         robots = steps.inputs
         self._usual = max(USUAL, TRIES // max(1, len(robots)))
         self._inputs = [(s, self._distinct(s)) for s in robots]

@@ -20,14 +20,15 @@ Meanings = Mapping[str, tuple[Mapping[str, Any], Mapping[str, tuple[Any, ...]], 
 values some of them may have, or must not have if the last one is false."""
 
 
-def meanings(robot: Robot) -> Meanings:
-    """The messages that mean commands whose topic has several.
+def meanings(robot: Robot, servers: bool = False) -> Meanings:
+    """The messages that mean commands whose topic has several; ``servers`` is as in
+    :func:`.command_recognition.command_matches`.
 
     Raises:
         ModelError: their messages cannot be distinguished.
     """
     found: dict[str, tuple[Mapping[str, Any], Mapping[str, tuple[Any, ...]], bool]] = {}
-    for matches in command_matches(robot, servers=False).values():
+    for matches in command_matches(robot, servers).values():
         exact = [leaf for m in matches for data in m.exact for leaf in [dict(_leaves(data))]]
         for match in matches if len(matches) > 1 else ():
             found[match.key] = _meaning(robot, match, exact)
