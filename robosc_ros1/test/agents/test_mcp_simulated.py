@@ -48,7 +48,7 @@ def test_commands_are_sent_or_blocked_with_the_requirement(start_agent: StartAge
         blocked = agent.call("move", linear={"x": 0.3})
         assert (blocked["error"], blocked["outcome"]) == (True, "blocked")
         (reason,) = blocked["blocked_by"]
-        assert reason["text"].startswith("requirement move needs distance.fresh")
+        assert reason["text"].startswith("LF-1 ")
         assert "distance.fresh is false" in reason["because"]
         agent.call("play", line="distance 2.0")
         assert agent.call("move", linear={"x": 0.3}) == {"error": False, "outcome": "sent"}

@@ -268,7 +268,7 @@ def test_a_bad_prefix_is_marked(model: Path) -> None:
     ("name", "hint"),
     [
         ("WHEELS", "did you mean 'Wheels'?"),
-        ("Engines", "there are: EStop, Hands, Velocity, Wheels"),
+        ("Engines", "there are: EStop, Hands, Velocity, Wheels, Zones"),
     ],
 )
 def test_a_library_that_is_not_there_is_looked_for_by_name(

@@ -30,6 +30,7 @@ MODELS = {
     REPOSITORY / "examples" / "navigation" / "navigation.rscd": "navigation_controller",
     REPOSITORY / "examples" / "order" / "order.rscd": "order_controller",
     REPOSITORY / "examples" / "docking" / "docking.rscd": "docking_controller",
+    REPOSITORY / "examples" / "zones" / "zones.rscd": "floor_controller",
     HERE / "models" / "workbench.rscd": "workbench_controller",
     HERE / "models" / "everything.rscd": "everything_controller",
     HERE / "models" / "tour.rscd": "tour_controller",

@@ -57,6 +57,7 @@ class Peer:
         self.publishers: dict[str, Any] = {}
         self.kept: list[Any] = []
         self.links: list[tuple[str, str, float]] = []
+        self.said: dict[str, Any] = {}  # messages by topic
         self.goals: dict[str, Any] = {}
         self.servers: dict[str, Any] = {}
         self.waiting: dict[str, queue.SimpleQueue[dict[str, Any]]] = {}
@@ -162,6 +163,15 @@ class Peer:
         while not publisher.get_subscription_count():
             time.sleep(0.005)
         publisher.publish(bytes(content))
+
+    def say(self, name: str, type: str, data: Any) -> None:
+        """Publish ten times a second, until the next order for this topic."""
+        first = name not in self.said
+        self.said[name] = fill(load(type)(), data)
+        if first:
+            publisher = self.node.create_publisher(load(type), name, profile())
+            timer = self.node.create_timer(0.1, lambda: publisher.publish(self.said[name]))
+            self.kept += [publisher, timer]
 
     def broadcast(self, links: list[tuple[str, str, float]]) -> None:
         """Tell links, 20 times per second, until the next order: (parent, child, x); that between

@@ -209,7 +209,7 @@ def test_commands_of_which_a_recording_has_nothing_are_not_called_kept(
     passed = [str(case.get("name")) for case in suite if not len(case)]
     assert passed == ["the recording could be read as a whole"]
     told = {str(case.get("name")): case.find("skipped") for case in suite}
-    (grab, *_) = [r for name, r in told.items() if name.startswith("requirement grab needs")]
+    (grab, *_) = [r for name, r in told.items() if name.startswith("LF-3 ")]
     assert grab is not None and grab.get("message") == "not in the recording: grab"
 
 

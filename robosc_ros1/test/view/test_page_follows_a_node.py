@@ -71,12 +71,12 @@ def test_the_page_shows_what_the_controller_tells(
         browser.sees(is_in("DistanceSensor", "sensing"))
         browser.sees(is_in("Motor", "moving"))
         browser.sees(command_is("move.request", "enabled"))
-        reasons_are_those_of_the_topic(browser, node, "stop.request", "stop needs")
+        reasons_are_those_of_the_topic(browser, node, "stop.request", "LF-2 ")
 
         puppet.steadily(*DISTANCE, 0.1)
         node.enters("Motor", "stopped")
         browser.sees(is_in("Motor", "stopped"))
-        reasons_are_those_of_the_topic(browser, node, "move.request", "move needs")
+        reasons_are_those_of_the_topic(browser, node, "move.request", "LF-1 ")
         puppet.publish("/correction", "std_msgs/Float32", 12.5)
         browser.sees(is_in("LineDetector", "line_found"))
         browser.sees(

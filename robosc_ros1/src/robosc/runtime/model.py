@@ -194,24 +194,6 @@ class Requirement(NamedTuple):
     on_data: bool = False
 
 
-class Rows(NamedTuple):
-    """The rows that one of several component copies, or requirements, adds to a controller.
-
-    ``initial`` are pairs of an attribute and its initial value; ``components`` and ``variables``
-    are pairs of a name and the attribute with its value; the others are rows of the tables.
-    """
-
-    initial: Tuple[Tuple[str, Any], ...] = ()
-    components: Tuple[Tuple[str, str], ...] = ()
-    variables: Tuple[Tuple[str, str], ...] = ()
-    communications: Tuple[Communication, ...] = ()
-    inputs: Tuple[Input, ...] = ()
-    commands: Tuple[Command, ...] = ()
-    taus: Tuple[Tau, ...] = ()
-    afters: Tuple[After, ...] = ()
-    requirements: Tuple[Requirement, ...] = ()
-
-
 class Controller:
     """The base class of generated controllers; the state is in their attributes, all plain
     values."""

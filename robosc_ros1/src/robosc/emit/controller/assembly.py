@@ -14,7 +14,6 @@ from robosc.emit.controller.attribute_names import attributes_of, counting_entri
 from robosc.emit.controller.comments import PERMITTED, PHASES, described
 from robosc.emit.controller.controller_tables import bound_of_steps, imports_of, parameter_row
 from robosc.emit.controller.guard_methods import GuardTexts, holds_where
-from robosc.emit.controller.indexed_copies import with_copies
 from robosc.emit.controller.lasting import lasting_views
 from robosc.emit.controller.messages import (
     converting_enums,
@@ -65,23 +64,16 @@ from robosc.supervisor import Guard, Supervisor
 # What the module imports or defines, and what the base class has.
 _RESERVED = """
     After BrokenAssumption Command Communication Controller Input Mismatch Parameter Requirement
-    Rows Tau Undefined annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS
+    Tau Undefined annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS
     REQUIREMENTS PARAMETERS STAGES STEP_BOUND assigned components configure copied copy
-    count_undefined given holds in_range kept i message now only_field optional parameters reason
-    rows self state undefined value variables LASTING follow lasting PERSISTENT
+    count_undefined given holds in_range kept message now only_field optional parameters reason
+    self undefined value variables LASTING follow lasting PERSISTENT
     persistent_file forget kept_values start
 """
 
 
-def plain_context(supervisor: Supervisor, robot_file: str) -> ControllerContext:
-    """The context without functions for what is alike."""
-    return _Builder(supervisor).build(robot_file)
-
-
 def controller_context(supervisor: Supervisor, robot_file: str) -> ControllerContext:
-    builder = _Builder(supervisor)
-    context = builder.build(robot_file)
-    context = with_copies(context, builder.robot, builder.attributes, builder.names)
+    context = _Builder(supervisor).build(robot_file)
     source = instantiated("common/node/controller.py.jinja", context)
     return replace(context, imports=imports_of(source))
 
@@ -100,7 +92,7 @@ class _Builder:
         self.attributes = attributes_of(self.robot, self.enums, self.part_names, self.names)
         self.reactions = Reactions(self.plant, self.attributes)
         self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
-        self.guards = GuardTexts(supervisor, self.attributes)
+        self.guards = GuardTexts(supervisor, self.attributes, self.requirements)
         self.shown: list[Expr] = []
         """The conditions in guards, with the names of their parts."""
 
@@ -294,9 +286,7 @@ class _Builder:
             corrector_body=corrections,
             guard=self.names.take(f"can_{kind}_{word}"),
             guard_notes=text.notes,
-            guard_calls=text.calls,
-            guard_operator=text.operator,
-            guard_rest=text.rest.text,
+            guard_text=text.text,
             synchronisation=(
                 self.names.take(f"synchronises_{kind}_of_{word}") if synchronisation else None
             ),
@@ -307,7 +297,7 @@ class _Builder:
             data_body=data,
             applier=self.names.take(f"{kind}_{word}") if changes else None,
             reaction=reaction,
-            reads=read_by([text.rest, synchronisation], text.read),
+            reads=read_by([synchronisation], text.read),
             requirements=event.requirements,
             reason=text.reason,
             partners=self.reactions.partners(event, f"{kind}_of_{word}", self.names),

@@ -21,7 +21,7 @@ _OF_RUNTIME = {
     "functions": _helpers("functions"),
     "model": {
         "After", "Command", "Communication", "Controller", "Input", "Parameter", "Requirement",
-        "Rows", "Tau",
+        "Tau",
     },
     "values": {
         "BrokenAssumption", "Mismatch", "copied", "given", "in_range", "now", "only_field",

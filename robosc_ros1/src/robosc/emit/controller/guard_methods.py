@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from robosc.emit.controller.naming import place
 from robosc.emit.controller.python import Attributes, PythonCode
-from robosc.emit.controller.template_data import CallView, CommandView
+from robosc.emit.controller.template_data import RequirementView
 from robosc.emit.write.line_breaks import unparenthesised
 from robosc.expr.traversal import operands
 from robosc.expr.tree import Expr
@@ -22,15 +22,12 @@ from robosc.supervisor import Guard, Supervisor
 class GuardText:
     """What a guard method returns, comments above it, and why synthesis restricts it, if so.
 
-    It returns ``calls`` and ``rest``, if that has a text, with ``operator`` between them. ``read``
-    are the attributes that all of it reads. ``shown`` are the conditions in ``rest``, with the
-    names of their parts.
+    ``read`` are the attributes that it reads, ``shown`` the conditions beside the requirements in
+    it, with the names of their parts.
     """
 
     notes: tuple[str, ...]
-    operator: str
-    calls: tuple[CallView, ...]
-    rest: PythonCode
+    text: str
     read: frozenset[str]
     reason: str | None
     shown: tuple[Expr, ...]
@@ -45,8 +42,14 @@ def holds_where(requirement: Requirement) -> Expr:
 class GuardTexts:
     """Makes the guards of one supervisor."""
 
-    def __init__(self, supervisor: Supervisor, attributes: Attributes) -> None:
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        attributes: Attributes,
+        requirements: Sequence[RequirementView],
+    ) -> None:
         self.supervisor = supervisor
+        self.requirements = requirements
         self.names = supervisor.part_names
         self.attributes = attributes
 
@@ -68,11 +71,10 @@ class GuardTexts:
             notes.append("Never allowed: " + (reason or "found by synthesis"))
         requirements = self.supervisor.plant.robot.requirements
         read = (self.attributes.code(requirements[n].condition).reads for n in called)
+        parts = [*(self._call(event, number) for number in called), rest.text]
         return GuardText(
             tuple(" ".join(note.split()) for note in notes),
-            _operator(event),
-            tuple(self._call(event, number) for number in called),
-            rest,
+            f" {_operator(event)} ".join(filter(None, parts)),
             rest.reads.union(*read),
             reason,
             shown,
@@ -89,11 +91,11 @@ class GuardTexts:
         requirement = self.supervisor.plant.robot.requirements[number]
         return f"{requirement.text} ({place(requirement.span)})"
 
-    def _call(self, event: Event, number: int) -> CallView:
+    def _call(self, event: Event, number: int) -> str:
         """The requirement's part in a request's or, violated, in a cancel's guard."""
-        robot = self.supervisor.plant.robot
-        on_data = robot.supervises and robot.requirements[number].on_data
-        return CallView(number, "value" if on_data else "", event.kind is EventKind.CANCEL)
+        requirement = self.requirements[number]
+        negated = "not " if event.kind is EventKind.CANCEL else ""
+        return f"{negated}self.{requirement.method}({'value' if requirement.on_data else ''})"
 
     def _with_calls(
         self, event: Event, expr: Expr
@@ -116,18 +118,6 @@ class GuardTexts:
         text = f" {operator} ".join(map(spelled, parts))
         reads = frozenset[str]().union(*(code.reads for code in read))
         return called, PythonCode(text if called else unparenthesised(text), reads), tuple(parts)
-
-
-def with_guard_texts(
-    commands: Iterable[CommandView], call: Callable[[CallView], str]
-) -> tuple[CommandView, ...]:
-    """Commands with the texts of their guards; ``call`` spells what asks a requirement."""
-    return tuple(replace(command, guard_text=_text(command, call)) for command in commands)
-
-
-def _text(command: CommandView, call: Callable[[CallView], str]) -> str:
-    calls = [("not " if c.negated else "") + call(c) for c in command.guard_calls]
-    return f" {command.guard_operator} ".join(filter(None, [*calls, command.guard_rest]))
 
 
 def _operator(event: Event) -> str:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
@@ -69,15 +68,6 @@ class PartnerView:
 
 
 @dataclass(frozen=True)
-class CallView:
-    """A requirement that a guard asks, by its place among all; ``given`` are its arguments."""
-
-    requirement: int
-    given: str
-    negated: bool
-
-
-@dataclass(frozen=True)
 class CommandView:
     """A controllable event of a communication; conditions are Python source."""
 
@@ -96,11 +86,7 @@ class CommandView:
     corrector_body: tuple[str, ...]
     guard: str
     guard_notes: tuple[str, ...]
-    guard_calls: tuple[CallView, ...]
-    """The requirements that the guard asks: it is these and, if that has a text, ``guard_rest``,
-    with ``guard_operator`` between them."""
-    guard_operator: str
-    guard_rest: str
+    guard_text: str
     synchronisation: str | None
     synchronisation_text: str
     during: tuple[str, ...]
@@ -119,8 +105,6 @@ class CommandView:
     """The components that synchronise on it."""
     yields_to: tuple[int, ...] = ()
     """Indexes of the commands that are preferred to it."""
-    guard_text: str = ""
-    """The whole guard, once it is known which requirements have methods."""
 
 
 @dataclass(frozen=True)
@@ -211,48 +195,8 @@ class GuardPartView:
     condition: str
 
 
-@dataclass(frozen=True)
-class CopyView:
-    """What one of several components adds to a controller; or one of several requirements."""
-
-    components: tuple[ComponentView, ...] = ()
-    phases: tuple[AttributeView, ...] = ()
-    locations: tuple[tuple[str, str], ...] = ()
-    variables: tuple[tuple[str, str], ...] = ()
-    communications: tuple[str, ...] = ()
-    inputs: tuple[InputView, ...] = ()
-    commands: tuple[CommandView, ...] = ()
-    taus: tuple[TauView, ...] = ()
-    afters: tuple[AfterView, ...] = ()
-    requirements: tuple[RequirementView, ...] = ()
-
-
-@dataclass(frozen=True)
-class CopiesView:
-    """A function of ``i`` that gives what each of several copies adds, and the list of that.
-
-    ``names`` are its constants with their values, ``body`` what follows them.
-    """
-
-    title: str
-    function: str
-    copies: str
-    first: int
-    last: int
-    names: tuple[tuple[str, str], ...]
-    body: str
-    has_attributes: bool
-
-
-@dataclass(frozen=True)
-class CopiedRows:
-    """Stands for the rows of copies in a table."""
-
-    copies: str
-
-
 @dataclass(frozen=True, kw_only=True)
-class ControllerContext(CopyView):
+class ControllerContext:
     """All that ``common/node/controller.py.jinja`` sees."""
 
     robot: str
@@ -261,6 +205,16 @@ class ControllerContext(CopyView):
     step_bound: int
     stages: tuple[str, ...]
     enums: tuple[EnumView, ...]
+    components: tuple[ComponentView, ...]
+    phases: tuple[AttributeView, ...]
+    locations: tuple[tuple[str, str], ...]
+    variables: tuple[tuple[str, str], ...]
+    communications: tuple[str, ...]
+    inputs: tuple[InputView, ...]
+    commands: tuple[CommandView, ...]
+    taus: tuple[TauView, ...]
+    afters: tuple[AfterView, ...]
+    requirements: tuple[RequirementView, ...]
     guard_parts: tuple[GuardPartView, ...] = ()
     refusals: tuple[RefusalView, ...] = ()
     lasting: tuple[LastingView, ...] = ()
@@ -273,7 +227,3 @@ class ControllerContext(CopyView):
     """What the module imports of the modules of the runtime."""
     runtime: str = "._runtime"
     """The package of those modules."""
-    copies: tuple[CopiesView, ...] = ()
-    tables: Mapping[str, tuple[object, ...]] = field(default_factory=dict)
-    """By the name of a field: its entries, or :class:`CopiedRows` for those of copies. The fields
-    with methods have only what stands alone."""

@@ -152,7 +152,7 @@ def _parts(controller: ControllerContext, robot: Robot, mode: Mode) -> Iterator[
         yield "ages"
     if controller.persistent:
         yield "persistence"
-    if controller.tables["taus"]:
+    if controller.taus:
         yield "internal_transitions"
     if mode != "monitor" and any(c.sort.served for c in communications):
         yield "served"

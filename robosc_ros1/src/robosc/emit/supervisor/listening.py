@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from robosc.emit.controller.assembly import plain_context
+from robosc.emit.controller.assembly import controller_context
 from robosc.emit.controller.template_data import ControllerContext
 from robosc.emit.package.package_context import CommandsView, HeardView, PackageContext, TopicView
 from robosc.emit.package.readme import InterfaceView, ReadmeContext
@@ -43,7 +43,7 @@ def heard(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> 
     """
     robot = supervisor.plant.robot
     means = {r.key: r for found in command_matches(robot, False).values() for r in found}
-    context = plain_context(supervisor, base.source)
+    context = controller_context(supervisor, base.source)
     unseen = _unseen(robot, context, shows_results)
     return HeardView(
         commands=tuple(
