@@ -18,7 +18,7 @@ from simulate.test_judged_bags import MODEL, TOLERANCE, definitions, judged, rob
 from robosc.emit.supervisor.commuting import not_commuting
 from robosc.simulate.bags.bag_files import opened_bag
 from robosc.simulate.bags.bag_run import BagRun, settings_of
-from robosc.simulate.bags.judgement import Finding, Judgement
+from robosc.simulate.bags.judgement import Finding, Judgement, judge
 from robosc.supervisor import Supervisor
 from robosc.view.hub import Hub
 from robosc.view.recorded import Recording
@@ -193,6 +193,45 @@ def test_a_requirement_on_states_that_is_violated_for_a_moment(
     found = judged(supervisor_of(model, str(MODEL)), bag.path)
     times = [round(f.time - START, 3) for f in found.findings]
     assert times == ([] if apart < TOLERANCE else [1.0])
+
+
+def test_a_silence_is_not_before_the_message_that_it_follows(tmp_path: Path) -> None:
+    """Also where messages may cross by more than the timeout: the silence goes on."""
+    model = """
+robot Rover {
+    component Sensor {
+        outgoing message depth with identifier: "/depth", timeout: 0.3 s, type: double
+        outgoing message order with identifier: "/order", type: boolean
+        behaviour {
+            initial marked state idle {
+                on response from order if value goto busy
+                on response from depth if value > 9.0 goto busy
+            }
+            marked state busy {
+                on response from order if !value goto idle
+            }
+        }
+    }
+    component Motor { incoming message move with identifier: "/move", type: none }
+    requirement move needs Sensor.busy and depth.fresh
+}
+"""
+    bag = BagWriter(tmp_path / "run.bag", {})
+    for step in range(60):
+        time = START + 0.05 * step
+        if step < 20 or step > 50:
+            bag.write("/depth", "std_msgs/msg/Float64", time, {"data": 1.0})
+        if step % 5 == 0:
+            bag.write("/order", "std_msgs/msg/Bool", time + 0.01, {"data": True})
+        if step > 5:
+            bag.write("/move", "std_msgs/msg/Empty", time + 0.02, {})
+    bag.close()
+    found = judge(supervisor_of(model), bag.path, ["tolerance=0.325"], lambda *_: None)
+    (violation,) = found.findings
+    # The last depth came at 0.95 s, the next at 2.55 s.
+    assert violation.time - START == pytest.approx(0.95 + 0.3 + 0.325, abs=0.06)
+    assert violation.until - START == pytest.approx(2.55 - 0.325, abs=0.06)
+    assert not found.reordered
 
 
 def test_the_picture_shows_the_state_after_the_order_that_is_possible(tmp_path: Path) -> None:

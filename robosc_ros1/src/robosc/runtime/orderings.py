@@ -232,9 +232,11 @@ class Orderings:
         return [timer for timer in due if timer in self._timers]
 
     def _precedes(self, one: SeenEvent, other: SeenEvent) -> bool:
-        """Whether what was seen before something else also happened before it."""
+        """Whether what was seen before something else also happened before it. A silence begins at
+        the last message: were it before that one, another silence would follow."""
         is_old = one.time <= other.time - self._span()
-        return is_old or one.group == other.group or self._is_silence_before(one, other)
+        silence = self._is_silence_before(one, other) or self._is_silence_before(other, one)
+        return is_old or one.group == other.group or silence
 
     @staticmethod
     def _is_silence_before(one: SeenEvent, other: SeenEvent) -> bool:
