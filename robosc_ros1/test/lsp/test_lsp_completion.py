@@ -149,6 +149,7 @@ def test_libraries_and_their_components(tmp_path: Path) -> None:
         "Base",
         "EStop",
         "Velocity",
+        "Zones",
     ]
     found = offered(tmp_path, "robot R {", "robot R {\n component A from Base import |")
     assert found[:2] == ["Arm", "Leg"]
