@@ -321,15 +321,17 @@ def _report(args: Arguments) -> int:
     from robosc.evidence.document import evidence
     from robosc.evidence.report import format_of, rendered
     from robosc.evidence.runs import recorded_runs
+    from robosc.traces.scripts import chosen, requirement_rows
 
     suffix = format_of("" if args.output is None else args.output.suffix)
     loaded = pipeline.load(args.model, _options(args))
     supervisor = pipeline.supervise(loaded.robot, args.progress)
     verified = pipeline.verify(supervisor, args.progress)
     runs = recorded_runs(supervisor, args.logs, args.bags, args.progress)
+    tests = requirement_rows(supervisor, chosen(supervisor, args.model))
     args.progress.clear()
     warnings = sort_diagnostics(loaded.diagnostics + supervisor.diagnostics)
-    text = rendered(evidence(supervisor, verified, runs, warnings, __version__), suffix)
+    text = rendered(evidence(supervisor, verified, runs, tests, warnings, __version__), suffix)
     if args.output is None:
         print(text, end="")
     else:

@@ -304,3 +304,24 @@ def test_what_cannot_be_done_writes_nothing(
     done = robosc("report", str(model), *words)
     assert done.returncode == 2 and told in done.stderr and "Traceback" not in done.stderr
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_runs_of_the_packages_test(robosc: Robosc, model: Path, tmp_path: Path) -> None:
+    """Named are scripts that ``generate`` writes: the command is sent there, or named as disabled."""
+    out = tmp_path / "evidence.json"
+    shown = by_id(document(robosc("report", str(model), "--output", str(out)), out))
+    assert shown["SR-3"]["tested"] is None
+    assert (
+        robosc("generate", str(model), "--target", "ros1", "--output", str(tmp_path)).returncode
+        == 0
+    )
+    scripts = tmp_path / "cart_controller" / "test" / "scripts"
+    for id_, command in (("SR-1", "go"), ("SR-2", "halt")):
+        for side, words in (
+            ("met", f"expect sent {command}.request"),
+            ("violated", f"expect disabled {command}.request because {id_} "),
+        ):
+            told = shown[id_]["tested"][side]
+            assert told["runs"] and told["why_not"] is None
+            for name in told["runs"]:
+                assert words in (scripts / f"{name}.sim").read_text(encoding="utf-8"), name

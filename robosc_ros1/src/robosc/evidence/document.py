@@ -18,6 +18,7 @@ from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.formatting import event_text
 from robosc.synthesis.verify.verify_report import VerifyReport, possible_check, verify_document
+from robosc.traces.scripts import RequirementRow, Shown
 
 Document = dict[str, Any]
 
@@ -40,10 +41,15 @@ def evidence(
     supervisor: Supervisor,
     verified: VerifyReport,
     runs: RecordedRuns,
+    tests: Iterable[RequirementRow],
     warnings: Iterable[Diagnostic],
     version: str,
 ) -> Document:
-    """The document, version 1; equal inputs give equal documents but for the date."""
+    """The document, version 1; equal inputs give equal documents but for the date.
+
+    ``tests`` is what the scripts of the package's own test show.
+    """
+    tested = {text: (met, violated) for text, _, met, violated in tests}
     robot = supervisor.plant.robot
     safe = any(check.name == "safe" and check.holds for check in verified.checks)
     files = [{"file": Path(s.path).name, "sha256": s.sha256} for s in robot.sources]
@@ -71,7 +77,12 @@ def evidence(
         ],
         "requirements": [
             *(
-                _requirement(supervisor, safe, number, requirement, runs.shown[requirement.text])
+                {
+                    **_requirement(
+                        supervisor, safe, number, requirement, runs.shown[requirement.text]
+                    ),
+                    "tested": _tested(tested.get(requirement.text)),
+                }
                 for number, requirement in enumerate(robot.requirements)
                 if not requirement.implied
             ),
@@ -118,6 +129,14 @@ def _requirement(
     }
 
 
+def _tested(row: tuple[Shown, Shown] | None) -> Document | None:
+    """The scripts of the package's test in which it is met and violated, or why there are none."""
+    if row is None:
+        return None
+    sides = zip(("met", "violated"), row, strict=True)
+    return {side: {"runs": runs, "why_not": why or None} for side, (runs, why) in sides}
+
+
 def _goal(goal: Goal, verified: VerifyReport) -> Document:
     name = possible_check(goal.text)
     proved = any(check.name == name and check.holds for check in verified.checks)
@@ -126,6 +145,7 @@ def _goal(goal: Goal, verified: VerifyReport) -> Document:
         "commands": [],
         "added": [],
         "proved": name if proved else None,
+        "tested": None,
         "stopped": None,
         "first": None,
         "violations": [],
