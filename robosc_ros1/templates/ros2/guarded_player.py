@@ -4,8 +4,9 @@
 import functools
 import json
 
+from action_client import Client
 from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient, ActionServer, CancelResponse
+from rclpy.action import ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from robot_tables import PACKAGE, TABLES, TOLD, ros_messages, ros_parameters
 from ros_player import Robot, filled, plain, resolved
@@ -32,7 +33,7 @@ class GuardedRobot(Robot):
                 self.attempted[key] = ("request",)
         group = ReentrantCallbackGroup()
         for name, *_, type_, key in TABLES.relayed_actions if self.sends else TABLES.actions:
-            client = ActionClient(node, type_, resolved(name), callback_group=group)
+            client = Client(node, type_, resolved(name), callback_group=group)
             self._clients_of[key] = client
             self.attempted[key] = ("request", "cancel")
         if self.sends:
@@ -96,7 +97,7 @@ class GuardedRobot(Robot):
         """Send a command, and return what it carries; or cancel the latest goal."""
         if kind == "cancel":
             self._player.wait(lambda: key in self._handles, "the acceptance of the goal")
-            self._handles[key].cancel_goal_async()
+            self._clients_of[key].ask(self._handles[key].cancel_goal_async)
             return None
         if key in self._commands:
             publisher, type_ = self._commands[key]
@@ -114,8 +115,10 @@ class GuardedRobot(Robot):
         client = self._clients_of[key]
         self._handles.pop(key, None)
         goal = filled(client._action_type.Goal(), fields)
-        sent = client.send_goal_async(
-            goal, feedback_callback=lambda m: self._arrive((key, "progress"), m.feedback)
+        sent = client.ask(
+            lambda: client.send_goal_async(
+                goal, feedback_callback=lambda m: self._arrive((key, "progress"), m.feedback)
+            )
         )
         sent.add_done_callback(lambda future: self._goal_answered(key, future.result()))
         return self._told(client._action_type.Goal, goal)
@@ -130,7 +133,8 @@ class GuardedRobot(Robot):
             self._end(key, ("error", None))
             return
         self._handles[key] = goal
-        goal.get_result_async().add_done_callback(lambda f: self._goal_over(key, f.result()))
+        ended = self._clients_of[key].ask(goal.get_result_async)
+        ended.add_done_callback(lambda f: self._goal_over(key, f.result()))
 
     def _goal_over(self, key, ended):
         self._end(key, (ENDS.get(ended.status, "error"), plain(ended.result)))

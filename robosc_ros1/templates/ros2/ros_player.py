@@ -16,11 +16,12 @@ from collections import deque
 from pathlib import Path
 
 import rclpy
+from action_client import Client
 from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from node_program import PROGRAM
-from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from robot_tables import (
@@ -98,7 +99,7 @@ class Robot:
         self.spelled = {(key, "error"): "response" for key in self._served}
         self._goals = {}
         self._served_goals = {
-            key: ActionClient(node, type_, resolved(name), callback_group=group)
+            key: Client(node, type_, resolved(name), callback_group=group)
             for name, type_, key in TABLES.served_actions
         }
         self._connect()
@@ -225,9 +226,11 @@ class Robot:
         client = self._served_goals[key]
         client.wait_for_server()
         goal = filled(client._action_type.Goal(), fields)
-        sent = client.send_goal_async(
-            goal,
-            feedback_callback=lambda m: self._arrive((key, "feedback"), m.feedback),
+        sent = client.ask(
+            lambda: client.send_goal_async(
+                goal,
+                feedback_callback=lambda m: self._arrive((key, "feedback"), m.feedback),
+            )
         )
         sent.add_done_callback(lambda future: self._answered(key, future.result()))
 
@@ -236,7 +239,8 @@ class Robot:
             self._arrive((key, "error"), None)
             return
         self._goals[key] = goal
-        goal.get_result_async().add_done_callback(lambda future: self._over(key, future.result()))
+        ended = self._served_goals[key].ask(goal.get_result_async)
+        ended.add_done_callback(lambda future: self._over(key, future.result()))
 
     def _over(self, key, ended):
         succeeded = ended.status == GoalStatus.STATUS_SUCCEEDED
@@ -244,7 +248,7 @@ class Robot:
 
     def recall(self, key):
         self._player.wait(lambda: key in self._goals, "the acceptance of the goal")
-        self._goals[key].cancel_goal_async()
+        self._served_goals[key].ask(self._goals[key].cancel_goal_async)
 
     # --- servers -------------------------------------------------------------------------------
 
