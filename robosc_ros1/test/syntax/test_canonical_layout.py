@@ -337,3 +337,10 @@ def test_functions_are_laid_out_like_constants() -> None:
     line = "    function f(a: double, b: array(double)): double = min(a, 2) * b[0]"
     assert formatted(text) == f"robot R {{\n{line}\n}}\n"
     check(text)
+
+
+def test_an_object_that_a_function_returns_is_laid_out_like_that_of_a_constant() -> None:
+    body = "{\n        x: a,\n        y: { z: 2 }\n    }\n}\n"
+    for head in ("function f(a: double): Pose = ", "constant c: Pose = "):
+        text = f"robot R {{\n    {head}{body}"
+        assert formatted(text) == text

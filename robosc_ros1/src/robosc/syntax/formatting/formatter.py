@@ -146,8 +146,6 @@ _ELSE = ("on {events} from {communications}", " | else", *_EFFECT)
 _PERFORMS = (" performs {communication}", "? {meanwhile}", "? with {data}")
 _THEN = (" | then", "? do {assignments}", "? goto {goto}")
 _DEFAULT_RULE = ("default | -> {value}",)
-_OBJECT_CONSTANT = ("constant {name}: {type} = {value}",)
-_OBJECT_PARAMETER = ("parameter {name}: {type} = {value}",)
 _OTHERWISE = (" | else with {data}", "? if {condition}")
 _PROVIDE, _PROVIDE_IF = ("provide {communication} with {data}",), ("? | if {condition}",)
 
@@ -219,10 +217,13 @@ class Formatter:
                 docs = self._filled(node, _ELSE)
             case EnumRuleNode(condition=None):
                 docs = self._filled(node, _DEFAULT_RULE)
-            case ConstantNode(value=DataObjectNode()):
-                docs = self._filled(node, _OBJECT_CONSTANT)
-            case ParameterNode(value=DataObjectNode()):
-                docs = self._filled(node, _OBJECT_PARAMETER)
+            case (
+                ConstantNode(value=DataObjectNode())
+                | FunctionNode(value=DataObjectNode())
+                | ParameterNode(value=DataObjectNode())
+            ):
+                unbroken = (part.replace(" | ", " ") for part in _LAYOUTS[type(node)])
+                docs = self._filled(node, tuple(unbroken))
             case StateNode(performs=PerformsNode() as performs):
                 docs = [*self._filled(node, _STATE), *self._filled(performs, _PERFORMS)]
                 begin = self.words.index
