@@ -151,7 +151,8 @@ def test_its_own_test_finds_what_a_monitor_overlooks(watched_workspace: Workspac
         done = watched_workspace.run(*test, check=False)
     finally:
         module.write_text(source, encoding="utf-8")
-    assert "of snuff was not found" in done.stdout + done.stderr
+    told = done.stdout + done.stderr
+    assert "(after 'kindle.request'): expected to be sent: nothing; sent: kindle.request" in told
 
 
 def test_it_sends_nothing(watched: Stage, listener: Puppet) -> None:
