@@ -224,6 +224,7 @@ class Robot:
             )
             return
         client = self._served_goals[key]
+        self._goals.pop(key, None)  # the one before
         client.wait_for_server()
         goal = filled(client._action_type.Goal(), fields)
         sent = client.ask(
