@@ -141,6 +141,7 @@ def play_everything(puppet: Puppet, ear: Puppet, stage: Stage, **parameters: obj
         node.tells(event("feedback", "run"))
         puppet.publish("/run_wanted", "std_msgs/Bool", False)
         node.tells(event("cancel", "run"))
+        node.tells(event("cancelled", "run"))
         puppet.do("action", **RUN, mode="succeed")
         puppet.publish("/run_wanted", "std_msgs/Bool", True)
         node.tells(event("response", "run"))
