@@ -36,6 +36,10 @@ class Link(NamedTuple):
     stamp: float
 
 
+_Fault = Tuple[str, Sequence[Tuple[str, Link]]]
+"""What is wrong, and the frames that it is about, with their links."""
+
+
 class Chain:
     """The transform from one frame to another, for the communications with these keys; it comes at
     most once in ``period`` seconds."""
@@ -46,7 +50,7 @@ class Chain:
         self.up: Sequence[str] = ()
         self.down: Sequence[str] = ()
         """The children of its links, from the source to the common frame, and from there on."""
-        self.fault = ""
+        self.fault: Optional[_Fault] = None
         self.last: Optional[float] = None
         self.waits = False
 
@@ -99,8 +103,9 @@ class Transforms:
 
     def faults(self) -> List[str]:
         """Return what is wrong with the frames of chains, of which nothing comes."""
-        return ["no transform from %s to %s: %s" % (c.source, c.target, c.fault)
-                for c in self._chains if c.fault]  # fmt: skip
+        chains = [(c.source, c.target, c.fault) for c in self._chains]
+        # Who publishes is asked now: of a node that has just come, ROS 2 does not know the name.
+        return ["no transform from %s to %s: %s" % (a, b, _told(*f)) for a, b, f in chains if f]
 
     def _put(self, link: Link) -> str:
         child, parent = plain(link.message.child_frame_id), plain(link.message.header.frame_id)
@@ -121,30 +126,29 @@ class Transforms:
 
     def _follow(self, chain: Chain) -> None:
         """Find the links of a chain, or what is wrong with them."""
-        chain.shape, chain.up, chain.down, chain.fault = self._shape, (), (), ""
+        chain.shape, chain.up, chain.down, chain.fault = self._shape, (), (), None
         (up, fault), (down, other) = self._ancestors(chain.source), self._ancestors(chain.target)
         common = next((frame for frame in up if frame in down), None)
-        if _CIRCLE in fault + other or common is None:
+        if common is None or any(f is not None and f[0] == _CIRCLE for f in (fault, other)):
             chain.fault = fault or other
         else:
             chain.up, chain.down = up[: up.index(common)], down[: down.index(common)][::-1]
         chain.waits &= bool(chain.up or chain.down)
 
-    def _ancestors(self, frame: str) -> Tuple[List[str], str]:
+    def _ancestors(self, frame: str) -> Tuple[List[str], Optional[_Fault]]:
         """Return a frame with those above it, and why there are no more of them."""
         found = [frame]
         while frame in self._parents:
             links = self._parents[frame]
             if len(links) > 1:
-                pairs = (_from(name, link) for name, link in links.items())
-                return found, "frame %s has two parents, %s" % (frame, " and ".join(pairs))
+                return found, ("frame %s has two parents, " % frame, [*links.items()])
             (frame,) = links
             if frame in found:
                 circle = found[found.index(frame) :]
-                pairs = (_from(f, next(iter(self._parents[f].values()))) for f in circle)
-                return found, _CIRCLE + " and ".join(pairs)
+                pairs = [(f, next(iter(self._parents[f].values()))) for f in circle]
+                return found, (_CIRCLE, pairs)
             found.append(frame)
-        return found, ""
+        return found, None
 
     def _message(self, chain: Chain) -> Any:
         """Return the transform along a chain as a message, with the stamp of its oldest link."""
@@ -215,6 +219,10 @@ def period_by(rates: Mapping[str, float]) -> Callable[[str], float]:
 def plain(frame: str) -> str:
     """Return the name of a frame as names are compared."""
     return frame.lstrip("/")
+
+
+def _told(what: str, links: Sequence[Tuple[str, Link]]) -> str:
+    return what + " and ".join(_from(name, link) for name, link in links)
 
 
 def _from(frame: str, link: Link) -> str:
