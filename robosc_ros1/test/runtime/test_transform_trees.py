@@ -115,6 +115,49 @@ def test_poses_are_those_of_tf2(seed: int) -> None:
         assert ours == pytest.approx(theirs, abs=1e-9)
 
 
+ODD = [(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 2.0), (math.nan, 0.0, 0.0, 1.0), (0.6, 0.6, 0.6, 0.6)]
+
+
+@pytest.mark.parametrize("turned", [*ODD, (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.004)])
+@pytest.mark.parametrize("place", range(3))
+def test_what_tf2_takes_for_no_rotation_is_a_fault(place: int, turned: Sequence[float]) -> None:
+    """Put together with others, one of zeros would make all behind it as near as can be."""
+    tf2 = pytest.importorskip("tf2_ros", reason="no python3-tf2-ros")
+    rospy = pytest.importorskip("rospy")
+    from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+
+    frames = ("map", "odom", "base", "camera")
+    tree, buffer = Tree(("map", "camera"), ("camera", "odom")), tf2.BufferCore()
+    for number in range(3):
+        rotation = turned if number == place else (0.0, 0.0, 0.0, 1.0)
+        one = TransformStamped()
+        one.header.frame_id, one.child_frame_id = frames[number : number + 2]
+        one.header.stamp = rospy.Time(1)
+        one.transform.translation = Vector3(1.0, 0.0, 0.0)
+        one.transform.rotation = Quaternion(*rotation)
+        buffer.set_transform(one, "peer")
+        told = tree.take(one, by=f"/n{number}")
+    for a, b in (("map", "camera"), ("camera", "odom")):
+        taken = buffer.can_transform_core(a, b, rospy.Time(0))[0]
+        assert (f"{a} {b}" in told) == taken
+        fault = f"no transform from {a} to {b}: the length of a rotation is not 1, or a number is"
+        fault += f" not finite: {frames[place + 1]} (from /n{place})"
+        assert (fault in tree.faults) == (not taken)
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+def test_what_is_nowhere_is_a_fault_until_it_is_somewhere(number: float) -> None:
+    tree = Tree(("map", "base"))
+    tree.take(link("map", "odom"))
+    assert "map base" in tree.take(link("odom", "base", (1.0, 0.0, 0.0)))
+    for at in ((number, 0.0, 0.0), (0.0, 0.0, number)):
+        assert tree.take(link("odom", "base", at)) == {}
+        assert "not finite: base (from /robot)" in tree.faults[0]
+        assert tree.take(link("map", "odom")) == {}
+        assert numbers(tree.take(link("odom", "base", (2.0, 0.0, 0.0)))["map base"])[0] == 2.0
+        assert tree.faults == []
+
+
 def test_a_single_link_is_told_as_it_came() -> None:
     odd = (math.nan, math.inf, -0.0)
     told = Tree(("map", "base")).take(link("/map", "base", odd, (0.0, 0.0, 0.0, 0.0)))

@@ -7,6 +7,7 @@ parent. Each counts until the next one with the same frames comes.
 
 from __future__ import annotations
 
+import math
 import threading
 from copy import deepcopy
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -23,17 +24,20 @@ FORGOTTEN = 10.0
 """Seconds after which a frame no longer has a parent that nobody tells of any more."""
 MOST_FRAMES = 10_000
 """What is told last counts: a publisher that makes up frames for ever must not fill the memory."""
+UNEVEN = 0.01
+"""By how much the square of a quaternion's length may differ from 1, as for tf2."""
 
 
 class Link(NamedTuple):
     """``publisher`` tells who sent it; ``stamp`` is the ROS time of its arrival in seconds,
-    ``arrival`` the same by a clock that goes on."""
+    ``arrival`` the same by a clock that goes on. ``is_pose``: others can be joined to it."""
 
     message: Any
     is_static: bool
     publisher: Callable[[], str]
     arrival: float
     stamp: float
+    is_pose: bool
 
 
 _Fault = Tuple[str, Sequence[Tuple[str, Link]]]
@@ -78,7 +82,10 @@ class Transforms:
         stamp: float,
     ) -> List[Tuple[Keys, Any]]:
         """Take the links of one message; return the messages that come, with their keys."""
-        told = {self._put(Link(one, is_static, publisher, now, stamp)) for one in links}
+        told = {
+            self._put(Link(one, is_static, publisher, now, stamp, is_pose(pose_of(one.transform))))
+            for one in links
+        }
         for chain in self._chains:
             if chain.shape != self._shape:
                 self._follow(chain)
@@ -120,7 +127,7 @@ class Transforms:
         if len(self._parents) > MOST_FRAMES:
             del self._parents[next(iter(self._parents))]
             self._shape += 1
-        if after.keys() != before.keys():
+        if _shape(after) != _shape(before):
             self._shape += 1
         return child
 
@@ -133,6 +140,10 @@ class Transforms:
             chain.fault = fault or other
         else:
             chain.up, chain.down = up[: up.index(common)], down[: down.index(common)][::-1]
+            # A rotation of another length, as one of zeros, would shorten what lies behind it.
+            odd = [(n, link) for n, link in self._links(chain) if not link.is_pose]
+            if odd and (chain.up or len(chain.down) > 1):
+                chain.up, chain.down, chain.fault = (), (), (_NO_POSE, odd)
         chain.waits &= bool(chain.up or chain.down)
 
     def _ancestors(self, frame: str) -> Tuple[List[str], Optional[_Fault]]:
@@ -150,11 +161,14 @@ class Transforms:
             found.append(frame)
         return found, None
 
+    def _links(self, chain: Chain) -> List[Tuple[str, Link]]:
+        """Return the links of a chain, each with its child."""
+        return [(n, next(iter(self._parents[n].values()))) for n in (*chain.up, *chain.down)]
+
     def _message(self, chain: Chain) -> Any:
         """Return the transform along a chain as a message, with the stamp of its oldest link."""
-        up, down = ([next(iter(self._parents[n].values())) for n in c] for c in
-                    (chain.up, chain.down))  # fmt: skip
-        links = [*up, *down]
+        links = [link for _, link in self._links(chain)]
+        up, down = links[: len(chain.up)], links[len(chain.up) :]
         message = deepcopy(links[-1].message)
         moving = [link for link in links if not link.is_static]
         if moving:
@@ -209,11 +223,17 @@ class HeardTransforms:
 
 
 _CIRCLE = "frames are in a circle: "
+_NO_POSE = "the length of a rotation is not 1, or a number is not finite: "
 
 
 def period_by(rates: Mapping[str, float]) -> Callable[[str], float]:
     """Return the least seconds between two messages of a communication, by its rate (0: none)."""
     return lambda key: 1 / rates[key] if rates[key] else 0.0
+
+
+def _shape(links: Mapping[str, Link]) -> Dict[str, bool]:
+    """Return what of a frame's links decides about chains."""
+    return {parent: link.is_pose for parent, link in links.items()}
 
 
 def plain(frame: str) -> str:
@@ -244,6 +264,12 @@ def _set_time(stamp: Any, seconds: float) -> None:
 def pose_of(transform: Any) -> Pose:
     at, turned = transform.translation, transform.rotation
     return (at.x, at.y, at.z), (turned.x, turned.y, turned.z, turned.w)
+
+
+def is_pose(pose: Pose) -> bool:
+    """Whether the numbers are finite, and the rotation has the length 1."""
+    at, turned = pose
+    return all(map(math.isfinite, at)) and abs(sum(x * x for x in turned) - 1.0) <= UNEVEN
 
 
 def set_pose(transform: Any, pose: Pose) -> None:
