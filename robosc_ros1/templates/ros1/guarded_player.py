@@ -2,7 +2,6 @@
 """The controller that a supervisor guards or a monitor hears, beside the robot."""
 
 import functools
-import json
 import threading
 
 import actionlib
@@ -49,7 +48,9 @@ class GuardedRobot(Robot):
             self.onward.update({(key, kind): (key, "end") for kind in kinds})
             self.onward[key, "feedback"] = key, "progress"
         for name, type_, key in TABLES.guarded_services:
-            rospy.Service(resolved(name), type_, functools.partial(self._answer_call, key, type_))
+            rospy.Service(
+                resolved(name), type_, functools.partial(self._serve, [(key, "call")], type_)
+            )
         for name, type_, key in TABLES.guarded_actions:
             server = actionlib.ActionServer(
                 resolved(name),
@@ -63,11 +64,6 @@ class GuardedRobot(Robot):
         for _, _, key in (*TABLES.guarded_services, *TABLES.guarded_actions):
             self.attempted[key] = SERVED
             self.onward[key, "call"] = True
-
-    def _on_told(self, message):
-        if self._player is not None:
-            told = self._player.on_blocked if self.sends else self._player.on_finding
-            told(json.loads(message.data))
 
     def connect(self):
         super().connect()
@@ -132,20 +128,7 @@ class GuardedRobot(Robot):
             result = plain(handle.get_result()) if status in ends else None
             self._end(key, (ends.get(status, "error"), result))
 
-    def _end(self, key, end):
-        if self._player is not None:
-            self._player.on_arrival((key, "end"), end)
-
-    def _answer_call(self, key, type_, request):
-        kind, fields = self._asked_by_robot(key, request).get()
-        if kind == "error":
-            raise rospy.ServiceException("the script says so")
-        return ros_messages.fill(type_._response_class(), fields)
-
-    def _asked_by_robot(self, key, request):
-        return self._asked([(key, "call")], request)
-
     def _take_goal(self, key, handle):
         handle.set_accepted()
-        call = self._asked_by_robot(key, handle.get_goal())
+        call = self._asked([(key, "call")], handle.get_goal())
         threading.Thread(target=self._act, args=(handle, call, False), daemon=True).start()

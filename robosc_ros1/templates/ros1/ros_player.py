@@ -4,7 +4,6 @@
 import contextlib
 import functools
 import json
-import queue
 import subprocess
 import sys
 import threading
@@ -13,6 +12,7 @@ import actionlib
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from node_program import PROGRAM
+from played_robot import PlayedRobot, as_link, parameters_of_node
 from robot_tables import PACKAGE, PARAMETERS, TABLES, USUAL, ros_messages
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
@@ -34,23 +34,19 @@ def plain(message):
     return {name.rstrip("_"): plain(getattr(message, name)) for name in message.__slots__}
 
 
-class Robot:
-    """The connections of the robot; they stay while nodes come and go."""
+class Robot(PlayedRobot):
+    """The connections of the robot in ROS 1."""
 
-    attempted, onward, sends = {}, {}, True
-    """Of another controller: the kinds of events that it causes, by key; where what the robot sends
-    arrives there; whether its commands go to the node."""
+    plain, full_name = staticmethod(plain), staticmethod(resolved)
 
     def __init__(self):
+        super().__init__()
         rospy.init_node("play_scripts", disable_signals=True)
         rospy.set_param("/use_sim_time", True)  # of the node alone: this one has begun without
-        self._player = None
         self._clock = rospy.Publisher("/clock", Clock, queue_size=1000)
-        self._publishers = {}
         for topic, type_, keys in TABLES.subscriptions:
             publisher = rospy.Publisher(resolved(topic), type_, queue_size=100)
             self._publishers.update(dict.fromkeys(keys, (publisher, type_)))
-        self._frames = {}
         if TABLES.transforms is not None:
             publisher = rospy.Publisher("/tf", TABLES.transforms.message_type, queue_size=100)
             self._publishers.update(self._links(publisher))
@@ -59,12 +55,9 @@ class Robot:
         rospy.Subscriber("/%s/events" % PACKAGE, String, self._on_event)
         rospy.Subscriber("/%s/state" % PACKAGE, String, self._on_state)
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_report)
-        self._servers, self.place = [], {}
-        for name, type_, keys in _by_name(TABLES.services):
-            self.place.update(dict.fromkeys(keys, keys[0]))
+        for name, type_, keys in self._by_name(TABLES.services):
             rospy.Service(name, type_, functools.partial(self._serve, keys, type_))
-        for name, type_, keys in _by_name(TABLES.actions):
-            self.place.update(dict.fromkeys(keys, keys[0]))
+        for name, type_, keys in self._by_name(TABLES.actions):
             on_goal = functools.partial(self._begin, keys)
             on_cancel = functools.partial(self._cancelled, (keys[0], "cancel"))
             server = actionlib.ActionServer(name, type_, on_goal, on_cancel, auto_start=False)
@@ -75,14 +68,6 @@ class Robot:
         self._clients, self._goals = {}, {}
         self.spelled = {}
 
-    def _arrive(self, place, message):
-        if self._player is not None:
-            self._player.on_arrival(place, plain(message))
-
-    def _on_event(self, message):
-        if self._player is not None:
-            self._player.on_event(json.loads(message.data))
-
     def _on_state(self, message):
         # The last node's is latched.
         if self._player is not None and message._connection_header["callerid"] == "/" + PACKAGE:
@@ -92,47 +77,27 @@ class Robot:
         if self._player is not None and message._connection_header["callerid"] == "/" + PACKAGE:
             self._player.on_report(message.header.stamp.to_nsec())
 
-    def _links(self, publisher):
-        """Return the publisher of transforms, and the type of a link, by key."""
-        rows = TABLES.transforms.rows
-        self._frames = {key: row[:2] for row in rows for key in row[2]}
-        return dict.fromkeys(self._frames, (publisher, TABLES.transforms.link_type))
-
     # --- the node ------------------------------------------------------------------------------
 
     @contextlib.contextmanager
     def node(self, player, parameters):
         """Start a node for a player, and end it."""
-        given = {**USUAL, **PARAMETERS, **parameters}
-        if any(name.startswith("rate/") for name in given):
-            given["rate/default"] = given.pop("rate", 10.0)
+        given = parameters_of_node(USUAL, PARAMETERS, parameters)
         for name in rospy.get_param_names():
             if name.startswith("/%s/" % PACKAGE):
                 rospy.delete_param(name)
         for name, value in given.items():
             rospy.set_param("/%s/%s" % (PACKAGE, name), value)
-        self._unanswered = set()
-        self._process = subprocess.Popen([sys.executable, PROGRAM, "__name:=" + PACKAGE])
-        self._player = player
+        process = subprocess.Popen([sys.executable, PROGRAM, "__name:=" + PACKAGE])
+        self._begin_run(player, process)
         try:
             yield
         finally:
-            self._player = None
-            for call in list(self._unanswered):
-                call.put(("error", {}))
-            self._process.terminate()
-            self._process.wait(30.0)
+            self._end_run()
 
-    def connect(self):
-        """Wait until the node hears all that the robot sends."""
-
-        def connected():
-            if self._process.poll() is not None:
-                raise AssertionError("the node ended with exit code %d" % self._process.poll())
-            publishers = [self._clock, *(publisher for publisher, _ in self._publishers.values())]
-            return all(p.get_num_connections() for p in publishers)
-
-        self._player.wait(connected, "the node")
+    @staticmethod
+    def is_heard(publisher):
+        return publisher.get_num_connections() > 0
 
     def turn_clock(self, nanoseconds):
         self._time = rospy.Time(0, nanoseconds)
@@ -148,11 +113,6 @@ class Robot:
         if key in self._frames:
             message = as_link(message, *self._frames[key])
         publisher.publish(message)
-
-    def answer(self, call, kind, fields):
-        if kind != "feedback":
-            self._unanswered.discard(call)
-        call.put((kind, fields))
 
     def call(self, key, fields):
         if key in self._served:
@@ -190,16 +150,6 @@ class Robot:
 
     # --- servers -------------------------------------------------------------------------------
 
-    def _asked(self, keys, request):
-        """Pass on what the node asks for; return what brings the answers."""
-        call = queue.Queue()
-        if self._player is None:
-            call.put(("error", {}))  # the node ends
-        else:
-            self._unanswered.add(call)
-            self._player.on_arrival(keys[0], plain(request), call)
-        return call
-
     def _serve(self, keys, type_, request):
         kind, fields = self._asked(keys, request).get()
         if kind == "error":
@@ -230,19 +180,3 @@ class Robot:
         end = {"response": handle.set_succeeded, "cancelled": handle.set_canceled}
         result = ros_messages.fill(handle.action_server.ActionResultType(), fields)
         end.get(kind, handle.set_aborted)(result)
-
-
-def _by_name(servers):
-    found = {}
-    for name, type_, key in servers:
-        found.setdefault(resolved(name), (type_, []))[1].append(key)
-    return [(name, type_, keys) for name, (type_, keys) in found.items()]
-
-
-def as_link(message, parent, child):
-    """Return the message of ``/tf`` that tells one link; without a rotation it is not turned."""
-    message.header.frame_id, message.child_frame_id = parent, child
-    turn = message.transform.rotation
-    if not any((turn.x, turn.y, turn.z, turn.w)):
-        turn.w = 1.0
-    return TABLES.transforms.message_type(transforms=[message])

@@ -2,7 +2,6 @@
 """The controller that a supervisor guards or a monitor hears, beside the robot."""
 
 import functools
-import json
 
 from action_client import Client
 from action_msgs.msg import GoalStatus
@@ -67,11 +66,6 @@ class GuardedRobot(Robot):
         for _, _, key in (*TABLES.guarded_services, *TABLES.guarded_actions):
             self.attempted[key] = SERVED
             self.onward[key, "call"] = True
-
-    def _on_told(self, message):
-        if self._player is not None:
-            told = self._player.on_blocked if self.sends else self._player.on_finding
-            told(json.loads(message.data))
 
     def connect(self):
         super().connect()
@@ -138,10 +132,6 @@ class GuardedRobot(Robot):
 
     def _goal_over(self, key, ended):
         self._end(key, (ENDS.get(ended.status, "error"), plain(ended.result)))
-
-    def _end(self, key, end):
-        if self._player is not None:
-            self._player.on_arrival((key, "end"), end)
 
     def _act_for_controller(self, key, type_, goal):
         return self._act(type_, goal, self._asked([(key, "call")], goal.request))

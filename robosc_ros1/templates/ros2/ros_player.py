@@ -6,7 +6,6 @@ import fcntl
 import functools
 import json
 import os
-import queue
 import subprocess
 import sys
 import tempfile
@@ -21,6 +20,7 @@ from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from node_program import PROGRAM
+from played_robot import PlayedRobot, as_link, parameters_of_node
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
@@ -54,12 +54,10 @@ def as_data(part):
     return [as_data(item) for item in part] if isinstance(part, (list, tuple)) else part
 
 
-class Robot:
-    """The connections of the robot; they stay while nodes come and go."""
+class Robot(PlayedRobot):
+    """The connections of the robot in ROS 2."""
 
-    attempted, onward, sends = {}, {}, True
-    """Of another controller: the kinds of events that it causes, by key; where what the robot sends
-    arrives there; whether its commands go to the node."""
+    plain = staticmethod(plain)
 
     def __init__(self):
         # colcon runs the tests of several packages at once; robots with the same topics would be
@@ -67,17 +65,15 @@ class Robot:
         name = "robosc-test-%d-%s.lock" % (os.getuid(), os.environ.get("ROS_DOMAIN_ID", "0"))
         lock = os.open(Path(tempfile.gettempdir(), name), os.O_CREAT | os.O_WRONLY)
         fcntl.flock(lock, fcntl.LOCK_EX)
+        super().__init__()
         rclpy.init()
-        self._player = None
         node = self._node = rclpy.create_node("play_scripts")
         group = ReentrantCallbackGroup()
         profile = ros_parameters.qos_profile("reliable", 1000)
         self._clock = node.create_publisher(Clock, "/clock", profile)
-        self._publishers = {}
         for topic, type_, keys in TABLES.subscriptions:
             publisher = node.create_publisher(type_, resolved(topic), profile)
             self._publishers.update(dict.fromkeys(keys, (publisher, type_)))
-        self._frames = {}
         if TABLES.transforms is not None:
             publisher = node.create_publisher(TABLES.transforms.message_type, "/tf", profile)
             self._publishers.update(self._links(publisher))
@@ -86,11 +82,10 @@ class Robot:
         self._hear(PACKAGE + "/events", String, self._on_event, profile)
         self._hear(PACKAGE + "/state", String, self._on_state, profile)
         self._hear("/diagnostics", DiagnosticArray, self._on_report, profile)
-        self.place = {}
         for name, type_, keys in self._by_name(TABLES.services):
             serve = functools.partial(self._serve, keys)
             node.create_service(type_, name, serve, callback_group=group)
-        self._servers = [self._server(*entry, group) for entry in self._by_name(TABLES.actions)]
+        self._servers += [self._server(*entry, group) for entry in self._by_name(TABLES.actions)]
         self._served = {
             key: node.create_client(type_, resolved(name), callback_group=group)
             for name, type_, key in TABLES.served
@@ -110,14 +105,8 @@ class Robot:
     def _connect(self):
         """Make further connections, before the first message can arrive."""
 
-    def _by_name(self, servers):
-        found = {}
-        for name, type_, key in servers:
-            full = self._node.resolve_service_name(resolved(name))
-            found.setdefault(full, (type_, []))[1].append(key)
-        for _, keys in found.values():
-            self.place.update(dict.fromkeys(keys, keys[0]))
-        return [(name, type_, keys) for name, (type_, keys) in found.items()]
+    def full_name(self, name):
+        return self._node.resolve_service_name(resolved(name))
 
     def _spin(self):
         while rclpy.ok():
@@ -134,14 +123,6 @@ class Robot:
     def _hear(self, topic, type_, callback, profile):
         self._node.create_subscription(type_, topic, lambda message: callback(message), profile)
 
-    def _arrive(self, place, message):
-        if self._player is not None:
-            self._player.on_arrival(place, plain(message))
-
-    def _on_event(self, message):
-        if self._player is not None:
-            self._player.on_event(json.loads(message.data))
-
     def _on_state(self, message):
         if self._player is not None:
             self._player.on_state(json.loads(message.data))
@@ -151,48 +132,28 @@ class Robot:
             stamp = message.header.stamp
             self._player.on_report(stamp.sec * 10**9 + stamp.nanosec)
 
-    def _links(self, publisher):
-        """Return the publisher of transforms, and the type of a link, by key."""
-        rows = TABLES.transforms.rows
-        self._frames = {key: row[:2] for row in rows for key in row[2]}
-        return dict.fromkeys(self._frames, (publisher, TABLES.transforms.link_type))
-
     # --- the node ------------------------------------------------------------------------------
 
     @contextlib.contextmanager
     def node(self, player, parameters):
         """Start a node for a player, and end it."""
-        given = {**USUAL, **PARAMETERS, **parameters}
-        if any(name.startswith("rate/") for name in given):
-            given["rate/default"] = given.pop("rate", 10.0)
+        given = parameters_of_node(USUAL, PARAMETERS, parameters)
         words = ["--ros-args", "-p", "use_sim_time:=true"]
         for name, value in given.items():
             value = float(value) if type(value) is int and name not in PARAMETERS else value
             words += ["-p", "%s:=%s" % (name.replace("/", "."), json.dumps(value))]
         for name in MESSAGES:
             words += ["-p", "qos.%s.reliability:=reliable" % name.replace("/", ".")]
-        self._unanswered = set()
-        self._process = subprocess.Popen([sys.executable, PROGRAM, *words])
-        self._player = player
+        process = subprocess.Popen([sys.executable, PROGRAM, *words])
+        self._begin_run(player, process)
         try:
             yield
         finally:
-            self._player = None
-            for call in list(self._unanswered):
-                call.put(("error", {}))
-            self._process.terminate()
-            self._process.wait(30.0)
+            self._end_run()
 
-    def connect(self):
-        """Wait until the node hears all that the robot sends."""
-
-        def connected():
-            if self._process.poll() is not None:
-                raise AssertionError("the node ended with exit code %d" % self._process.poll())
-            publishers = [self._clock, *(publisher for publisher, _ in self._publishers.values())]
-            return all(p.get_subscription_count() for p in publishers)
-
-        self._player.wait(connected, "the node")
+    @staticmethod
+    def is_heard(publisher):
+        return publisher.get_subscription_count() > 0
 
     def turn_clock(self, nanoseconds):
         self._time = Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
@@ -208,11 +169,6 @@ class Robot:
         if key in self._frames:
             message = as_link(message, *self._frames[key])
         publisher.publish(message)
-
-    def answer(self, call, kind, fields):
-        if kind != "feedback":
-            self._unanswered.discard(call)
-        call.put((kind, fields))
 
     def call(self, key, fields):
         if key in self._served:
@@ -252,16 +208,6 @@ class Robot:
         self._served_goals[key].ask(self._goals[key].cancel_goal_async)
 
     # --- servers -------------------------------------------------------------------------------
-
-    def _asked(self, keys, request):
-        """Pass on what the node asks for; return what brings the answers."""
-        call = queue.Queue()
-        if self._player is None:
-            call.put(("error", {}))  # the node ends
-        else:
-            self._unanswered.add(call)
-            self._player.on_arrival(keys[0], plain(request), call)
-        return call
 
     def _serve(self, keys, request, response):
         _, fields = self._asked(keys, request).get()
@@ -307,12 +253,3 @@ def filled(message, fields):
     """Return a message with these fields."""
     ros_messages.fill(message, fields)
     return ros_messages.sendable(message)
-
-
-def as_link(message, parent, child):
-    """Return the message of ``/tf`` that tells one link; without a rotation it is not turned."""
-    message.header.frame_id, message.child_frame_id = parent, child
-    turn = message.transform.rotation
-    if not any((turn.x, turn.y, turn.z, turn.w)):
-        turn.w = 1.0
-    return TABLES.transforms.message_type(transforms=[message])

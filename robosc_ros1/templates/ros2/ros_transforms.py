@@ -8,6 +8,7 @@ from tf2_msgs.msg import TFMessage
 
 from ._runtime.transforms import HeardTransforms
 from .ros_parameters import qos_profile
+from .ros_watch import full_names
 
 _DEPTH = 100
 
@@ -41,7 +42,7 @@ class RosTransforms:
     def _publishers(self, topic):
         """Return who may have published a message, which rclpy does not tell."""
         ends = self._node.get_publishers_info_by_topic(topic)
-        return " or ".join(sorted({end.node_name for end in ends}))
+        return " or ".join(sorted(set(full_names(ends))))
 
     @property
     def topic(self):

@@ -42,8 +42,8 @@ class Watch(ConnectionWatch):
         """Return the nodes that publish and those that subscribe to the model's topics."""
         topics = set(self.connections.topics)
         graph = self._node
-        publishers = {t: _names(graph.get_publishers_info_by_topic(t)) for t in topics}
-        return publishers, {t: _names(graph.get_subscriptions_info_by_topic(t)) for t in topics}
+        publishers = {t: full_names(graph.get_publishers_info_by_topic(t)) for t in topics}
+        return publishers, {t: full_names(graph.get_subscriptions_info_by_topic(t)) for t in topics}
 
     def _namesakes(self):
         own = (self._node.get_name(), self._node.get_namespace())
@@ -85,7 +85,8 @@ class Watch(ConnectionWatch):
                 yield text % (name, others, own)
 
 
-def _names(ends):
+def full_names(ends):
+    """Return the names of nodes, with their namespaces, by what the graph tells of their ends."""
     return [end.node_namespace.rstrip("/") + "/" + end.node_name for end in ends]
 
 

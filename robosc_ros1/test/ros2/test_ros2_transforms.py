@@ -38,7 +38,7 @@ def test_it_docks(graph: Graph, controller: Callable[..., Process]) -> None:
     stranger.order("broadcast", links=[("world", "base_link", 0.0)])
     moves("halt")
     # rclpy does not tell which of them it was.
-    both = "(from robot or stranger)"
+    both = "(from /robot or /stranger)"
     state = peer.expect_state(NODE, lambda s: str(s["faults"]).count(both) == 2)
     assert "two parents" in str(state["faults"])
     stranger.order("broadcast", links=[("stranger", "frame", 0.0)])
