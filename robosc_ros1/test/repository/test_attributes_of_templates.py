@@ -110,7 +110,8 @@ def test_no_attribute_hides_a_method(target):
 def test_classes_are_read_with_those_that_they_extend(target):
     """Through several files, and into the runtime."""
     robot = Place(target, TEMPLATES / target / "guarded_player.py", "GuardedRobot")
-    assert [place.name for place in with_bases(robot)] == ["GuardedRobot", "Robot"]
+    family = ["GuardedRobot", "Robot", "PlayedRobot"]
+    assert [place.name for place in with_bases(robot)] == family
     relay = Place(target, TEMPLATES / target / "relay.py", "RelayPort")
     assert RUNTIME in {place.file.parent for place in with_bases(relay)}
 
