@@ -294,6 +294,8 @@ class Engine(Generic[R]):
                 self.observe((self._inputs[ready.key, "timeout"],), None)
             else:
                 self._owner(ready.key).miss(ready)
+        if self._calls.open and self.stopped is not None:
+            self.requests.end_open(self.stopped)  # what an operator has let through
         if self._calls.open and not self.pauses.holds:
             self.requests.send_open()
 
