@@ -363,18 +363,14 @@ def _mcp(args: Arguments) -> int:
             f" module {error.name!r}: pip install 'mcp>=2.3,<3', or robosc with its extra,"
             " robosc[mcp]"
         ) from error
-    from robosc.agents.start import Service, serve_running, serve_simulated
+    from robosc.agents.start import serve
     from robosc.simulate.faults import InvalidLine
     from robosc.simulate.start import parameters
 
-    service = Service(args.http, args.read_only, args.log)
     supervisor = _supervise(args)
+    how = {"port": args.http, "read_only": args.read_only, "log": args.log}
     try:
-        given = parameters(args.parameter)
-        if args.ros is None:
-            serve_simulated(supervisor, given, service, __version__)
-        else:
-            serve_running(supervisor, args.ros, os.environ, service, __version__)
+        serve(supervisor, args.ros, os.environ, parameters(args.parameter), __version__, **how)
     except InvalidLine as fault:
         raise UsageError(str(fault)) from None
     return 0

@@ -7,17 +7,18 @@ import logging
 import threading
 import time
 import xmlrpc.client
+from collections.abc import Callable
 from http.client import HTTPException
 from typing import Any
 
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
-from robosc.view.listening import CHECK, NOTHING_MORE, Heard, Topics, diagnosis
+from robosc.view.listening import CHECK, Heard, Listener, diagnosis
 from robosc.view.operating import PATIENCE, UNHEARD
 from robosc.view.server import Unable
 
 
-class Ros1:
+class Ros1(Listener):
     """Listens to one node, for as long as there is a master, and with the next one again.
 
     Raises:
@@ -25,7 +26,7 @@ class Ros1:
         ModuleNotFoundError: this Python has no rospy.
     """
 
-    def __init__(self, node: str, hub: Hub, more: Topics = NOTHING_MORE) -> None:
+    def __init__(self, node: str, hub: Hub) -> None:
         import rosgraph.names
         import rospy  # noqa: F401  # not there: better now than in a thread
 
@@ -33,9 +34,9 @@ class Ros1:
             raise UsageError(f"{node!r} is not the name of a node")
         name = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), node)
         self.heard = Heard(rosgraph.names.canonicalize_name(name), hub)
-        self._more = more
         self._subscribers: list[Any] = []
         self._publishers: dict[str, Any] = {}
+        self._clients: dict[str, Any] = {}
 
     def start(self, page: str | None) -> None:
         self.heard.watch()
@@ -63,9 +64,7 @@ class Ros1:
             raise Unable(f"the master does not answer: {error}") from None
         if topic not in types:
             raise Unable(UNHEARD % topic)
-        class_ = roslib.message.get_message_class(types[topic])
-        if class_ is None:
-            raise Unable(f"this machine has no {types[topic]}: source the workspace that has it")
+        class_ = known_class(roslib.message.get_message_class, types[topic])
         message = filled(class_(), data)
         publisher = self._publishers.get(topic)
         if publisher is None:
@@ -136,16 +135,23 @@ class Ros1:
             )
         }
         heard = self.heard
-        topics = {**heard.topics, **self._more}
         self._subscribers = [
             rospy.Subscriber(
                 f"{heard.node}/{topic}",
                 std_msgs.msg.String,
-                lambda message, listener=listener: listener(message.data),
+                lambda message, listener=heard.topics[topic]: listener(message.data),
                 tcp_nodelay=True,
             )
-            for topic, listener in topics.items()
+            for topic in self.TOPICS
         ]
+
+
+def known_class(find: Callable[[str], Any], type_: str) -> Any:
+    """Return what ``roslib`` finds of a type. Raises Unable: nothing."""
+    class_ = find(type_)
+    if class_ is None:
+        raise Unable(f"this machine has no {type_}: source the workspace that has it")
+    return class_
 
 
 def filled(message: Any, data: Any) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import random
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
@@ -337,8 +337,12 @@ class Session:
             near = get_close_matches(rest, names, 1)
             hint = f"did you mean '{near[0]}'?" if near else f"there are {listing(names)}"
             raise InvalidLine(f"there is no command '{rest}'; {hint}")
-        one = len(found) == 1
-        return Done(text="\n".join(self._about(command, one) for command in found))
+        return Done(text=self.about(found))
+
+    def about(self, commands: Sequence[CommandState]) -> str:
+        """Text about commands: why each is enabled or not, its guard, and its requirements."""
+        one = len(commands) == 1
+        return "\n".join(self._about(command, one) for command in commands)
 
     def _about(self, command: CommandState, one: bool) -> str:
         """Text about a command; ``one``: it stands for all its data, which its plant may divide."""

@@ -47,7 +47,7 @@ def parse_raw(text: str) -> Raw:
         return None
     whole, at = _value_at(tokens, 0) or (None, 0)
     if at == len(tokens):
-        return _by_path(whole) if isinstance(whole, dict) else whole
+        return by_path(whole) if isinstance(whole, dict) else whole
     fields: dict[str, Raw] = {}
     if tokens.kinds[at : at + 2] == kind_of(",") + STRING:
         fields[""] = whole
@@ -57,7 +57,7 @@ def parse_raw(text: str) -> Raw:
     given, at = _fields_at(tokens, at)
     if at < len(tokens):
         raise _unread(text[tokens.offset(at) :])
-    return {**fields, **_by_path(given)}
+    return {**fields, **by_path(given)}
 
 
 def _fields_at(tokens: Tokens, at: int, depth: int = 0) -> tuple[dict[str, Raw], int]:
@@ -75,13 +75,13 @@ def _fields_at(tokens: Tokens, at: int, depth: int = 0) -> tuple[dict[str, Raw],
     return fields, at
 
 
-def _by_path(fields: Mapping[str, Raw]) -> dict[str, Raw]:
+def by_path(fields: Mapping[str, Raw]) -> dict[str, Raw]:
     """The parts of objects in objects by their paths, as if each were written by its own."""
     found: dict[str, Raw] = {}
     for name, value in fields.items():
         parts = {name: value}
         if isinstance(value, dict):
-            parts = {f"{name}.{path}": part for path, part in _by_path(value).items()}
+            parts = {f"{name}.{path}": part for path, part in by_path(value).items()}
         for path, part in parts.items():
             if path in found:
                 raise InvalidLine(f"'{path}' is given twice")
