@@ -7,9 +7,8 @@ import math
 from pathlib import Path
 from typing import get_args
 
-from robosc.codes import CODES
+from robosc import codes, pipeline
 from robosc.emit.package.package import Mode
-from robosc.pipeline import Target
 
 
 def _common(parser: argparse.ArgumentParser) -> None:
@@ -107,7 +106,7 @@ def explain(parser: argparse.ArgumentParser) -> None:
     code = parser.add_argument(
         "code", metavar="CODE", help="what stands in brackets in the message"
     )
-    code.completer = lambda **_: sorted(CODES)  # type: ignore[attr-defined]  # argcomplete's name
+    code.completer = lambda **_: sorted(codes.CODES)  # type: ignore[attr-defined]  # argcomplete's name
 
 
 def synthesize(parser: argparse.ArgumentParser) -> None:
@@ -157,7 +156,7 @@ def generate(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
     parser.add_argument(
         "--target",
-        choices=get_args(Target),
+        choices=get_args(pipeline.Target),
         help="the version of ROS (default: the one that is sourced, else ros1)",
     )
     _mode(parser)

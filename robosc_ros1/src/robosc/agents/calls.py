@@ -18,9 +18,8 @@ from robosc.expr.types import NoneType
 from robosc.language.events import EventKind
 from robosc.plant.event_values import value_type
 from robosc.runtime.reasons import reason_text
-from robosc.simulate.faults import InvalidLine, LineFault, Refused
-from robosc.simulate.machines.execute import Execution
-from robosc.simulate.machines.machine import Happening, Reason
+from robosc.simulate import faults
+from robosc.simulate.machines import execute, machine
 from robosc.simulate.script.documents import command_document, state_document
 from robosc.simulate.script.session import MakeMachine, Session
 from robosc.simulate.values.literals import by_path
@@ -100,13 +99,13 @@ class Gateway:
         told = {(event["name"], event["kind"]): reasons for event, reasons in events}
         session, _ = self._copy(state)
         found = [
-            replace(command, reasons=tuple(Reason(**reason) for reason in told[name]))
+            replace(command, reasons=tuple(machine.Reason(**reason) for reason in told[name]))
             for command in session.machine.commands()
             if command.event.key == tool.key
             and (name := (command.event.name, command.event.kind.word)) in told
         ]
         if not found:
-            raise InvalidLine(f"{tool.name} is taken or refused when it is called")
+            raise faults.InvalidLine(f"{tool.name} is taken or refused when it is called")
         return session.about(found)
 
     def what_if(self, calls: Iterable[tuple[Tool, Mapping[str, Any]]]) -> Json:
@@ -122,7 +121,7 @@ class Gateway:
     def _copy(self, state: Json) -> tuple[Session, Sequence[str]]:
         """A robot to try things with, in this state, and the variables of which it has not all."""
         session = Session(self._make, state.get("parameters", {}))
-        assert isinstance(session.machine, Execution)
+        assert isinstance(session.machine, execute.Execution)
         return session, session.machine.restore(state)
 
 
@@ -145,12 +144,12 @@ def fire(
     try:
         event = next((e for e in plant.events if e.key == tool.key and e.kind in kinds), None)
         if event is None:
-            raise Refused(f"{tool.title} cannot be cancelled")
+            raise faults.Refused(f"{tool.title} cannot be cancelled")
         # What the model does not read has no place in the simulator.
         is_read = data and not isinstance(value_type(plant.robot, event), NoneType)
         raw = data[WHOLE] if set(data) == {WHOLE} else by_path(data)
         done = session.fire(event, raw if is_read else None)
-    except LineFault as fault:
+    except faults.LineFault as fault:
         return unsent("refused", str(fault))
     told = [_told(h) for h in done.happenings if h.name == event.name]
     for document in told:
@@ -164,5 +163,5 @@ def fire(
     return unsent("unknown", "the model tells nothing of it")
 
 
-def _told(happening: Happening) -> Json:
+def _told(happening: machine.Happening) -> Json:
     return {**happening.document(), **(happening.judged or {})}

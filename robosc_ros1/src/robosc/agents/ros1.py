@@ -7,26 +7,24 @@ from concurrent.futures import Future
 from typing import Any
 
 from robosc.agents.running import End, RequestNews
-from robosc.view.operating import PATIENCE
-from robosc.view.ros1 import Ros1, filled, known_class
-from robosc.view.server import Unable
+from robosc.view import operating, ros1, server
 
 
-class Ros1Caller(Ros1):
+class Ros1Caller(ros1.Ros1):
     """A :class:`~robosc.agents.running.Caller`."""
 
-    TOPICS = (*Ros1.TOPICS, "blocked")
+    TOPICS = (*ros1.Ros1.TOPICS, "blocked")
 
     def call(self, name: str, type_: str, data: Any, told: RequestNews) -> End:
         import roslib.message
         import rospy
 
-        class_ = known_class(roslib.message.get_service_class, type_)
-        request = filled(class_._request_class(), data)
+        class_ = ros1.known_class(roslib.message.get_service_class, type_)
+        request = ros1.filled(class_._request_class(), data)
         try:
-            rospy.wait_for_service(name, PATIENCE)
+            rospy.wait_for_service(name, operating.PATIENCE)
         except rospy.ROSException:
-            raise Unable(f"nobody serves {name}") from None
+            raise server.Unable(f"nobody serves {name}") from None
         answer: Future[End] = Future()
 
         def ask() -> None:
@@ -45,12 +43,12 @@ class Ros1Caller(Ros1):
         from actionlib import CommState, TerminalState
 
         type_ = f"{type_.removesuffix('Action')}Action"
-        class_ = known_class(roslib.message.get_message_class, type_)
-        goal = filled(class_().action_goal.goal, data)
+        class_ = ros1.known_class(roslib.message.get_message_class, type_)
+        goal = ros1.filled(class_().action_goal.goal, data)
         if name not in self._clients:
             self._clients[name] = actionlib.ActionClient(name, class_)
-        if not self._clients[name].wait_for_server(rospy.Duration(PATIENCE)):
-            raise Unable(f"nobody serves {name}")
+        if not self._clients[name].wait_for_server(rospy.Duration(operating.PATIENCE)):
+            raise server.Unable(f"nobody serves {name}")
         # Not actionlib's simple client: it loses the end of a goal that is rejected at once.
         handle = self._clients[name].send_goal(
             goal, feedback_cb=lambda _, feedback: told.watch.report(feedback)

@@ -7,22 +7,20 @@ from functools import partial
 from typing import Any
 
 from robosc.agents.running import End, RequestNews
-from robosc.view.operating import PATIENCE
-from robosc.view.ros2 import Ros2, filled, known_class
-from robosc.view.server import Unable
+from robosc.view import operating, ros2, server
 
 
-class Ros2Caller(Ros2):
+class Ros2Caller(ros2.Ros2):
     """A :class:`~robosc.agents.running.Caller`; the listener's thread turns the node."""
 
-    TOPICS = (*Ros2.TOPICS, "blocked")
+    TOPICS = (*ros2.Ros2.TOPICS, "blocked")
 
     def call(self, name: str, type_: str, data: Any, told: RequestNews) -> End:
-        class_ = known_class(type_, "srv")
-        request = filled(class_.Request, data)
+        class_ = ros2.known_class(type_, "srv")
+        request = ros2.filled(class_.Request, data)
         client = self._client(name, self.node.create_client, class_)
-        if not client.wait_for_service(PATIENCE):
-            raise Unable(f"nobody serves {name}")
+        if not client.wait_for_service(operating.PATIENCE):
+            raise server.Unable(f"nobody serves {name}")
         answer = client.call_async(request)
         ended = told.wait(answer.done)
         if ended is not None:
@@ -34,11 +32,11 @@ class Ros2Caller(Ros2):
         from action_msgs.msg import GoalStatus
         from rclpy.action import ActionClient
 
-        class_ = known_class(type_, "action")
-        goal = filled(class_.Goal, data)
+        class_ = ros2.known_class(type_, "action")
+        goal = ros2.filled(class_.Goal, data)
         client = self._client(name, partial(ActionClient, self.node), class_)
-        if not client.wait_for_server(PATIENCE):
-            raise Unable(f"nobody serves {name}")
+        if not client.wait_for_server(operating.PATIENCE):
+            raise server.Unable(f"nobody serves {name}")
         sending = client.send_goal_async(
             goal, feedback_callback=lambda message: told.watch.report(message.feedback)
         )

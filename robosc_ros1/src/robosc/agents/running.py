@@ -21,9 +21,8 @@ from robosc.language.events import Kind
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.script.session import MakeMachine
 from robosc.simulate.values.literals import by_path
+from robosc.view import listening, server
 from robosc.view.hub import Hub
-from robosc.view.listening import Listener
-from robosc.view.server import Unable
 
 _KEPT = 50
 _VERDICT = 2.0
@@ -120,7 +119,7 @@ def _alike(sent: Json, told: Json) -> bool:
     return math.isclose(sent, told, rel_tol=_OF_32_BITS) if numbers else bool(sent == told)
 
 
-class Caller(Listener, Protocol):
+class Caller(listening.Listener, Protocol):
     """A listener that also calls a service, and sends a goal; both may raise Unable."""
 
     def call(self, name: str, type_: str, data: Json, told: RequestNews) -> End: ...
@@ -160,14 +159,14 @@ class Running(Gateway):
                 return self._send(tool, data, watch)
             with self._lock:
                 if tool.key in self._busy:
-                    raise Unable(f"{tool.name} is under way: cancel it first, or wait")
+                    raise server.Unable(f"{tool.name} is under way: cancel it first, or wait")
                 self._busy[tool.key] = watch
             try:
                 return self._call(tool, data, watch)
             finally:
                 with self._lock:
                     del self._busy[tool.key]
-        except Unable as fault:
+        except server.Unable as fault:
             return unsent("refused", str(fault))
 
     def _send(self, tool: Tool, data: Json, watch: CallWatch) -> Json:

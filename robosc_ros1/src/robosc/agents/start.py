@@ -10,12 +10,8 @@ from typing import Any
 
 import anyio
 
-from robosc.agents.calls import Gateway
-from robosc.agents.ros1 import Ros1Caller
-from robosc.agents.ros2 import Ros2Caller
-from robosc.agents.running import Caller, Running
+from robosc.agents import calls, ros1, ros2, running, simulated
 from robosc.agents.server import AgentServer
-from robosc.agents.simulated import Simulated
 from robosc.agents.tools import tools
 from robosc.errors import UsageError
 from robosc.simulate.start import machine_maker
@@ -54,15 +50,18 @@ def serve(
         except OSError as error:
             raise UsageError(f"cannot write {log}: {error.strerror or error}") from error
         make = machine_maker(supervisor, execute=True)
-        gateway: Gateway
+        gateway: calls.Gateway
         if node is None:
-            gateway = Simulated(make, given)
+            gateway = simulated.Simulated(make, given)
         else:
             hub = Hub()
-            callers: Mapping[str, Callable[[str, Hub], Caller]] = {"1": Ros1Caller, "2": Ros2Caller}
+            callers: Mapping[str, Callable[[str, Hub], running.Caller]] = {
+                "1": ros1.Ros1Caller,
+                "2": ros2.Ros2Caller,
+            }
             ros = callers[which_ros(environment)](node, hub)
             ros.start(None)
-            gateway = Running(ros, hub, make, guarded=robot.supervises)
+            gateway = running.Running(ros, hub, make, guarded=robot.supervises)
         stack.callback(gateway.close)
         server = AgentServer(robot, offered, gateway, version, read_only=read_only, log=file)
         anyio.run(server.serve, port)

@@ -12,8 +12,7 @@ from typing import Any
 
 from robosc.emit.supervisor.command_recognition import command_matches
 from robosc.expr import types
-from robosc.language.events import EventKind, Kind
-from robosc.language.tokens import tokenize
+from robosc.language import events, tokens
 from robosc.model.entities import Communication, Robot
 from robosc.source import Source, Span
 
@@ -25,14 +24,14 @@ OWN = ("state", "why", "what_if", "cancel", "play")
 WHOLE = "value"
 """The argument of a tool whose message has one field, or none that the model names."""
 
-_COMMANDS = (Kind.INCOMING, Kind.SERVICE, Kind.ACTION)
-_SERVED = (Kind.SERVED_SERVICE, Kind.SERVED_ACTION)
+_COMMANDS = (events.Kind.INCOMING, events.Kind.SERVICE, events.Kind.ACTION)
+_SERVED = (events.Kind.SERVED_SERVICE, events.Kind.SERVED_ACTION)
 _WORDS = {
-    Kind.INCOMING: "Send the command",
-    Kind.SERVICE: "Call the service",
-    Kind.ACTION: "Start the action",
-    Kind.SERVED_SERVICE: "Ask the controller for",
-    Kind.SERVED_ACTION: "Give the controller the order",
+    events.Kind.INCOMING: "Send the command",
+    events.Kind.SERVICE: "Call the service",
+    events.Kind.ACTION: "Start the action",
+    events.Kind.SERVED_SERVICE: "Ask the controller for",
+    events.Kind.SERVED_ACTION: "Give the controller the order",
 }
 
 
@@ -59,7 +58,7 @@ class Tool:
 
     @property
     def is_action(self) -> bool:
-        return self.communication.kind in (Kind.ACTION, Kind.SERVED_ACTION)
+        return self.communication.kind in (events.Kind.ACTION, events.Kind.SERVED_ACTION)
 
 
 def tools(robot: Robot) -> tuple[Tool, ...]:
@@ -116,11 +115,11 @@ def _description(robot: Robot, communication: Communication, guarded: bool) -> I
         yield comment
     if guarded:
         rules = [r for r in robot.requirements if communication.key in r.communications]
-        rules = [r for r in rules if r.concerns(EventKind.REQUEST) and not r.implied]
+        rules = [r for r in rules if r.concerns(events.EventKind.REQUEST) and not r.implied]
         if rules:
             yield "It is blocked unless these requirements hold:"
             yield from (f"- {rule.text}" for rule in rules)
-    if communication.kind in (Kind.ACTION, Kind.SERVED_ACTION):
+    if communication.kind in (events.Kind.ACTION, events.Kind.SERVED_ACTION):
         yield "It takes a while: progress is reported, and the call ends when the action has ended."
 
 
@@ -143,7 +142,7 @@ def comment_of(span: Span) -> str:
 
 
 def _comments(source: Source) -> Iterator[tuple[int, str]]:
-    for comment in tokenize(source).comments:
+    for comment in tokens.tokenize(source).comments:
         text = comment.text.removeprefix("//").removeprefix("/*").removesuffix("*/")
         yield source.text.count("\n", 0, comment.start) + 1, " ".join(text.split())
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, cast
 
-from robosc import limits
+from robosc import limits, source
+from robosc.language import tokens
 from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY
-from robosc.language.tokens import BAD_NUMBER, INTEGER, NUMBER, STRING, kinds_of
-from robosc.source import Span
-from robosc.syntax.leaves import make_access, make_name, make_number, make_parts, make_string
+from robosc.syntax import leaves
 from robosc.syntax.nodes import (
     AggregateNode,
     ArrayNode,
@@ -41,8 +40,8 @@ Step: TypeAlias = tuple[
 ``comma`` is any separator within a bracket: also ``..`` and the ``if`` of an aggregate.
 """
 
-_BOOLEANS = frozenset((*kinds_of("true"), *kinds_of("false")))
-_NUMBERS = (INTEGER, NUMBER, BAD_NUMBER)
+_BOOLEANS = frozenset((*tokens.kinds_of("true"), *tokens.kinds_of("false")))
+_NUMBERS = (tokens.INTEGER, tokens.NUMBER, tokens.BAD_NUMBER)
 _PREFIX_LEVEL = UNARY["!"].level
 
 
@@ -152,7 +151,7 @@ class _Builder:
         """Add the path ``.x[0]`` behind an index or a call."""
         of = self.operands.pop()
         assert of.node is not None
-        path = make_parts(self.reading, start, end)
+        path = leaves.make_parts(self.reading, start, end)
         span = self.reading.span(of.start, end)
         node = MemberNode(of.node, path, span=span)
         self.operands.append(_Operand(node, of.start, end, of.depth, of.nesting))
@@ -255,19 +254,19 @@ def _is_bracketed(left: _Operand, symbol: str) -> bool:
     return symbol == "=>" or BINARY[left.node.operator].level != BINARY[symbol].level
 
 
-def _bracketed(reading: ParseState, bracket: _Bracket, span: Span) -> ExprNode:
+def _bracketed(reading: ParseState, bracket: _Bracket, span: source.Span) -> ExprNode:
     """The node of a bracket other than a parenthesis."""
     nodes = tuple(cast(ExprNode, part.node) for part in bracket.parts)
     base = bracket.base.node if bracket.base else None
     if bracket.names:
-        function = make_name(reading, bracket.start, bracket.start + 1, [])
+        function = leaves.make_name(reading, bracket.start, bracket.start + 1, [])
         condition = nodes[2] if len(nodes) > 2 else None
         *position, variable = bracket.names
         return AggregateNode(
             function, nodes[0], variable, nodes[1], condition, *position[:1], span=span
         )
     if bracket.what == "call":
-        function_ = make_access(reading, bracket.start, bracket.end - 1, [])
+        function_ = leaves.make_access(reading, bracket.start, bracket.end - 1, [])
         return CallNode(function_, nodes, span=span)
     if bracket.what == "array":
         return ArrayNode(nodes, span=span)
@@ -304,7 +303,7 @@ def build_expression(reading: ParseState, start: int, end: int, parts: list[Any]
             builder.comma()
         elif what == "for":
             names = range(at + 1, behind - 1, 2)
-            builder.bind([make_name(reading, name, name + 1, []) for name in names])
+            builder.bind([leaves.make_name(reading, name, name + 1, []) for name in names])
         elif what == "parts":
             builder.parts(at, behind)
         else:
@@ -322,15 +321,15 @@ def make_leaf(reading: ParseState, start: int, end: int, parts: list[Any]) -> Ex
     span = reading.span(start, end)
     if kind in _BOOLEANS:
         return LiteralNode(reading.text(start) == "true", span=span)
-    if kind == STRING:
-        return LiteralNode(make_string(reading, start), span=span)
+    if kind == tokens.STRING:
+        return LiteralNode(leaves.make_string(reading, start), span=span)
     if kind in _NUMBERS:
-        number = make_number(reading, start)
+        number = leaves.make_number(reading, start)
         if end > start + 1:
             unit = reading.text(start + 1)
             return DurationNode(number, unit, span=span)
         return LiteralNode(number, span=span)
-    return make_access(reading, start, end, [])
+    return leaves.make_access(reading, start, end, [])
 
 
 def nested_too_deep(limit: int = limits.EXPRESSION_DEPTH) -> str:

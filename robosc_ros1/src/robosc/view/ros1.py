@@ -12,13 +12,11 @@ from http.client import HTTPException
 from typing import Any
 
 from robosc.errors import UsageError
+from robosc.view import listening, operating, server
 from robosc.view.hub import Hub
-from robosc.view.listening import CHECK, Heard, Listener, diagnosis
-from robosc.view.operating import PATIENCE, UNHEARD
-from robosc.view.server import Unable
 
 
-class Ros1(Listener):
+class Ros1(listening.Listener):
     """Listens to one node, for as long as there is a master, and with the next one again.
 
     Raises:
@@ -33,7 +31,7 @@ class Ros1(Listener):
         if not rosgraph.names.is_legal_name(node) or node.startswith("~") or not node.strip("/"):
             raise UsageError(f"{node!r} is not the name of a node")
         name = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), node)
-        self.heard = Heard(rosgraph.names.canonicalize_name(name), hub)
+        self.heard = listening.Heard(rosgraph.names.canonicalize_name(name), hub)
         self._subscribers: list[Any] = []
         self._publishers: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
@@ -57,23 +55,23 @@ class Ros1(Listener):
         import rospy
 
         if not self._subscribers:
-            raise Unable("there is no connection to ROS yet")
+            raise server.Unable("there is no connection to ROS yet")
         try:
             types = dict(rosgraph.Master(rospy.get_name()).getTopicTypes())
         except (OSError, HTTPException, xmlrpc.client.Error) as error:
-            raise Unable(f"the master does not answer: {error}") from None
+            raise server.Unable(f"the master does not answer: {error}") from None
         if topic not in types:
-            raise Unable(UNHEARD % topic)
+            raise server.Unable(operating.UNHEARD % topic)
         class_ = known_class(roslib.message.get_message_class, types[topic])
         message = filled(class_(), data)
         publisher = self._publishers.get(topic)
         if publisher is None:
             publisher = rospy.Publisher(topic, class_, queue_size=10, tcp_nodelay=True)
             self._publishers[topic] = publisher
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + operating.PATIENCE
         while not publisher.get_num_connections():
             if time.monotonic() > end:
-                raise Unable(UNHEARD % topic)
+                raise server.Unable(operating.UNHEARD % topic)
             time.sleep(0.01)
         publisher.publish(message)
 
@@ -84,7 +82,7 @@ class Ros1(Listener):
         logging.getLogger("rosout").addHandler(logging.NullHandler())
         while not rosgraph.is_master_online():
             self.heard.otherwise = f"waiting for a master on {rosgraph.get_master_uri()}"
-            time.sleep(CHECK)
+            time.sleep(listening.CHECK)
         # Signals are the server's; several viewers may watch one node.
         rospy.init_node("robosc_view", anonymous=True, disable_signals=True, disable_rosout=True)
         master = rosgraph.Master(rospy.get_name())
@@ -92,7 +90,7 @@ class Ros1(Listener):
             self._keep_registered(master)
             with contextlib.suppress(rospy.ROSException):  # it is shut down meanwhile
                 self._tell_of(page)
-            time.sleep(CHECK)
+            time.sleep(listening.CHECK)
 
     def _tell_of(self, page: str | None) -> None:
         import diagnostic_msgs.msg
@@ -100,7 +98,7 @@ class Ros1(Listener):
 
         if page is not None:
             messages, stamp = diagnostic_msgs.msg, rospy.Time.now()
-            told = diagnosis(messages, self.heard.node, page, stamp, 0)
+            told = listening.diagnosis(messages, self.heard.node, page, stamp, 0)
             self._publishers["/diagnostics"].publish(told)
 
     def _keep_registered(self, master: Any) -> None:
@@ -150,7 +148,7 @@ def known_class(find: Callable[[str], Any], type_: str) -> Any:
     """Return what ``roslib`` finds of a type. Raises Unable: nothing."""
     class_ = find(type_)
     if class_ is None:
-        raise Unable(f"this machine has no {type_}: source the workspace that has it")
+        raise server.Unable(f"this machine has no {type_}: source the workspace that has it")
     return class_
 
 
@@ -166,5 +164,5 @@ def filled(message: Any, data: Any) -> Any:
         genpy.message.fill_message_args(message, [data])
         message._check_types()
     except (genpy.MessageException, ValueError) as error:
-        raise Unable(str(error)) from None
+        raise server.Unable(str(error)) from None
     return message

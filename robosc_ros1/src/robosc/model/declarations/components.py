@@ -29,8 +29,7 @@ from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import EXPECTATION, no_value, response_of
 from robosc.names import is_frame, ros_name_fault, snake_case
-from robosc.runtime.settings import FASTEST
-from robosc.runtime.transforms import plain
+from robosc.runtime import settings, transforms
 from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
@@ -300,8 +299,8 @@ def _rate(node: RateNode | Name, report: Report) -> float | str:
         return node.text
     if node.hertz <= 0:
         report.add("out-of-range", node.span, "a rate is more than 0 Hz", "write: once")
-    elif node.hertz > FASTEST:
-        text = f"a rate is at most {FASTEST:g} Hz: no command is repeated faster"
+    elif node.hertz > settings.FASTEST:
+        text = f"a rate is at most {settings.FASTEST:g} Hz: no command is repeated faster"
         report.add("out-of-range", node.span, text)
     return float(node.hertz)
 
@@ -352,9 +351,9 @@ def _interface(
 def _frames(node: TransformNode, report: Report) -> tuple[str, str] | None:
     """The frames of a transform, as their names are compared."""
     assert node.source and node.target
-    source, target = (plain(name.text) for name in (node.source, node.target))
+    source, target = (transforms.plain(name.text) for name in (node.source, node.target))
     for name in (node.source, node.target):
-        if not is_frame(plain(name.text)):
+        if not is_frame(transforms.plain(name.text)):
             text = f"{name.span.text} is no name of a frame"
             report.add("frames", name.span, text, 'write it as in /tf, such as "base_link"')
     if source == target:
@@ -369,7 +368,8 @@ def _frames(node: TransformNode, report: Report) -> tuple[str, str] | None:
 def _identifier(info: CommunicationInfo, report: Report) -> str | None:
     if isinstance(info.node, TransformNode):
         assert info.node.source and info.node.target
-        return f"/tf from {plain(info.node.source.text)} to {plain(info.node.target.text)}"
+        source, target = info.node.source.text, info.node.target.text
+        return f"/tf from {transforms.plain(source)} to {transforms.plain(target)}"
     written: StringNode | None = info.node.identifier
     name = written.text if written is not None else info.name
     if written is None and info.instance.node.copy is not None:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from robosc.errors import Note
-from robosc.expr.tree import Expr, StateRef, VariableRef
+from robosc import errors, names, remedies, source
+from robosc.expr import tree
 from robosc.expr.types import IntegerType, Type
 from robosc.language.events import (
     COMMUNICATIONS,
@@ -21,14 +21,10 @@ from robosc.language.events import (
     Phases,
     command_key,
 )
+from robosc.model import diagnostics, entities
 from robosc.model.declarations.datatypes import TypeTable
-from robosc.model.diagnostics import Report
-from robosc.model.entities import Communication
 from robosc.model.names.data_directions import types_of
-from robosc.names import Copy
-from robosc.remedies import Change, Remedy
 from robosc.runtime.places import DUE
-from robosc.source import Span
 from robosc.syntax.nodes import (
     ActionNode,
     BehaviourNode,
@@ -56,7 +52,7 @@ class CommunicationInfo:
     request: Type | None
     response: Type | None
     feedback: Type | None
-    entity: Communication | None = None
+    entity: entities.Communication | None = None
     heard: bool = False
     misdirected: bool = False
     stands_for: EventKind | None = None
@@ -228,16 +224,16 @@ class Instance:
             found.append(WAITING)
         return found
 
-    def of_performing(self, path: str, span: Span) -> Expr | None:
+    def of_performing(self, path: str, span: source.Span) -> tree.Expr | None:
         """A stage of a state that performs a command, or its count of errors, if it is one."""
         outside, _, word = path.rpartition(".")
         outer = self.state(outside)
         if outer is None or word not in self.parts_of_performing(outer):
             return None
         if word != RETRIES:
-            return StateRef(self.name, f"{outer} {word}", span)
+            return tree.StateRef(self.name, f"{outer} {word}", span)
         counted = IntegerType((0, self._retries(outer)[0]))
-        return VariableRef(self.name, f"{outer} {word}", counted, span)
+        return tree.VariableRef(self.name, f"{outer} {word}", counted, span)
 
     def parts_of_performing(self, path: str) -> list[str]:
         """The stages of a state if it performs a command, and the word for its count of errors."""
@@ -279,7 +275,7 @@ class ComponentTable:
         self.by_origin.setdefault(id(instance.node), []).append(instance)
 
     @property
-    def copies(self) -> Iterator[Copy]:
+    def copies(self) -> Iterator[names.Copy]:
         """Those of all indexed components."""
         copies = (instance.declaration.copy for instance in self.instances.values())
         return (copy for copy in copies if copy is not None)
@@ -343,7 +339,7 @@ class ImportedSymbolTable(SymbolTable):
         own: Instance,
         library: ComponentTable,
         original: Instance,
-        report: Report,
+        report: diagnostics.Report,
     ) -> None:
         super().__init__(component_table, own)
         self.library = library
@@ -365,12 +361,12 @@ class ImportedSymbolTable(SymbolTable):
                 found.append(instance.communications[name])
         return found
 
-    def _import_to_add(self, name: str) -> Remedy:
+    def _import_to_add(self, name: str) -> remedies.Remedy:
         assert self.own is not None and self.own.imported is not None
         own = self.own.imported
         prefix = f" with prefix: {own.prefix.span.text}" if own.prefix is not None else ""
         text = f"component {name} from {own.library.text} import {name}{prefix}"
-        return Remedy(f"add: {text}", Change.ADD_IMPORT, (text,))
+        return remedies.Remedy(f"add: {text}", remedies.Change.ADD_IMPORT, (text,))
 
     def _import_of(self, wanted: Instance) -> Instance | None:
         assert self.own is not None and self.own.imported is not None
@@ -390,6 +386,6 @@ class ImportedSymbolTable(SymbolTable):
             self._import_to_add(wanted.name)
             if not found
             else "give the imports that belong together one prefix",
-            [Note(f"{wanted.name} is declared here", wanted.node.name.span)],
+            [errors.Note(f"{wanted.name} is declared here", wanted.node.name.span)],
         )
         return None

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from robosc.language.attributes import ATTRIBUTES
-from robosc.language.operators import BINARY
+from robosc.language import attributes, operators
 from robosc.language.tokens import Tokens
 from robosc.syntax.formatting.pretty_printing import Doc, Indent, Line
 from robosc.syntax.formatting.words import Words
@@ -312,7 +311,7 @@ class Formatter:
         match node:
             case BinaryNode(operator=operator):
                 inside: list[Doc] = []
-                self._chain(node, BINARY[operator].level, inside)
+                self._chain(node, operators.BINARY[operator].level, inside)
                 docs.append(self.words.group(begin, inside if count else [Indent(inside)]))
             case AggregateNode():
                 docs.append(self._aggregate(node))
@@ -327,7 +326,7 @@ class Formatter:
     def _chain(self, node: ExprNode, level: int, docs: list[Doc]) -> None:
         """Add the operands and operators of a chain of one level of precedence to ``docs``."""
         bare = self.words.start >= node.span.start
-        if bare and isinstance(node, BinaryNode) and BINARY[node.operator].level == level:
+        if bare and isinstance(node, BinaryNode) and operators.BINARY[node.operator].level == level:
             self._chain(node.left, level, docs)
             docs += [_LINE, self.words.take(), " "]
             self._chain(node.right, level, docs)
@@ -390,7 +389,7 @@ def _field(node: Any, name: str) -> Any:
     if isinstance(node, ImportNode):
         values = [*(argument.value for argument in node.arguments), node.prefix]
     else:
-        values = [getattr(node, attribute.field, None) for attribute in ATTRIBUTES]
+        values = [getattr(node, attribute.field, None) for attribute in attributes.ATTRIBUTES]
     by_place = {value.span.start: value for value in values if value is not None}
     # That of a transform is its keyword.
     by_place = {start: value for start, value in by_place.items() if start > node.name.span.start}
