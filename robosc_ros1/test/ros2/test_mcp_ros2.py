@@ -91,6 +91,25 @@ def test_an_agent_commands_through_the_supervisor(
         robot.order("tell_server", id=goal["id"], end="canceled")
 
 
+def test_a_call_to_a_node_that_dies_ends(
+    graph: Graph, controller: Start, sdk: str, start_agent: StartAgent
+) -> None:
+    robot = graph.peer("robot")
+    robot.watch(NODE)
+    robot.serve("door/lock", "std_srvs/srv/SetBool")
+    supervisor = controller(NODE)
+    robot.expect_state(NODE, lambda s: "/door/lock" not in s["unconnected"])
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    robot.expect_state(NODE, lambda s: s["variables"]["Operator.wanted"])
+    with running(graph, sdk, start_agent) as agent:
+        agent.begin(call="lock", arguments={"data": True})
+        robot.expect("request", name="door/lock")
+        supervisor.kill()
+        told = agent.hear()
+        assert (told["error"], told["outcome"]) == (True, "unknown")
+        assert "silent" in told["why"][0]
+
+
 FLOAT = "std_msgs/msg/Float32"
 TWIST = "geometry_msgs/msg/Twist"
 ROUNDS = 6
