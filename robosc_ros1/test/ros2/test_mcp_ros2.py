@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -104,7 +105,7 @@ def test_a_call_to_a_node_that_dies_ends(
     with running(graph, sdk, start_agent) as agent:
         agent.begin(call="lock", arguments={"data": True})
         robot.expect("request", name="door/lock")
-        supervisor.kill()
+        supervisor.signal(signal.SIGKILL)
         told = agent.hear()
         assert (told["error"], told["outcome"]) == (True, "unknown")
         assert "silent" in told["why"][0]
