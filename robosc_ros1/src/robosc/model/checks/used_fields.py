@@ -76,11 +76,6 @@ class Usage:
         return _kept(type_, self._paths.get((key, direction), set()))
 
 
-def converted_part(enum: types.EnumType) -> types.Type:
-    """The source type of an enum without the members that its rules do not read."""
-    return _kept(enum.source, set(_converted(enum)))
-
-
 def _kept(type_: types.Type, used: Set[Path]) -> types.Type:
     if () in used:
         return type_

@@ -138,11 +138,6 @@ class Execution:
         return self._engine.stopped
 
     @property
-    def next_deadline(self) -> float | None:
-        """Seconds until something happens by the clock alone; None: never."""
-        return self._engine.time_to_deadline()
-
-    @property
     def next_command(self) -> float | None:
         """Seconds until a command is due; None: none is."""
         due: float | None = self._engine.role.due()
