@@ -196,7 +196,8 @@ def filled(class_: Any, data: Any) -> Any:
     try:
         return _filled(class_, data)
     except (AssertionError, AttributeError, OverflowError, TypeError, ValueError) as error:
-        raise Unable(f"this does not fit {class_.__name__}: {error}") from None
+        name = "/".join((*class_.__module__.split(".")[:2], class_.__name__))
+        raise Unable(f"this does not fit {name}: {error}") from None
 
 
 def _filled(class_: Any, data: Any) -> Any:
