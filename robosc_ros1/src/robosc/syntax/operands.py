@@ -8,22 +8,7 @@ from typing import Any, Literal, TypeAlias, cast
 from robosc import limits, source
 from robosc.language import tokens
 from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY
-from robosc.syntax import leaves
-from robosc.syntax.nodes import (
-    AggregateNode,
-    ArrayNode,
-    BinaryNode,
-    CallNode,
-    DurationNode,
-    ElementNode,
-    ExprNode,
-    InNode,
-    LiteralNode,
-    MemberNode,
-    Name,
-    SliceNode,
-    UnaryNode,
-)
+from robosc.syntax import leaves, nodes
 from robosc.syntax.parse_state import Fault, ParseState
 
 BALANCE_FROM = 64
@@ -54,7 +39,7 @@ class _Operand:
     the tokens of the operators between ``parts``.
     """
 
-    node: ExprNode | None
+    node: nodes.ExprNode | None
     start: int
     end: int
     depth: int = 1
@@ -87,7 +72,7 @@ class _Bracket:
     base: _Operand | None
     count: int
     parts: list[_Operand] = field(default_factory=list)
-    names: list[Name] = field(default_factory=list)
+    names: list[nodes.Name] = field(default_factory=list)
 
 
 class _Builder:
@@ -99,7 +84,7 @@ class _Builder:
         self.pending: list[_Pending] = []
         self.brackets: list[_Bracket] = []
 
-    def operand(self, node: ExprNode, start: int, end: int) -> None:
+    def operand(self, node: nodes.ExprNode, start: int, end: int) -> None:
         self.operands.append(_Operand(node, start, end))
 
     def prefix(self, symbol: str, at: int) -> None:
@@ -120,7 +105,7 @@ class _Builder:
         self._reduce(0)
         self.brackets[-1].parts.append(self._finished(self.operands.pop()))
 
-    def bind(self, names: list[Name]) -> None:
+    def bind(self, names: list[nodes.Name]) -> None:
         """Make the open bracket an aggregate with this variable, or a position and a variable."""
         self.comma()
         self.brackets[-1].names = names
@@ -140,7 +125,7 @@ class _Builder:
         span = self.reading.span(bracket.start, end)
         self._put(_bracketed(self.reading, bracket, span), bracket, end)
 
-    def _put(self, node: ExprNode, bracket: _Bracket, end: int) -> None:
+    def _put(self, node: nodes.ExprNode, bracket: _Bracket, end: int) -> None:
         inside = [*bracket.parts, bracket.base] if bracket.base else bracket.parts
         depth = 1 + max((part.depth for part in inside), default=0)
         nesting = 1 + max((part.nesting for part in inside), default=0)
@@ -153,7 +138,7 @@ class _Builder:
         assert of.node is not None
         path = leaves.make_parts(self.reading, start, end)
         span = self.reading.span(of.start, end)
-        node = MemberNode(of.node, path, span=span)
+        node = nodes.MemberNode(of.node, path, span=span)
         self.operands.append(_Operand(node, of.start, end, of.depth, of.nesting))
 
     def operator(self, symbol: str, at: int) -> None:
@@ -162,7 +147,7 @@ class _Builder:
         self._reduce(operation.level + operation.right_associative)
         self._wait(_Pending(symbol, operation.level, at))
 
-    def finish(self) -> ExprNode:
+    def finish(self) -> nodes.ExprNode:
         self._reduce(0)
         node = self._finished(self.operands.pop()).node
         assert node is not None
@@ -191,13 +176,13 @@ class _Builder:
     def _unary(self, pending: _Pending, operand: _Operand) -> _Operand:
         assert operand.node is not None
         span = self.reading.span(pending.at, operand.end)
-        node = UnaryNode(cast(Literal["!", "-"], pending.symbol), operand.node, span=span)
+        node = nodes.UnaryNode(cast(Literal["!", "-"], pending.symbol), operand.node, span=span)
         depth, nesting = operand.depth + 1, operand.nesting + 1
         return self._limited(_Operand(node, pending.at, operand.end, depth, nesting), pending.at)
 
     def _binary(self, symbol: str, at: int, left: _Operand, right: _Operand) -> _Operand:
         assert left.node is not None and right.node is not None
-        node = BinaryNode(
+        node = nodes.BinaryNode(
             symbol,
             left.node,
             right.node,
@@ -249,36 +234,36 @@ class _Builder:
 def _is_bracketed(left: _Operand, symbol: str) -> bool:
     """Whether a left operand needs brackets in Python; some operators become a call."""
     is_call = BINARY[symbol].python.level == PYTHON_ATOM
-    if is_call or not isinstance(left.node, BinaryNode):
+    if is_call or not isinstance(left.node, nodes.BinaryNode):
         return is_call
     return symbol == "=>" or BINARY[left.node.operator].level != BINARY[symbol].level
 
 
-def _bracketed(reading: ParseState, bracket: _Bracket, span: source.Span) -> ExprNode:
+def _bracketed(reading: ParseState, bracket: _Bracket, span: source.Span) -> nodes.ExprNode:
     """The node of a bracket other than a parenthesis."""
-    nodes = tuple(cast(ExprNode, part.node) for part in bracket.parts)
+    operands = tuple(cast(nodes.ExprNode, part.node) for part in bracket.parts)
     base = bracket.base.node if bracket.base else None
     if bracket.names:
         function = leaves.make_name(reading, bracket.start, bracket.start + 1, [])
-        condition = nodes[2] if len(nodes) > 2 else None
+        condition = operands[2] if len(operands) > 2 else None
         *position, variable = bracket.names
-        return AggregateNode(
-            function, nodes[0], variable, nodes[1], condition, *position[:1], span=span
+        return nodes.AggregateNode(
+            function, operands[0], variable, operands[1], condition, *position[:1], span=span
         )
     if bracket.what == "call":
         function_ = leaves.make_access(reading, bracket.start, bracket.end - 1, [])
-        return CallNode(function_, nodes, span=span)
+        return nodes.CallNode(function_, operands, span=span)
     if bracket.what == "array":
-        return ArrayNode(nodes, span=span)
+        return nodes.ArrayNode(operands, span=span)
     assert base is not None
     if bracket.what == "set":
-        return InNode(base, nodes, span=span)
-    if len(nodes) == 1:
-        return ElementNode(base, nodes[0], span=span)
-    return SliceNode(base, nodes[0], nodes[1], span=span)
+        return nodes.InNode(base, operands, span=span)
+    if len(operands) == 1:
+        return nodes.ElementNode(base, operands[0], span=span)
+    return nodes.SliceNode(base, operands[0], operands[1], span=span)
 
 
-def build_expression(reading: ParseState, start: int, end: int, parts: list[Any]) -> ExprNode:
+def build_expression(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.ExprNode:
     """The tree of an expression.
 
     ``parts`` are the token from which the steps count, and the steps.
@@ -311,7 +296,7 @@ def build_expression(reading: ParseState, start: int, end: int, parts: list[Any]
     return builder.finish()
 
 
-def make_leaf(reading: ParseState, start: int, end: int, parts: list[Any]) -> ExprNode:
+def make_leaf(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.ExprNode:
     """The literal, duration or access in a range of tokens.
 
     Raises:
@@ -320,15 +305,15 @@ def make_leaf(reading: ParseState, start: int, end: int, parts: list[Any]) -> Ex
     kind = reading.kind(start)
     span = reading.span(start, end)
     if kind in _BOOLEANS:
-        return LiteralNode(reading.text(start) == "true", span=span)
+        return nodes.LiteralNode(reading.text(start) == "true", span=span)
     if kind == tokens.STRING:
-        return LiteralNode(leaves.make_string(reading, start), span=span)
+        return nodes.LiteralNode(leaves.make_string(reading, start), span=span)
     if kind in _NUMBERS:
         number = leaves.make_number(reading, start)
         if end > start + 1:
             unit = reading.text(start + 1)
-            return DurationNode(number, unit, span=span)
-        return LiteralNode(number, span=span)
+            return nodes.DurationNode(number, unit, span=span)
+        return nodes.LiteralNode(number, span=span)
     return leaves.make_access(reading, start, end, [])
 
 

@@ -22,7 +22,7 @@ from robosc.model.names.communications import report_misdirected, resolve_commun
 from robosc.model.names.groups import GroupResolver
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
 from robosc.model.ros.links import Binder
-from robosc.model.typing import value_word
+from robosc.model.typing import expected, value_word
 from robosc.model.typing.command_values import (
     CommandTyper,
     may_read_value,
@@ -31,25 +31,11 @@ from robosc.model.typing.command_values import (
     requirement_text,
 )
 from robosc.model.typing.data import DataTyper
-from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.syntax.nodes import (
-    AssumeNode,
-    BehaviourNode,
-    CommunicationNode,
-    DataObjectNode,
-    DeclarationNode,
-    OtherwiseNode,
-    PossibleNode,
-    PreferNode,
-    ProvideNode,
-    RequirementNode,
-    StopNode,
-    StringNode,
-)
+from robosc.syntax import nodes
 
-_TITLED = (RequirementNode, PossibleNode, AssumeNode, PreferNode)
-_Node: TypeAlias = DeclarationNode | CommunicationNode | BehaviourNode
+_TITLED = (nodes.RequirementNode, nodes.PossibleNode, nodes.AssumeNode, nodes.PreferNode)
+_Node: TypeAlias = nodes.DeclarationNode | nodes.CommunicationNode | nodes.BehaviourNode
 _Entity = TypeVar(
     "_Entity", entities.Provide, entities.Preference, entities.Goal, entities.Assumption
 )
@@ -66,7 +52,7 @@ class Statements:
     performed: list[entities.Provide] = field(default_factory=list)
     """The data of commands that states perform, which go before all others."""
     assumptions: list[entities.Assumption] = field(default_factory=list)
-    titles: dict[str, StringNode] = field(default_factory=dict)
+    titles: dict[str, nodes.StringNode] = field(default_factory=dict)
     """By id, the title that has it."""
 
     def add(self, items: Iterable[_Node], resolver: StatementResolver, owner: str = "") -> None:
@@ -82,15 +68,15 @@ class Statements:
                     item = replace(item, title=title)
                 resolver.claim(title, self.titles)
             match item:
-                case RequirementNode():
+                case nodes.RequirementNode():
                     self.requirements += resolver.requirements(item)
-                case PossibleNode():
+                case nodes.PossibleNode():
                     self.goals += _sound(resolver.goal(item))
-                case AssumeNode():
+                case nodes.AssumeNode():
                     self.assumptions += _sound(resolver.assumption(item))
-                case ProvideNode():
+                case nodes.ProvideNode():
                     self.provides += resolver.provides(item)
-                case PreferNode():
+                case nodes.PreferNode():
                     self.preferences += _sound(resolver.preference(item))
 
     def on_commands(self) -> tuple[entities.Requirement, ...]:
@@ -129,7 +115,7 @@ class StatementResolver:
         self._groups = GroupResolver(symbols, types.scope, report)
         self._read: IdentityCache[bool] = IdentityCache()
 
-    def claim(self, title: StringNode, taken: dict[str, StringNode]) -> None:
+    def claim(self, title: nodes.StringNode, taken: dict[str, nodes.StringNode]) -> None:
         """Report a title without an id, or with one that another title has."""
         words = title.text.split()
         if not words:
@@ -148,7 +134,7 @@ class StatementResolver:
                 [errors.Note("the first one is here", first.span)],
             )
 
-    def requirements(self, node: RequirementNode) -> Sequence[entities.Requirement]:
+    def requirements(self, node: nodes.RequirementNode) -> Sequence[entities.Requirement]:
         """The requirements that a statement makes; none after an error.
 
         One on a call that is served restricts its feedback, too, unless it reads the data.
@@ -161,7 +147,7 @@ class StatementResolver:
             for requirement in self._requirements(node)
         ]
 
-    def _requirements(self, node: RequirementNode) -> Sequence[entities.Requirement]:
+    def _requirements(self, node: nodes.RequirementNode) -> Sequence[entities.Requirement]:
         keys: tuple[str, ...] | None = ()
         if node.communications:
             keys = self._groups.commands(
@@ -171,13 +157,13 @@ class StatementResolver:
             commands = self._symbols.component_table.by_keys(keys)
             typer = CommandTyper(self._symbols, self._types, self._report)
             return typer.requirements(node, commands)
-        condition = self._typer.check(node.condition, BOOLEAN, "a requirement")
+        condition = self._typer.check(node.condition, expected.BOOLEAN, "a requirement")
         if condition is None or keys is None:
             return ()
         condition = condition_on_data(condition, self._read)
         return (requirement_of(node, keys, condition, requirement_text(node)),)
 
-    def goal(self, node: PossibleNode) -> entities.Goal | None:
+    def goal(self, node: nodes.PossibleNode) -> entities.Goal | None:
         """What must remain possible; None after an error."""
         parts = (
             (node.condition, "a requirement"),
@@ -186,7 +172,7 @@ class StatementResolver:
         )
         found: list[Expr | None] = []
         for part, what in parts:
-            expr = None if part is None else self._typer.check(part, BOOLEAN, what)
+            expr = None if part is None else self._typer.check(part, expected.BOOLEAN, what)
             found.append(None if expr is None else condition_on_data(expr, self._read))
         condition, origin, along = found
         given = sum(part is not None for part, _ in parts)
@@ -195,7 +181,7 @@ class StatementResolver:
         text, own = requirement_text(node), requirement_id(node)
         return entities.Goal(condition, origin, along, text, own, span=node.span)
 
-    def assumption(self, node: AssumeNode) -> entities.Assumption | None:
+    def assumption(self, node: nodes.AssumeNode) -> entities.Assumption | None:
         """What the robot is assumed not to do; None after an error."""
         typer, key = self._typer, None
         if node.communication is not None:
@@ -210,7 +196,7 @@ class StatementResolver:
             key = info.key
             incoming = value_word.response_of(info.name, info.response)
             typer = Typer(self._report, self._types, self._symbols, incoming)
-        condition = typer.check(node.condition, BOOLEAN, "an assumption")
+        condition = typer.check(node.condition, expected.BOOLEAN, "an assumption")
         if condition is None:
             return None
         condition = condition_on_data(condition, self._read)
@@ -219,7 +205,7 @@ class StatementResolver:
         text, own = requirement_text(node), requirement_id(node)
         return entities.Assumption(node.kind, key, condition, text, own, span=node.span)
 
-    def preference(self, node: PreferNode) -> entities.Preference | None:
+    def preference(self, node: nodes.PreferNode) -> entities.Preference | None:
         """The preference; None after an error."""
         code = "preference-on-outgoing"
         preferred = self._groups.commands(node.preferred, code, _CANNOT_PREFER)
@@ -228,15 +214,15 @@ class StatementResolver:
             return None
         return entities.Preference(preferred, over, span=node.span)
 
-    def stop(self, nodes: Sequence[StopNode]) -> str | None:
+    def stop(self, stops: Sequence[nodes.StopNode]) -> str | None:
         """The key of the message that stops the robot; None without one, or after an error."""
-        for node in nodes[1:]:
-            note = errors.Note("the first one is here", nodes[0].span)
+        for node in stops[1:]:
+            note = errors.Note("the first one is here", stops[0].span)
             message = "a robot has one stop command"
             self._report.add("several-stops", node.span, message, "remove one of them", [note])
-        if not nodes or self.stops_with_nothing(nodes):
+        if not stops or self.stops_with_nothing(stops):
             return None
-        access = nodes[0].communication
+        access = stops[0].communication
         info = resolve_communication(access, self._symbols, self._types.scope, self._report)
         if info is not None and info.kind is not events.Kind.INCOMING:
             message = f"'{info.name}' is no incoming message: it cannot be sent as the last command"
@@ -247,21 +233,21 @@ class StatementResolver:
             return None
         return None if info is None else info.key
 
-    def stops_with_nothing(self, nodes: Sequence[StopNode]) -> bool:
+    def stops_with_nothing(self, stops: Sequence[nodes.StopNode]) -> bool:
         """Whether the robot may go on with its last commands: ``nothing``, and no message of it."""
-        if not nodes:
+        if not stops:
             return False
-        access = nodes[0].communication
+        access = stops[0].communication
         bare = access.root.text == keywords.NOTHING and access.index is None and access.path == ()
         return bare and not self._symbols.communications(keywords.NOTHING)
 
-    def provides(self, node: ProvideNode) -> list[entities.Provide]:
+    def provides(self, node: nodes.ProvideNode) -> list[entities.Provide]:
         """The provide statement, and one for each ``else`` of it; none after an error."""
         access = node.communication
         info = self._groups.command(access, "provide-for-outgoing", _CANNOT_PROVIDE, given=True)
         found: list[entities.Provide] = []
         before: list[Expr] = []
-        parts: list[ProvideNode | OtherwiseNode] = [node, *node.otherwise]
+        parts: list[nodes.ProvideNode | nodes.OtherwiseNode] = [node, *node.otherwise]
         for part in parts:
             provide = self._provide(part, info, part.span if before else node.span)
             if provide is None:
@@ -275,7 +261,10 @@ class StatementResolver:
         return found
 
     def _provide(
-        self, node: ProvideNode | OtherwiseNode, info: CommunicationInfo | None, span: source.Span
+        self,
+        node: nodes.ProvideNode | nodes.OtherwiseNode,
+        info: CommunicationInfo | None,
+        span: source.Span,
     ) -> entities.Provide | None:
         typer = self._typer
         if info is not None and may_read_value(node):
@@ -284,7 +273,7 @@ class StatementResolver:
         data = self._data_for(node, info, typer)
         condition = None
         if node.condition is not None:
-            condition = typer.check(node.condition, BOOLEAN, "the condition")
+            condition = typer.check(node.condition, expected.BOOLEAN, "the condition")
             if condition is None:
                 return None
             condition = condition_on_data(condition, self._read)
@@ -297,12 +286,15 @@ class StatementResolver:
     # --- data ------------------------------------------------------------------------------------
 
     def _data_for(
-        self, node: ProvideNode | OtherwiseNode, info: CommunicationInfo | None, typer: Typer
+        self,
+        node: nodes.ProvideNode | nodes.OtherwiseNode,
+        info: CommunicationInfo | None,
+        typer: Typer,
     ) -> entities.Data | None:
         if info is None or info.sent is None:
             return None
         if isinstance(info.sent, NoneType):
-            if node.data == DataObjectNode((), span=node.data.span):
+            if node.data == nodes.DataObjectNode((), span=node.data.span):
                 return entities.DataObject(())
             self._report.add(
                 "nothing-to-provide",

@@ -25,16 +25,7 @@ from robosc.model import diagnostics, entities
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.names.data_directions import types_of
 from robosc.runtime.places import DUE
-from robosc.syntax.nodes import (
-    ActionNode,
-    BehaviourNode,
-    CommunicationNode,
-    ComponentNode,
-    ImportNode,
-    RetryNode,
-    StateNode,
-    VariableNode,
-)
+from robosc.syntax import nodes
 
 
 @dataclass
@@ -46,7 +37,7 @@ class CommunicationInfo:
     used as a command.
     """
 
-    node: CommunicationNode
+    node: nodes.CommunicationNode
     instance: Instance
     kind: Kind
     request: Type | None
@@ -85,7 +76,7 @@ class CommunicationInfo:
     @property
     def replaces(self) -> bool:
         """Whether a goal may replace the one that is busy."""
-        return isinstance(self.node, ActionNode) and self.node.goals is not None
+        return isinstance(self.node, nodes.ActionNode) and self.node.goals is not None
 
     @property
     def events(self) -> tuple[EventKind, ...]:
@@ -161,26 +152,26 @@ class Instance:
     """
 
     name: str
-    node: ComponentNode
+    node: nodes.ComponentNode
     types: TypeTable
     prefix: str | None = ""
-    imported: ImportNode | None = None
-    behaviour: BehaviourNode | None = None
-    duplicate_behaviours: list[BehaviourNode] = field(default_factory=list)
-    states: dict[str, StateNode] = field(default_factory=dict)
+    imported: nodes.ImportNode | None = None
+    behaviour: nodes.BehaviourNode | None = None
+    duplicate_behaviours: list[nodes.BehaviourNode] = field(default_factory=list)
+    states: dict[str, nodes.StateNode] = field(default_factory=dict)
     variables: dict[str, Type | None] = field(default_factory=dict)
-    variable_nodes: dict[str, VariableNode] = field(default_factory=dict)
+    variable_nodes: dict[str, nodes.VariableNode] = field(default_factory=dict)
     communications: dict[str, CommunicationInfo] = field(default_factory=dict)
     performed: dict[str, CommunicationInfo] = field(default_factory=dict)
     original: Instance | None = None
     library: ComponentTable | None = None
 
     @property
-    def declaration(self) -> ComponentNode | ImportNode:
+    def declaration(self) -> nodes.ComponentNode | nodes.ImportNode:
         """The node that gives the component its name in the file."""
         return self.imported or self.node
 
-    def member(self, name: str) -> VariableNode | StateNode | None:
+    def member(self, name: str) -> nodes.VariableNode | nodes.StateNode | None:
         """The variable or, if there is none, the state of a name; None if there is neither."""
         return self.variable_nodes.get(name) or self.states.get(name)
 
@@ -220,7 +211,7 @@ class Instance:
         if command is None or command.is_awaited:
             found.append(PERFORMING)
         items = self.states[path].items
-        if any(isinstance(item, RetryNode) and item.every is not None for item in items):
+        if any(isinstance(item, nodes.RetryNode) and item.every is not None for item in items):
             found.append(WAITING)
         return found
 
@@ -242,15 +233,15 @@ class Instance:
         return [*self.stages(path), *(RETRIES for _ in self._retries(path))]
 
     def _retries(self, path: str) -> list[int]:
-        nodes = (item for item in self.states[path].items if isinstance(item, RetryNode))
-        return [int(node.times.value) for node in nodes if node.times is not None][:1]
+        retries = (item for item in self.states[path].items if isinstance(item, nodes.RetryNode))
+        return [int(node.times.value) for node in retries if node.times is not None][:1]
 
     @property
     def members(self) -> list[str]:
         return [*self.variables, *self.states]
 
 
-def path_of(state: StateNode, inside: str) -> str:
+def path_of(state: nodes.StateNode, inside: str) -> str:
     """The path of a state that stands in the one with the path ``inside``; "": in none."""
     return f"{inside}.{state.name.text}" if inside else state.name.text
 
@@ -307,7 +298,7 @@ class SymbolTable:
     def component(self, name: str) -> Instance | None:
         return self.component_table.instances.get(name)
 
-    def declaration(self, name: str) -> ComponentNode | ImportNode | None:
+    def declaration(self, name: str) -> nodes.ComponentNode | nodes.ImportNode | None:
         """The declaration of a component; None if there is no such component."""
         found = self.component(name)
         return found.declaration if found is not None else None
