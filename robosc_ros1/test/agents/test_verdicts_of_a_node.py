@@ -10,9 +10,11 @@ import pytest
 from emit.generated_code import supervisor_of
 
 from robosc.agents import running
-from robosc.agents.outcomes import CallWatch
-from robosc.agents.running import End, Running, Verdicts
+from robosc.agents.calls import CallWatch
+from robosc.agents.running import End, Running
 from robosc.agents.tools import Tool, tools
+from robosc.view.hub import Hub
+from robosc.view.listening import Heard
 
 MODEL = """robot Door {
     interface lock use SetBool from std_srvs
@@ -38,20 +40,23 @@ MODEL = """robot Door {
 
 def told(kind: str, name: str, value: Any = None, **more: Any) -> str:
     event = {"kind": kind, "name": name, "value": value}
-    return json.dumps({"version": 1, "event": event, "outcome": "applied", **more})
+    more = more if "blocked_by" in more else {"outcome": "applied", **more}
+    return json.dumps({"version": 1, "event": event, **more})
 
 
 class Told:
     """A caller whose node tells these documents before it answers."""
 
-    def __init__(self, verdicts: Verdicts, documents: list[str], end: End) -> None:
-        self._verdicts, self._documents, self._end = verdicts, documents, end
+    def __init__(self, hub: Hub, documents: list[str], end: End) -> None:
+        self._documents, self._end = documents, end
+        self.heard = Heard("/door", hub)
 
     def publish(self, topic: str, data: Any) -> None:
         for document in self._documents:
-            self._verdicts.event(document)
+            self.heard.blocked(document)
+            self.heard.event(document)
 
-    def call(self, name: str, type_: str, data: Any, watch: CallWatch) -> End:
+    def call(self, name: str, type_: str, data: Any, told: Any) -> End:
         self.publish(name, data)
         return self._end
 
@@ -63,17 +68,18 @@ class Told:
 
 @pytest.fixture(scope="module")
 def offered() -> dict[str, Tool]:
-    robot = supervisor_of(MODEL).plant.robot
-    return {tool.name: tool for tool in tools(robot, True)}
+    robot = supervisor_of(MODEL, supervises=True).plant.robot
+    return {tool.name: tool for tool in tools(robot)}
 
 
 def ask(
     tool: Tool, arguments: dict[str, Any], documents: list[str], end: End = ("answered", {})
 ) -> dict[str, Any]:
-    verdicts = Verdicts()
-    caller = Told(verdicts, documents, end)
-    node = Running("/door", caller, verdicts, lambda given: None, guarded=True)  # type: ignore[arg-type, return-value]
-    return node.ask(tool, arguments, CallWatch(lambda report: None)).document()
+    hub = Hub()
+    caller = Told(hub, documents, end)
+    node = Running(caller, hub, lambda given: None, guarded=True)  # type: ignore[arg-type, return-value]
+    found: dict[str, Any] = node.ask(tool, arguments, CallWatch())
+    return found
 
 
 PASSED = told("request", "lock", {"data": True})

@@ -15,7 +15,7 @@ from emit.generated_code import controller_source
 from robosc.plant.automaton import Plant
 from robosc.runtime.model import Controller
 from robosc.simulate.faults import LineFault
-from robosc.simulate.machines import execute, supervised
+from robosc.simulate.machines import execute, generated
 from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker
 from robosc.supervisor import Supervisor
@@ -54,7 +54,7 @@ def tells_apart(supervisor: Supervisor, scripts: list[str], source: str) -> list
     """What a script finds in a controller with this source; nothing: all scripts pass."""
     kind: Any = class_of(source)
     with pytest.MonkeyPatch.context() as patched:
-        for module in (execute, supervised):
+        for module in (execute, generated):
             patched.setattr(module, "make_controller", lambda _: kind())
         for text in scripts:
             session = Session(machine_maker(supervisor, execute=True))

@@ -11,6 +11,7 @@ from robosc.language.events import FOLDERS
 from robosc.language.keywords import starts_of
 from robosc.language.reasons import REASONS
 from robosc.lsp.analysis import Workspace
+from robosc.lsp.completion import member_candidates, statement_candidates
 from robosc.lsp.completion.candidates import (
     COMPARISONS,
     EVENTS,
@@ -22,8 +23,6 @@ from robosc.lsp.completion.candidates import (
     keywords,
     listed_events,
 )
-from robosc.lsp.completion.member_candidates import MemberCandidates
-from robosc.lsp.completion.statement_candidates import ALL_COMMANDS, SENT, StatementCandidates
 from robosc.lsp.interfaces import model_type
 
 _TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
@@ -68,8 +67,8 @@ class _Completer:
     def __init__(self, candidates: Candidates) -> None:
         self._candidates = candidates
         self._context = candidates.context
-        self._members = MemberCandidates(candidates)
-        self._statements = StatementCandidates(candidates)
+        self._members = member_candidates.MemberCandidates(candidates)
+        self._statements = statement_candidates.StatementCandidates(candidates)
 
     def candidates(self) -> Iterator[Candidate]:
         words, last = self._context.words, self._context.last
@@ -103,7 +102,7 @@ class _Completer:
                 yield from self._enum()
             case "commands":
                 yield from self._candidates.communications(
-                    listed_events(self._context.block.header) or SENT
+                    listed_events(self._context.block.header) or statement_candidates.SENT
                 )
             case "data":
                 yield from self._data()
@@ -236,7 +235,7 @@ class _Completer:
             yield from keywords(("to",) if last == "request" else ("from", "to"))
         elif last in ("from", "to"):
             yield from self._candidates.communications(listed_events(words))
-            yield ALL_COMMANDS
+            yield statement_candidates.ALL_COMMANDS
         else:
             yield from keywords(("except",) if {"if", "do", "goto"}.isdisjoint(words) else ())
             guard = "else" if "else" in words else "if"
