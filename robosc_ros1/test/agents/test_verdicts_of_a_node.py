@@ -12,7 +12,9 @@ from emit.generated_code import supervisor_of
 from robosc.agents import running
 from robosc.agents.calls import CallWatch
 from robosc.agents.running import End, Running
+from robosc.agents.simulated import Simulated
 from robosc.agents.tools import Tool, tools
+from robosc.simulate.start import machine_maker
 from robosc.view.hub import Hub
 from robosc.view.listening import Heard
 
@@ -72,6 +74,33 @@ def offered() -> dict[str, Tool]:
     return {tool.name: tool for tool in tools(robot)}
 
 
+LIMITED = """robot Limited {
+    component Base {
+        parameter most: double = 1.0
+        incoming message drive with identifier: "/drive", type: double
+        behaviour { initial marked state on {} }
+    }
+    requirement drive needs value <= Base.most
+    stop with nothing
+}"""
+
+
+def test_what_if_of_a_node_is_with_its_parameters() -> None:
+    supervisor = supervisor_of(LIMITED, supervises=True)
+    make = machine_maker(supervisor, execute=True)
+    hub = Hub()
+    caller = Told(hub, [], ("answered", {}))
+    node = Running(caller, hub, make, guarded=True)  # type: ignore[arg-type]
+    (drive,) = tools(supervisor.plant.robot)
+    state = Simulated(make, {}).state()
+    for most, outcome in ((1.0, "blocked"), (3.0, "sent")):
+        told_ = {**state, "version": 1, "parameters": {"Base/most": most}}
+        caller.heard.state(json.dumps(told_))
+        found = node.what_if([(drive, {"value": 2.0})])
+        assert found["results"][0]["outcome"] == outcome
+        assert "requirement drive needs value <= Base.most" in node.why(drive)
+
+
 def ask(
     tool: Tool, arguments: dict[str, Any], documents: list[str], end: End = ("answered", {})
 ) -> dict[str, Any]:
@@ -82,6 +111,12 @@ def ask(
     return found
 
 
+STRANGE = [
+    '{"version": 1, "outcome": "applied", "event": 3}',
+    '{"version": 1, "outcome": "applied", "event": {"kind": [], "name": {}}}',
+    '{"version": 1, "blocked_by": [], "event": null}',
+    "[",
+]
 PASSED = told("request", "lock", {"data": True})
 BLOCKED = told("request", "lock", {"data": True}, blocked_by=[{"kind": "requirement", "text": "R"}])
 
@@ -98,6 +133,8 @@ BLOCKED = told("request", "lock", {"data": True}, blocked_by=[{"kind": "requirem
         ([told("response", "lock"), BLOCKED], "blocked"),
         ([told("error", "lock"), PASSED, told("response", "lock")], "answered"),
         ([told("request", "lock", {"data": False}), told("response", "lock"), BLOCKED], "blocked"),
+        # What no node tells.
+        ([*STRANGE, PASSED, *STRANGE, told("response", "lock")], "answered"),
     ],
 )
 def test_a_service_that_always_answers(

@@ -90,6 +90,19 @@ def test_a_goal_reports_progress_and_ends_where_its_client_cancels_it(
         node.shows(lambda s: s["communications"]["grab"] != "busy")
 
 
+def test_the_goal_of_a_client_that_is_killed_is_cancelled(
+    guarded: Stage, robot: Puppet, start_agent: StartAgent
+) -> None:
+    with running(guarded, robot, start_agent) as (node, agent):
+        sense(robot, node, 0.1, "obstructed")
+        assert agent.call("stop")["outcome"] == "sent"
+        agent.begin(call="grab", arguments={})
+        node.shows(lambda s: s["communications"]["grab"] == "busy")
+        agent.process.kill()
+        agent.process.wait()
+        robot.wait(lambda line: line.get("cancelled") == "/grab", "the cancel")
+
+
 def test_nothing_is_sent_while_the_operator_holds(
     guarded: Stage, robot: Puppet, start_agent: StartAgent
 ) -> None:

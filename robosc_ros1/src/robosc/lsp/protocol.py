@@ -9,10 +9,8 @@ from urllib.parse import unquote, urlsplit
 from lsprotocol import types
 
 from robosc import errors
-from robosc.lsp import outline, signatures
-from robosc.lsp.actions import Edit
+from robosc.lsp import actions, kinds, outline, signatures
 from robosc.lsp.completion.candidates import Candidate
-from robosc.lsp.kinds import KINDS
 from robosc.lsp.positions import Encoding, range_of
 from robosc.source import Source, Span
 
@@ -41,7 +39,7 @@ def location(span: Span, encoding: Encoding) -> types.Location:
     return types.Location(uri_of(span.source.path), range_(span, encoding))
 
 
-def text_edit(edit: Edit, encoding: Encoding) -> types.TextEdit:
+def text_edit(edit: actions.Edit, encoding: Encoding) -> types.TextEdit:
     return types.TextEdit(range_(edit.span, encoding), edit.text)
 
 
@@ -96,7 +94,7 @@ def document_symbol(entry: outline.OutlineItem, encoding: Encoding) -> types.Doc
     return types.DocumentSymbol(
         name=entry.label,
         detail=entry.detail,
-        kind=types.SymbolKind[KINDS[entry.kind].symbol],
+        kind=types.SymbolKind[kinds.KINDS[entry.kind].symbol],
         range=range_(entry.whole, encoding),
         selection_range=range_(entry.name, encoding),
         children=[document_symbol(child, encoding) for child in entry.children],
@@ -107,7 +105,7 @@ def workspace_symbol(symbol: outline.Found, encoding: Encoding) -> types.Workspa
     return types.WorkspaceSymbol(
         location=location(symbol.item.name, encoding),
         name=symbol.item.label,
-        kind=types.SymbolKind[KINDS[symbol.item.kind].symbol],
+        kind=types.SymbolKind[kinds.KINDS[symbol.item.kind].symbol],
         container_name=symbol.inside or None,
     )
 
@@ -129,7 +127,7 @@ def completion_item(
     is_snippet = "$" in text and snippets
     return types.CompletionItem(
         label=candidate.label,
-        kind=types.CompletionItemKind[KINDS[candidate.kind].item],
+        kind=types.CompletionItemKind[kinds.KINDS[candidate.kind].item],
         detail=candidate.detail or None,
         sort_text=f"{candidate.rank}{candidate.order:05}{candidate.label.casefold()}",
         text_edit=types.TextEdit(place, text if is_snippet else text.replace("$0", "")),

@@ -13,9 +13,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeAlias
 
-from robosc.expr import tree, types
+from robosc.expr import traversal, tree, types
 from robosc.expr.identity_cache import IdentityCache
-from robosc.expr.traversal import reads_value
 from robosc.language import events
 from robosc.model import automata, diagnostics
 from robosc.names import Copy
@@ -305,7 +304,7 @@ class Provide:
     def corrects(self) -> bool:
         """Whether it reads the data that another controller sends."""
         condition = () if self.condition is None else (self.condition,)
-        return any(map(reads_value, (*data_expressions(self.data), *condition)))
+        return any(map(traversal.reads_value, (*data_expressions(self.data), *condition)))
 
     @property
     def deciding(self) -> tree.Expr | None:

@@ -20,7 +20,7 @@ from robosc.model.checks.stopping import check_stop
 from robosc.model.checks.undefined_data import check_undefined_data
 from robosc.model.checks.unused import check_unused
 from robosc.model.checks.used_fields import Usage
-from robosc.model.declarations import servers, state_variables
+from robosc.model.declarations import initial_states, lasting, parameters, servers, state_variables
 from robosc.model.declarations.behaviour import BehaviourResolver
 from robosc.model.declarations.components import (
     bind,
@@ -31,10 +31,7 @@ from robosc.model.declarations.components import (
     join,
 )
 from robosc.model.declarations.datatypes import Given, TypeTable
-from robosc.model.declarations.initial_states import with_initial_states
-from robosc.model.declarations.lasting import with_lasting
 from robosc.model.declarations.named_values import NamedValueTyper
-from robosc.model.declarations.parameters import check_parameters
 from robosc.model.declarations.performing import with_performed
 from robosc.model.declarations.performing_clauses import find_performed, performed_data
 from robosc.model.declarations.statements import StatementResolver, Statements, check_preferences
@@ -108,7 +105,7 @@ class FileResolver:
         robot = self._robot()
         self._scope.names.close()
         if self._scope.node.kind == "robot":
-            check_parameters(robot, self._report)
+            parameters.check_parameters(robot, self._report)
         return FileContents(self._scope, self.types, self.component_table, robot)
 
     def _parameters(self) -> Iterator[RosParameter]:
@@ -261,7 +258,7 @@ class FileResolver:
         if isinstance(node, nodes.ComponentNode):
             instance = tables.Instance(node.name.text, node, self.types)
             self._own_values(instance, self._report)
-            instance.node = with_initial_states(instance, self._report)
+            instance.node = initial_states.with_initial_states(instance, self._report)
             declare(instance, self._report)
         else:
             found = self._imported(node)
@@ -295,7 +292,7 @@ class FileResolver:
     def _check_aside(self, node: nodes.ComponentNode) -> None:
         instance = tables.Instance(node.name.text, node, self.types)
         self._own_values(instance, self._report)
-        instance.node = with_initial_states(instance, self._report)
+        instance.node = initial_states.with_initial_states(instance, self._report)
         declare(instance, self._report)
         self._bind(instance)
         self._find_performed(instance)
@@ -385,7 +382,7 @@ class FileResolver:
         if node.kind == "library":
             return robot
         robot = servers.with_feedback_where_provided(servers.with_one_request_per_server(robot))
-        robot = with_lasting(with_performed(robot), tuple(self._lasting()))
+        robot = lasting.with_lasting(with_performed(robot), tuple(self._lasting()))
         return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
 
     def _add_statements(self, instance: tables.Instance, statements: Statements) -> None:

@@ -11,8 +11,7 @@ from robosc.expr.types import BooleanType, EnumType
 from robosc.expr.undefined_data import defined
 from robosc.language import events, reasons
 from robosc.model.entities import Communication
-from robosc.plant import logic
-from robosc.plant.acceptance import guarded_phase
+from robosc.plant import acceptance, logic
 from robosc.plant.automaton import LocalAutomaton, PhaseStep
 from robosc.plant.data.view import FiniteView, expected_of_error
 from robosc.plant.event_values import values_read
@@ -45,7 +44,7 @@ def divided_phase(
         }
     if all(guard is None for guard in guards.values()):
         return None
-    return guarded_phase(communication.key, phase, guards, communication.span)
+    return acceptance.guarded_phase(communication.key, phase, guards, communication.span)
 
 
 def _possible_error(

@@ -23,10 +23,9 @@ from pyparsing import ParserElement, ZeroOrMore
 
 from robosc.language.tokens import pattern
 from robosc.remedies import write
-from robosc.syntax import declarations, nodes, parse_state
+from robosc.syntax import blocks, declarations, leaves, nodes, parse_state
 from robosc.syntax import terminals as t
 from robosc.syntax.behaviours import behaviour_rule, condition_part
-from robosc.syntax.blocks import Block, Child, Items, Rule, items_of
 from robosc.syntax.elements import (
     built,
     choice,
@@ -39,25 +38,24 @@ from robosc.syntax.elements import (
     terminal,
 )
 from robosc.syntax.expressions import Expression
-from robosc.syntax.leaves import make_name, make_node, make_tuple
 
 # --- components ----------------------------------------------------------------------------------
 
 
-def _component_block() -> Block:
+def _component_block() -> blocks.Block:
     behaviour_block, group = behaviour_rule(), _requirements_block()
     rules = {
         **{word: declarations.communication_rule(word) for word in _COMMUNICATIONS},
-        "behaviour": Rule(
-            nothing(), make_node(nodes.BehaviourNode), block=lambda parts: behaviour_block
+        "behaviour": blocks.Rule(
+            nothing(), leaves.make_node(nodes.BehaviourNode), block=lambda parts: behaviour_block
         ),
         **declarations.value_rules(),
         **_statement_rules(group),
     }
     meant = ((pattern("message"), "write 'incoming message' or 'outgoing message'"),)
-    block = Block(
-        items_of("component", rules, meant=meant),
-        child=Child(behaviour_block, _adopt(nodes.BehaviourNode)),
+    block = blocks.Block(
+        blocks.items_of("component", rules, meant=meant),
+        child=blocks.Child(behaviour_block, _adopt(nodes.BehaviourNode)),
     )
     group.parent = block
     return block
@@ -78,13 +76,13 @@ def _adopt(
     return adopt
 
 
-def _component(block: Block) -> Rule:
+def _component(block: blocks.Block) -> blocks.Rule:
     prefix = label("prefix") - t.string("a string after 'prefix:'")
     argument = built(
-        terminal("(?! prefix ) NAME (?= ':' )", "a name", make_name)
+        terminal("(?! prefix ) NAME (?= ':' )", "a name", leaves.make_name)
         - symbol(":")
         - Expression("a value after ':'"),
-        make_node(nodes.ArgumentNode),
+        leaves.make_node(nodes.ArgumentNode),
     )
     expected = "'prefix:' or the name of a constant or parameter"
     given = either([prefix, argument], expected)
@@ -95,9 +93,9 @@ def _component(block: Block) -> Rule:
         - keyword("import", "'import' and the name of a component")
         - t.name("the name of a component after 'import'")
         - maybe(keyword("with") - first - ZeroOrMore(symbol(",") - given)),
-        make_tuple,
+        leaves.make_tuple,
     )
-    return Rule(
+    return blocks.Rule(
         t.name("a name for the component") - maybe(_several()) - maybe(imported),
         _build_component,
         block=lambda parts: None if parts[2] else block,
@@ -153,18 +151,18 @@ _OPENS_GROUP = (
 """Before requirements in braces: communications in braces are names only."""
 
 
-def _requirements_block() -> Block:
+def _requirements_block() -> blocks.Block:
     """The requirements of a group: such declarations without their first word."""
     begins = pattern("QUALIFIED | '{' | '(' | '!' ")
     words = ("a requirement such as 'command needs condition'",)
-    free = Rule(_untitled(words[0]), _build_member, tail=_clauses_missing)
-    return Block(Items(words, {}, free=free, begins=begins, item=begins, lines=True))
+    free = blocks.Rule(_untitled(words[0]), _build_member, tail=_clauses_missing)
+    return blocks.Block(blocks.Items(words, {}, free=free, begins=begins, item=begins, lines=True))
 
 
-def _requirement(group: Block) -> Rule:
+def _requirement(group: blocks.Block) -> blocks.Rule:
     expected = "a communication or a condition after 'requirement'"
     opens = terminal(f"STRING {_OPENS_GROUP}", "a title", t.build_string)
-    return Rule(
+    return blocks.Rule(
         either([opens, _title() - _untitled(expected)], expected),
         _build_requirement,
         block=lambda parts: group if len(parts) == 1 else None,
@@ -250,14 +248,14 @@ def _build_untitled(
     return nodes.RequirementNode("needs", group, right, to_start, span=span)
 
 
-def _assume() -> Rule:
+def _assume() -> blocks.Rule:
     expected = "a communication, 'always' or 'never' after 'assume'"
     on_message = (
         t.communication(expected)
         - choice("needs", "'needs'")
         - Expression("a condition after 'needs'")
     )
-    return Rule(_title() - either([_invariant(), on_message], expected), _build_assumption)
+    return blocks.Rule(_title() - either([_invariant(), on_message], expected), _build_assumption)
 
 
 def _build_assumption(
@@ -271,14 +269,14 @@ def _build_assumption(
     return nodes.AssumeNode(kind, communication, condition, title, span=span)
 
 
-def _prefer() -> Rule:
+def _prefer() -> blocks.Rule:
     grammar = (
         _title()
         - t.communications("the name of a communication after 'prefer'")
         - keyword("over", "'over' and the name of a communication")
         - t.communications("the name of a communication after 'over'")
     )
-    return Rule(grammar, _build_preference)
+    return blocks.Rule(grammar, _build_preference)
 
 
 def _build_preference(
@@ -288,23 +286,23 @@ def _build_preference(
     return nodes.PreferNode(preferred, over, title, span=reading.span(start, end))
 
 
-def _stop() -> Rule:
+def _stop() -> blocks.Rule:
     grammar = keyword("with", "'with' after 'stop'") - t.communication(
         "the name of an incoming message after 'with'"
     )
-    return Rule(grammar, make_node(nodes.StopNode))
+    return blocks.Rule(grammar, leaves.make_node(nodes.StopNode))
 
 
-def _for(block: Callable[[list[Any]], Block]) -> Rule:
+def _for(block: Callable[[list[Any]], blocks.Block]) -> blocks.Rule:
     grammar = (
         t.name("a name for the index after 'for'")
         - keyword("in", "'in' after the name")
         - t.range_()
     )
-    return Rule(grammar, make_node(nodes.ForNode), block=block)
+    return blocks.Rule(grammar, leaves.make_node(nodes.ForNode), block=block)
 
 
-def _provide() -> Rule:
+def _provide() -> blocks.Rule:
     grammar = (
         t.communication("the name of a communication after 'provide'")
         - keyword("with", "'with' and the data")
@@ -312,8 +310,8 @@ def _provide() -> Rule:
         - maybe(condition_part())
     )
     otherwise = keyword("else") - keyword("with", "'with' and the data") - declarations.data_part()
-    otherwise = built(otherwise - maybe(condition_part()), make_node(nodes.OtherwiseNode))
-    return Rule(grammar - ZeroOrMore(otherwise), _build_provide, tail=_rest_of_provide)
+    otherwise = built(otherwise - maybe(condition_part()), leaves.make_node(nodes.OtherwiseNode))
+    return blocks.Rule(grammar - ZeroOrMore(otherwise), _build_provide, tail=_rest_of_provide)
 
 
 def _build_provide(
@@ -335,7 +333,7 @@ def _rest_of_provide(node: nodes.ProvideNode) -> tuple[str, ...]:
     return ("'else'",) if last else ("'if'",)
 
 
-def _statement_rules(group: Block) -> dict[str, Rule]:
+def _statement_rules(group: blocks.Block) -> dict[str, blocks.Rule]:
     """The rules of the statements that stand in robots and in components."""
     return {"requirement": _requirement(group), "provide": _provide(), "prefer": _prefer()}
 
@@ -343,7 +341,7 @@ def _statement_rules(group: Block) -> dict[str, Rule]:
 # --- files ---------------------------------------------------------------------------------------
 
 
-def _file_block(kind: str) -> Block:
+def _file_block(kind: str) -> blocks.Block:
     component_block, object_block, enum_block = (
         _component_block(),
         declarations.object_rules(),
@@ -360,13 +358,13 @@ def _file_block(kind: str) -> Block:
         "stop": _stop(),
         "for": _for(lambda parts: for_block),
     }
-    for_block = Block(items_of("for", rules))
+    for_block = blocks.Block(blocks.items_of("for", rules))
     if kind == "library":
         for word, plural in _NOT_IN_LIBRARIES.items():
             where = f"write this in {_INSTEAD.get(word, 'a component of it')}"
             rules[word].refusal = f"a library itself cannot contain {plural}: {where}"
-    items = replace(items_of(kind, rules), rules=rules)
-    block = Block(items, child=Child(component_block, _adopt(nodes.ComponentNode)))
+    items = replace(blocks.items_of(kind, rules), rules=rules)
+    block = blocks.Block(items, child=blocks.Child(component_block, _adopt(nodes.ComponentNode)))
     object_block.parent = enum_block.parent = for_block.parent = group.parent = block
     return block
 
@@ -383,12 +381,12 @@ _INSTEAD = dict.fromkeys(("assume", "stop", "for"), "the robot that imports it")
 
 
 @cache
-def robot_block() -> Block:
+def robot_block() -> blocks.Block:
     """The block of a robot: its declarations and statements."""
     return _file_block("robot")
 
 
 @cache
-def library_block() -> Block:
+def library_block() -> blocks.Block:
     """The block of a library: its declarations."""
     return _file_block("library")

@@ -11,7 +11,7 @@ from pyparsing import Forward, ParserElement, ParseResults
 
 from robosc import limits
 from robosc.language.keywords import UNITS
-from robosc.syntax import leaves, nodes, operands, pyparsing_names
+from robosc.syntax import expressions, leaves, nodes, operands, pyparsing_names
 from robosc.syntax.elements import (
     built,
     either,
@@ -22,7 +22,6 @@ from robosc.syntax.elements import (
     symbol,
     terminal,
 )
-from robosc.syntax.expressions import Expression
 from robosc.syntax.parse_state import ParseState, Stop
 
 # A name before a colon is that of the next property: the type before it is missing.
@@ -52,7 +51,7 @@ def communication(expected: str) -> ParserElement:
     indexed = built(
         terminal("NAME (?= '[' )", expected, leaves.make_name)
         - symbol("[")
-        - Expression("an index in '[…]'")
+        - expressions.Expression("an index in '[…]'")
         - symbol("]", "']' after the index")
         - maybe(terminal("'.' WORD", "'.' and the name of a communication", _build_member)),
         _build_indexed,

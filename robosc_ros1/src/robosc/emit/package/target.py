@@ -27,9 +27,7 @@ from robosc.emit.package.package import (
 )
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
-from robosc.emit.supervisor.listening import monitor_context, monitor_readme
-from robosc.emit.supervisor.meant_messages import meant
-from robosc.emit.supervisor.supervisor_package import relay_context
+from robosc.emit.supervisor import listening, meant_messages, supervisor_package
 from robosc.emit.write.line_breaks import break_long_lines
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
@@ -107,9 +105,9 @@ def package_of(
         own = tuple(p for p in context.parameters if p.name != "shadow")
         context = replace(context, parameters=own)
     if mode == "supervisor":
-        context = relay_context(context, supervisor, config, target.action_parts)
+        context = supervisor_package.relay_context(context, supervisor, config, target.action_parts)
     elif mode == "monitor":
-        context = monitor_context(context, supervisor, controls, target.shows_results)
+        context = listening.monitor_context(context, supervisor, controls, target.shows_results)
     readme = readme_context(
         supervisor,
         package,
@@ -117,7 +115,7 @@ def package_of(
         lambda c: (target.identifier(c), target.interface(c)),
     )
     if mode == "monitor":
-        readme = monitor_readme(readme, context, robot, controls)
+        readme = listening.monitor_readme(readme, context, robot, controls)
     modules = target.modules.format(package=package)
     texts = {
         f"{modules}/__init__.py": _data_module(source, f"{context.title} of {robot.name}."),
@@ -207,7 +205,7 @@ def _robot_module(
     kept |= {f"rate/{settings.parameter_name(names[key])}": 0.0 for key in transformed}
     body += assignment("USUAL", {**robot_tables.USUAL, **robot_tables.OF_MODE[mode], **kept})
     body += assignment("TOLD", robot_tables.TOLD[mode])
-    body += assignment("MEANT", meant(robot) if mode != "controller" else {})
+    body += assignment("MEANT", meant_messages.meant(robot) if mode != "controller" else {})
     body += assignment("MESSAGES", messages)
     body += assignment("COMMUNICATIONS", robot_tables.communications_under_test(robot))
     body += assignment("COMMANDS", robot_tables.commands_under_test(robot))

@@ -6,8 +6,7 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from robosc import errors, remedies, source
-from robosc.expr import tree, types
-from robosc.expr.traversal import may_be_undefined, walk
+from robosc.expr import traversal, tree, types
 from robosc.expr.undefined_data import known_condition, none_of
 from robosc.language.events import EventKind, Kind
 from robosc.model import automata
@@ -292,7 +291,7 @@ def _hides(own: automata.Transition, is_rest: bool, common: automata.Transition)
     It does not if its guard reads an optional value, or the reason of an error: the other one is
     for events without a value. The one with ``else`` (``is_rest``) is for those, too.
     """
-    reads = () if own.guard is None or is_rest else walk(own.guard)
+    reads = () if own.guard is None or is_rest else traversal.walk(own.guard)
     if any(
         isinstance(part, tree.ValueRef) and (part.optional or isinstance(part, tree.ReasonRef))
         for part in reads
@@ -312,10 +311,10 @@ def _exclude_each_other(one: tree.Expr | None, other: tree.Expr | None) -> bool:
     """Whether two guards never hold together, which may be unknown."""
     if one is None or other is None:
         return False
-    parts = (*walk(one), *walk(other))
+    parts = (*traversal.walk(one), *traversal.walk(other))
     # The states of other components are not known yet, and what is missing is no value to try.
     if any(isinstance(p, tree.StateRef | tree.PhaseRef | tree.Holds) for p in parts):
         return False
-    if may_be_undefined(one) or may_be_undefined(other):
+    if traversal.may_be_undefined(one) or traversal.may_be_undefined(other):
         return False
     return hold_together([one, other], {}) is False

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.errors import Note
-from robosc.expr.tree import Expr
+from robosc.expr import tree, undefined_data
 from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
-from robosc.expr.undefined_data import condition_on_data
 from robosc.language.events import COMMUNICATIONS, Direction
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication
@@ -272,7 +271,7 @@ def _duration(
     what: str,
     symbols: SymbolTable,
     report: Report,
-) -> Expr | None:
+) -> tree.Expr | None:
     """The duration of an attribute; None if it has none, or after an error."""
     if node is None:
         return None
@@ -295,13 +294,13 @@ def _rate(node: nodes.RateNode | nodes.Name, report: Report) -> float | str:
 
 def _expectation(
     info: CommunicationInfo, node: nodes.ExprNode | None, report: Report
-) -> Expr | None:
+) -> tree.Expr | None:
     """What an ``expect:`` says of a response; None if there is none, or after an error."""
     if node is None:
         return None
     incoming = response_of(info.name, info.response)
     found = Typer(report, info.instance.types, None, incoming).check(node, BOOLEAN, EXPECTATION)
-    return None if found is None else condition_on_data(found)
+    return None if found is None else undefined_data.condition_on_data(found)
 
 
 def _payloads(info: CommunicationInfo) -> Iterator[Payload]:

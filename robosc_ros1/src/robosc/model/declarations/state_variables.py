@@ -6,14 +6,13 @@ from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 from robosc.expr import traversal, tree, types
-from robosc.model import entities
+from robosc.model import diagnostics, entities
 from robosc.model.automata import Assignment
-from robosc.model.diagnostics import Report
 from robosc.model.typing.compatibility import describe
 from robosc.source import Span
 
 
-def select_state_variables(robot: entities.Robot, report: Report) -> entities.Robot:
+def select_state_variables(robot: entities.Robot, report: diagnostics.Report) -> entities.Robot:
     """The robot with ``Variable.in_state`` set; report assigned values that are not finite.
 
     A variable belongs to the state if a guard, a requirement or a provide condition reads it, an
@@ -93,7 +92,7 @@ def _assignments(robot: entities.Robot) -> Iterator[tuple[entities.Component, As
                 yield component, assignment
 
 
-def _check_finite(assignment: Assignment, report: Report) -> None:
+def _check_finite(assignment: Assignment, report: diagnostics.Report) -> None:
     """Report what a finite variable takes from an infinite domain, unless it is only compared."""
     for part in _taken(assignment.value):
         reads = isinstance(part, tree.VariableRef | tree.ValueRef | tree.ParameterRef | tree.Part)

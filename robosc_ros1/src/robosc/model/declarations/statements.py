@@ -22,7 +22,7 @@ from robosc.model.names.communications import report_misdirected, resolve_commun
 from robosc.model.names.groups import GroupResolver
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
 from robosc.model.ros.links import Binder
-from robosc.model.typing import expected, value_word
+from robosc.model.typing import expected, expressions, value_word
 from robosc.model.typing.command_values import (
     CommandTyper,
     may_read_value,
@@ -31,7 +31,6 @@ from robosc.model.typing.command_values import (
     requirement_text,
 )
 from robosc.model.typing.data import DataTyper
-from robosc.model.typing.expressions import Typer
 from robosc.syntax import nodes
 
 _TITLED = (nodes.RequirementNode, nodes.PossibleNode, nodes.AssumeNode, nodes.PreferNode)
@@ -106,7 +105,7 @@ class StatementResolver:
         self._types = types
         self._binder = binder
         self._report = report
-        self._typer = Typer(
+        self._typer = expressions.Typer(
             report,
             types,
             symbols,
@@ -195,7 +194,7 @@ class StatementResolver:
                 return None
             key = info.key
             incoming = value_word.response_of(info.name, info.response)
-            typer = Typer(self._report, self._types, self._symbols, incoming)
+            typer = expressions.Typer(self._report, self._types, self._symbols, incoming)
         condition = typer.check(node.condition, expected.BOOLEAN, "an assumption")
         if condition is None:
             return None
@@ -269,7 +268,7 @@ class StatementResolver:
         typer = self._typer
         if info is not None and may_read_value(node):
             incoming = value_word.Incoming(info.sent, known=info.sent is not None)
-            typer = Typer(self._report, self._types, self._symbols, incoming)
+            typer = expressions.Typer(self._report, self._types, self._symbols, incoming)
         data = self._data_for(node, info, typer)
         condition = None
         if node.condition is not None:
@@ -289,7 +288,7 @@ class StatementResolver:
         self,
         node: nodes.ProvideNode | nodes.OtherwiseNode,
         info: CommunicationInfo | None,
-        typer: Typer,
+        typer: expressions.Typer,
     ) -> entities.Data | None:
         if info is None or info.sent is None:
             return None

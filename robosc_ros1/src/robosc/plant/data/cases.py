@@ -14,8 +14,7 @@ from math import prod
 from typing import Any
 
 from robosc import limits
-from robosc.expr import tree, types
-from robosc.expr.evaluation import evaluate
+from robosc.expr import evaluation, tree, types
 from robosc.expr.traversal import fold, may_be_undefined, parameters_of, walk, with_operands
 from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.plant.places import each_place
@@ -68,7 +67,7 @@ def _by_values(
 ) -> tree.Expr:
     if not read:
         # An undefined condition does not hold.
-        return tree.TRUE if evaluate(tree.Holds(expr), given.get) else tree.FALSE
+        return tree.TRUE if evaluation.evaluate(tree.Holds(expr), given.get) else tree.FALSE
     first, *others = read
     cases: dict[tree.Expr, list[tree.Expr]] = {}
     for value in types.domain(first.type) or ():
@@ -119,7 +118,7 @@ def _shortened(expr: tree.Expr) -> tree.Expr:
             return known or every
     constant = all(isinstance(part, tree.Literal) for part in expr.operands)
     if constant and not any(True for _ in parameters_of(expr)):
-        return _literal(evaluate(expr, _nothing), expr.type)
+        return _literal(evaluation.evaluate(expr, _nothing), expr.type)
     return expr
 
 

@@ -12,8 +12,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from robosc import limits
-from robosc.errors import UsageError, counted, listing
+from robosc import errors, limits
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.model.automata import RESTING
 from robosc.plant.automaton import Event
@@ -150,12 +149,12 @@ class Session:
             able = [e for e in found if self.machine.can(e, None)]
             if not able:
                 raise Refused(
-                    f"{listing([machine.label(e) for e in found], 'or')} cannot happen now"
+                    f"{errors.listing([machine.label(e) for e in found], 'or')} cannot happen now"
                 )
             found = machine.without_timeouts(able)
         if len(found) > 1:
             raise InvalidLine(
-                f"'{text}' can mean {listing([machine.label(e) for e in found], 'or')}"
+                f"'{text}' can mean {errors.listing([machine.label(e) for e in found], 'or')}"
             )
         return found[0]
 
@@ -272,7 +271,7 @@ class Session:
             step = self.machine.draw(rng)
             if step is None:
                 return self._did(
-                    happenings, f"after {counted(taken, 'step')} nothing can happen any more"
+                    happenings, f"after {errors.counted(taken, 'step')} nothing can happen any more"
                 )
             happenings += self._wait_for(step) if isinstance(step, float) else self._fire(*step)
         return self._did(happenings, f"seed {seed}")
@@ -327,7 +326,7 @@ class Session:
         if not found:
             names = [machine.label(c.event) for c in commands]
             near = get_close_matches(rest, names, 1)
-            hint = f"did you mean '{near[0]}'?" if near else f"there are {listing(names)}"
+            hint = f"did you mean '{near[0]}'?" if near else f"there are {errors.listing(names)}"
             raise InvalidLine(f"there is no command '{rest}'; {hint}")
         return Done(text=self.about(found))
 
@@ -341,7 +340,7 @@ class Session:
         event = command.event
         supervisor = self.machine.supervisor
         robot = supervisor.plant.robot
-        waits_for = listing(command.waits_for)
+        waits_for = errors.listing(command.waits_for)
         enabled = f"enabled, but {waits_for} is preferred and sent" if waits_for else "enabled"
         title = machine.label(event) if one else event_text(event)
         lines = [title, *(f"  now: {reason}" for reason in command.reasons or [enabled])]
@@ -400,7 +399,7 @@ class Session:
             Path(rest).expanduser().write_text(self.script(), encoding="utf-8")
         except (OSError, ValueError, RuntimeError) as error:
             raise InvalidLine(f"cannot write {rest}: {_reason(error)}") from None
-        return Done(text=f"{rest} has {counted(len(self.history), 'step')}")
+        return Done(text=f"{rest} has {errors.counted(len(self.history), 'step')}")
 
     def _play(self, rest: str) -> Done:
         if not rest:
@@ -432,7 +431,7 @@ def read_lines(path: str) -> list[str]:
         text = read_bytes(str(Path(path).expanduser()), "script").decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InvalidLine(f"{path} is not UTF-8 text") from None
-    except (UsageError, RuntimeError) as error:
+    except (errors.UsageError, RuntimeError) as error:
         raise InvalidLine(str(error)) from None
     # Unlike str.splitlines: strings may hold other separators of lines.
     return [line.rstrip("\r\n") for line in io.StringIO(text, newline="\n")]
