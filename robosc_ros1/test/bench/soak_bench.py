@@ -1,4 +1,4 @@
-"""Generated nodes of all four kinds for a long time, beside bare relays: latency, memory, threads, files.
+"""Generated nodes of all four kinds for a long time beside bare relays: time, memory, files.
 
 ``./dev bench soak``, ``-- --seconds 1200`` for a long one. Controllers and supervisors of
 ``soak.rscd`` run on ROS 1 and ROS 2 at once, each with 20 scans of 360 numbers per second. Needs
@@ -87,9 +87,8 @@ def main(arguments: list[str] | None = None) -> int:
             assert time.monotonic() < end, "the nodes that measure did not end"
             for name, pid in nodes.items():
                 memory[name].append(resident(pid))
-                held[name].append(
-                    tuple(len(os.listdir(f"/proc/{pid}/{x}")) for x in ("task", "fd"))
-                )
+                kinds = (f"/proc/{pid}/{kind}" for kind in ("task", "fd"))
+                held[name].append(tuple(len(os.listdir(kind)) for kind in kinds))
             time.sleep(1.0)
         time.sleep(1.0)
         taken = [json.loads(file.read_text(encoding="utf-8")) for file in found]
