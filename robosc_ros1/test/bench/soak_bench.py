@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
-import os
 import subprocess
 import tempfile
 import time
@@ -87,8 +86,10 @@ def main(arguments: list[str] | None = None) -> int:
             assert time.monotonic() < end, "the nodes that measure did not end"
             for name, pid in nodes.items():
                 memory[name].append(resident(pid))
-                kinds = (f"/proc/{pid}/{kind}" for kind in ("task", "fd"))
-                held[name].append(tuple(len(os.listdir(kind)) for kind in kinds))
+                process = Path(f"/proc/{pid}")
+                held[name].append(
+                    tuple(sum(1 for _ in (process / kind).iterdir()) for kind in ("task", "fd"))
+                )
             time.sleep(1.0)
         time.sleep(1.0)
         taken = [json.loads(file.read_text(encoding="utf-8")) for file in found]
