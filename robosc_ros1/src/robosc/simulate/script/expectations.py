@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
 
@@ -26,7 +26,7 @@ from robosc.simulate.machines.machine import (
 )
 from robosc.simulate.script.conditions import condition
 from robosc.simulate.values.event_data import complete
-from robosc.simulate.values.literals import literal_text, parse_raw, path_in
+from robosc.simulate.values.literals import by_path, literal_text, parse_raw, path_in
 
 _SENT = re.compile(rf"({EVENT_NAME})(?:\s*\*\s*(\d{{1,6}}))?", re.ASCII)
 
@@ -178,7 +178,7 @@ def _data(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
     data: Any = values.jsonable(sent[-1].value)
     if not isinstance(data, dict):
         data = {} if data is None else {"": data}
-    names = list(_leaves(data))
+    names = list(by_path(data))
     if not isinstance(wanted, dict):
         if len(names) != 1:
             raise InvalidLine(f"write which part: {', '.join(names) or 'it has none'}")
@@ -194,15 +194,6 @@ def _data(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
             raise Failed(f"{path} was not sent; sent were {there}") from None
         if not _same(found, values.jsonable(value)):
             raise Failed(f"{path} was {literal_text(found)}, not {literal_text(value)}")
-
-
-def _leaves(data: Mapping[str, Any], before: str = "") -> Iterator[str]:
-    """The paths of nested fields, down to what is no object: ``linear.x``."""
-    for name, value in data.items():
-        if isinstance(value, dict):
-            yield from _leaves(value, f"{before}{name}.")
-        else:
-            yield before + name
 
 
 def _same(left: Any, right: Any) -> bool:
