@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from robosc.emit.controller.whole_guards import whole_guards
-from robosc.expr.evaluation import evaluate, scalar_of
+from robosc.expr.evaluation import as_read, evaluate, part_of_value, scalar_of
 from robosc.expr.traversal import path_text, walk
 from robosc.expr.tree import (
     REASON,
@@ -51,6 +51,15 @@ Carried: TypeAlias = Mapping[Any, Any]
 Function: TypeAlias = Callable[[State, Carried], Any]
 
 NOTHING: Carried = {}
+
+
+class _Unknown(dict[Any, Any]):
+    def get(self, key: Any, default: Any = None) -> Any:
+        raise KeyError(key)
+
+
+UNKNOWN: Carried = _Unknown()
+"""Stands for anything that an event may carry."""
 LATE: Carried = {(): None, REASON: "timeout"}
 """What an error carries that time has caused."""
 
@@ -74,6 +83,8 @@ def function(expr: Expr) -> Function:
             return lambda s, v: _need(s[key])
         case ValueRef(path=path):
             return lambda s, v: _need(v.get(path))
+        case ElementRef(variable=variable, path=path, carried=read):
+            return lambda s, v: as_read(part_of_value(v[variable], path), read)
         case Binary() if expr.operation.is_lazy:
             left, right, row = function(expr.left), function(expr.right), expr.operation
             return lambda s, v: row.decided if left(s, v) is row.decider else right(s, v)
@@ -89,7 +100,7 @@ def function(expr: Expr) -> Function:
 def _is_plain(expr: Expr) -> bool:
     """Whether all operands are always evaluated, with nothing bound in them."""
     return not any(
-        isinstance(part, Aggregate | ElementRef | Holds)
+        isinstance(part, Aggregate | Holds)
         or (isinstance(part, Call) and part.operator == "else")
         for part in walk(expr)
     )
@@ -129,15 +140,22 @@ def holds(condition: Function, state: State, carried: Carried = NOTHING) -> bool
 class ExactEdge:
     """An edge of a component, compiled.
 
-    ``assigned`` are variables with their new values, their types, and whether they are in the
-    state of the plant: those that are not stay as they are where a value leaves their range.
+    ``name`` is its line, and where it leads if it leaves its location. ``assigned`` are variables
+    with their new values, their types, and whether they are in the state of the plant: those that
+    are not stay as they are where a value leaves their range. ``made`` are the values as
+    expressions.
     """
 
-    line: int
+    name: tuple[int, str]
     guard: Function | None
     condition: Expr | None
     assigned: tuple[tuple[str, Function, Any, bool], ...]
+    made: tuple[Expr, ...]
     target: str
+
+    def is_open(self, state: State, carried: Carried) -> bool:
+        """Whether its guard holds."""
+        return self.guard is None or holds(self.guard, state, carried)
 
 
 @dataclass(frozen=True)
@@ -151,7 +169,7 @@ class Partner:
 
     def edge(self, state: State, carried: Carried) -> ExactEdge | None:
         for edge in self.edges.get(state[self.place], ()):
-            if edge.guard is None or holds(edge.guard, state, carried):
+            if edge.is_open(state, carried):
                 return edge
         return None
 
@@ -365,16 +383,18 @@ class Steps:
         name = f"~{variable.name}" if variable.kind is VariableKind.PHASE else variable.name
         edges: dict[str, list[ExactEdge]] = {}
         for edge in automaton.edges:
-            found = edges.setdefault(str(variable.values[edge.source]), [])
+            source, target = (str(variable.values[n]) for n in (edge.source, edge.target))
+            found = edges.setdefault(source, [])
             condition = None if edge.guard is None else exact(edge.guard)
             keys = [(f"{automaton.component}.{a.variable}", a.value) for a in edge.assignments]
             found.append(
                 ExactEdge(
-                    edge.span.line,
+                    (edge.span.line, "" if source == target else target),
                     None if condition is None else function(condition),
                     condition,
                     tuple((k, function(v), *self._kind(k)) for k, v in keys),
-                    str(variable.values[edge.target]),
+                    tuple(v for _, v in keys),
+                    target,
                 )
             )
         return Partner(automaton.component, name, automaton.blocking, edges)
@@ -428,6 +448,16 @@ class Steps:
                 return {**sent, **fields}, {path_text(p): v for p, v in fields.items()}
         return sent, {}
 
+    def reads_data(self, step: ExactStep) -> bool:
+        """Whether what a command carries decides whether it is allowed."""
+        demands = [self.robot.requirements[n].condition for n in step.event.requirements]
+        guard = self.guards.get(step.event.identity)
+        demands += [] if guard is None else [guard.expr]
+        leaves = (leaf for one in demands for leaf in walk(exact(one)))
+        return step.event.key in self.robot.corrected or any(
+            isinstance(leaf, ValueRef) for leaf in leaves
+        )
+
     def comes_by_time(self, step: ExactStep) -> bool:
         """Whether time brings an event, and nothing else."""
         return step.event.kind.clocked or step.event.identity in self.by_time
@@ -435,7 +465,7 @@ class Steps:
     def refusal_of(self, step: ExactStep) -> ExactStep | None:
         """The error as which an answer counts that is not as expected; None: none is expected."""
         event = step.event
-        if event.kind is not EventKind.RESPONSE or step.phase is None:
+        if event.kind is not EventKind.RESPONSE:
             return None
         if self.robot.communications[event.key].expect is None:
             return None

@@ -20,7 +20,7 @@ from robosc.expr.types import IntegerType, domain
 from robosc.language.events import Kind
 from robosc.runtime.values import Undefined
 from robosc.traces.attempts import attempted
-from robosc.traces.coverage import Case, Coverage
+from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
@@ -29,10 +29,11 @@ BUDGET, LEAST = 20000, 60
 LARGE = 300
 """So many cases a model may have before less is tried: more cases take longer for each input."""
 USUAL, TRIES = 8, 80
-"""So many samples of an event are tried in each node, and more where there are few events."""
+"""So many samples of an event are tried in each node, and more where there are few events; the
+most are tried where its components are for the first time."""
 
-CONVERTED, FIRST = 16, 8
-"""So many samples are tried in the first nodes where enums convert them."""
+CONVERTED = 16
+"""So many samples are tried where enums convert them."""
 
 COUNTED = 6
 """So far states differ in what a model counts."""
@@ -67,18 +68,20 @@ class InputGraph:
         self._nodes: dict[Any, Node] = {}
         self._expanded: Counter[Any] = Counter()
         self._waiting: list[tuple[int, int, Node]] = []
+        self._places_tried: set[Any] = set()
         self._converted: set[int] = set()
         """The events of whose value an enum makes another one."""
         self._promising: deque[tuple[Node, ExactStep, Sample]] = deque()
         near: dict[Case, set[Case]] = {}
         for case in coverage.cases:
-            if case[0] in ("demand", "edge", "provide") and case[-1]:
+            if case[0] in ("demand", "edge", "made", "provide") and case[-1]:
                 for value in (True, False):
                     near.setdefault((*case[:-2], value, ""), set()).add(case)
         self._near = {case: frozenset(others) for case, others in near.items()}
         robot = steps.robot
         self._atoms = list({id(a): a for a in coverage.atoms()}.values())
         self._finite = [k for k, v in robot.variables.items() if domain(v.type) is not None]
+        self._infinite = [k for k in robot.variables if k not in self._finite]
         self._counters = [k for k in dict.fromkeys(_counters(steps)) if k not in self._finite]
         self._places = [c.name for c in robot.components if c.behaviour is not None]
         calls = (Kind.OUTGOING, Kind.INCOMING)
@@ -151,16 +154,38 @@ class InputGraph:
             samples = [s for s in self._samples.of(step.event) if is_meant(self._meant, key, s.raw)]
             return samples[:TRIES]
         states = self._places_of(step)
-        found: dict[Any, Sample] = {}
+        found: dict[Any, list[tuple[Sample, list[State | None]]]] = {}
         for sample in self._samples.of(step.event):
-            ends = (step.after(state, sample.parts) for state in states)
-            keys = tuple(None if end is None else self._key(end)[1] for end in ends)
-            found.setdefault(keys, sample)
+            ends = [step.after(state, sample.parts) for state in states]
+            keys = tuple(self._shown(step, s, sample, e) for s, e in zip(states, ends, strict=True))
+            alike = found.setdefault(keys, [(sample, ends)])
+            if len(alike) == 1 and self._differ(alike[0][1], ends):
+                alike.append((sample, ends))
+        firsts = [alike[0][0] for alike in found.values()]
         if self._samples.converts(step.event):
-            more = self._samples.of(step.event)[:CONVERTED]
+            firsts += self._samples.of(step.event)[:CONVERTED]
             self._converted.add(step.number)
-            return list(dict.fromkeys([*found.values(), *more]))
-        return list(found.values())
+        seconds = [sample for alike in found.values() for sample, _ in alike[1:]]
+        return list(dict.fromkeys([*firsts, *seconds]))
+
+    def _shown(self, step: ExactStep, state: State, sample: Sample, end: State | None) -> Any:
+        """What a sample does in a state."""
+        if end is not None:
+            return self._key(end)[1], frozenset(
+                self.coverage.of_step(step, state, sample.parts, end)
+            )
+        if self.steps.refusal_of(step) is None:
+            return None
+        return frozenset(self.coverage.of_refusal(step, state, sample.parts))
+
+    def _differ(self, ends: list[State | None], others: list[State | None]) -> bool:
+        """Whether all that decides nothing has become something else, where it was assigned."""
+        pairs = [(a, b) for a, b in zip(ends, others, strict=True) if a and b]
+        return all(
+            a[key] != b[key] or a[key] == self.steps.initial[key] == b[key]
+            for a, b in pairs
+            for key in self._infinite
+        ) and any(a != b for a, b in pairs)
 
     def _places_of(self, step: ExactStep) -> list[State]:
         """States in which each component is at each place that it leaves with an event."""
@@ -182,9 +207,10 @@ class InputGraph:
         self._expanded[node.kind] += 1
         for step, samples in self._inputs:
             if step.event.kind.sent or step.in_phase(node.state):
-                is_first = step.number in self._converted and node.number < FIRST
+                places = step.number, tuple(node.state[p.place] for p in step.partners)
                 usual = self._attempts if step.event.controllable else self._usual
-                self._try(node, step, samples[: CONVERTED if is_first else usual])
+                self._try(node, step, samples[: usual if places in self._places_tried else TRIES])
+                self._places_tried.add(places)
 
     def _refine(self, node: Node, step: ExactStep, sample: Sample) -> None:
         """Try what differs little from a sample that has shown that a number decides."""
@@ -215,7 +241,7 @@ class InputGraph:
         """The state after an input and all that follows, and the cases that it shows; None if it is
         not possible, or if fields of 32 bits make a difference."""
         cases: set[Case] = set()
-        parts, rounded = sample.parts, sample.rounded
+        parts, rounded, begun = sample.parts, sample.rounded, state
         if step.event.controllable:
             return self._attempted(state, step, parts)
         after = step.after(state, parts)
@@ -243,7 +269,7 @@ class InputGraph:
         for taken, before, after in self.steps.settled(state):
             cases |= self.coverage.of_step(taken, before, taken.carried(before), after)
             state = after
-        cases |= self.coverage.of_state(state)
+        cases |= self.coverage.of_state(state) | through(step, begun, state)
         return state, frozenset(cases)
 
     def _attempted(

@@ -43,6 +43,8 @@ class Player:
         self._topics = {key: topic for topic, _, keys in TABLES.publications for key in keys}
         self._step = steps[0]
         self._judged = 0
+        self._astray = []
+        """Delays that ran in states of components in which these were not."""
         self._last = []
         """What was sent last: the events, with the messages that arrived."""
         self._found, self._forbidden = set(), set()
@@ -87,6 +89,7 @@ class Player:
     def on_state(self, document):
         with self._changed:
             self._state = document
+            self._astray = self._astray or list(astray(document))
             self._changed.notify_all()
 
     def on_report(self, stamp):
@@ -132,6 +135,8 @@ class Player:
                     self._expect(text, count)
                 if len(self._events) == count:
                     self._settle()
+                if self._astray:
+                    raise Fault("the delay of %s runs elsewhere" % self._astray[0])
             except Fault as fault:
                 if fault.step is not None:
                     step, line = fault.step, fault.step.number
@@ -377,6 +382,17 @@ class Player:
                 % (name, kind, told() or "(it is enabled)", because or "enabled")
             ),
         )
+
+
+def astray(state):
+    """Yield the delays in a document of ``~state`` that run though their component is elsewhere."""
+    for name in state["clocks"].keys() - state["communications"].keys():
+        place, _, stage = name.partition(" ")
+        heres = (".".join(item) + "." for item in state["components"].items())
+        if not any(here.startswith(place + ".") for here in heres) or (
+            stage and state["variables"].get(name) is False
+        ):
+            yield name
 
 
 def bare(message):
