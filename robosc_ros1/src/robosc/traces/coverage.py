@@ -270,6 +270,15 @@ class Coverage:
                 self._see_edges(step, partner, state, carried, found, False)
         return found
 
+    def of_refused_call(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
+        """The cases of a call that no component takes."""
+        found: set[Case] = {("refused", step.number, "idle")}
+        for partner in step.partners:
+            found.add(("refused", step.number, partner.component, state[partner.place]))
+            self._see_edges(step, partner, state, carried, found, False)
+            self._see_stays(step, partner, state, carried, found)
+        return found
+
     def allows(self, step: ExactStep, state: State, carried: Carried) -> bool:
         """Whether a command of another controller may pass."""
         rule = self.rules_by_number[step.number]

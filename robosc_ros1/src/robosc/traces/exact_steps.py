@@ -471,6 +471,14 @@ class Steps:
             return None
         return self.by_event.get((EventKind.ERROR, event.key, 0))
 
+    def refuses(self, step: ExactStep, state: State) -> bool:
+        """Whether a call that cannot happen is one that the controller refuses, and could take."""
+        return (
+            step.event.kind is EventKind.CALL
+            and not self.guards_others
+            and state[f"~{step.event.key}"] == "idle"
+        )
+
     def enabled(self, step: ExactStep, state: State) -> bool:
         """Whether a command is allowed, and no enabled command is preferred to it."""
         others = self.preferred.get(step.event.command, ()) if step.event.kind.sent else ()

@@ -17,7 +17,7 @@ from robosc.expr.tree import ParameterRef
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType, Type
 from robosc.language.events import EventKind, Kind
 from robosc.model.stages import told_stages
-from robosc.runtime.places import place_of, stage_of
+from robosc.runtime.places import place_of, stage_of, stands_in
 from robosc.runtime.settings import parameter_name
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.machines.execute import Execution, read_settings
@@ -41,6 +41,8 @@ RATE = 1.0
 MARGIN = 0.01
 """Seconds before a message would be silent in which it is sent again."""
 LONGEST = 60.0
+"""Seconds: while more time passes, messages are not sent again."""
+NEVER = 1000.0
 """Seconds: longer times of the model are not waited for."""
 LONGEST_BEAT = 1.1
 """Seconds: what is sent more seldom is not waited for."""
@@ -220,16 +222,28 @@ class Recorder:
     def _await(self, step: ExactStep) -> None:
         """Let time pass until an event that it causes, while messages stay fresh."""
         target = step.phase or ""
-        begun = self.machine.time
+        left = self._time_to(step)
+        if left > LONGEST:
+            if left <= NEVER:
+                self._wait(_up(left), step)
+            return
         for _ in range(BEATS):
             if self.is_over or not step.in_phase(self.state):
                 return
             delay = self._next(set(self._fresh(target)))
-            if delay is None or self.machine.time + delay - begun > LONGEST:
+            if delay is None:
                 return
             part = self._kept_fresh(delay, target)
             if not self.is_over and self._wait(_up(part), step):
                 return
+
+    def _time_to(self, step: ExactStep) -> float:
+        """The seconds until time brings an event; 0: that depends on more than a delay."""
+        if step.phase in self._heard:
+            return self._left(step.phase)
+        heres = [f"{p.component}.{self.state[p.place]}" for p in step.partners]
+        clocks = self.machine.clocks.items()
+        return max((t for n, t in clocks if any(stands_in(h, n) for h in heres)), default=0.0)
 
     def _wait(self, time: float, until: ExactStep | None = None) -> bool:
         """Let time pass; whether an event happened then."""
@@ -281,6 +295,10 @@ class Recorder:
         """Let the plant take an event that the controller reports."""
         found = self._by_name[happening.kind, happening.name, happening.index]
         refusal = None if step is None else self._steps.refusal_of(step)
+        if happening.outcome == "refused" and found is step:
+            if step.after(self.state, parts) is not None:
+                raise Disagreement
+            return self._coverage.of_refused_call(step, self.state, parts)
         if happening.outcome != "applied":
             if found.event.controllable and not found.allowed(self.state):
                 return set()  # there are no data for it

@@ -38,6 +38,9 @@ CONVERTED = 16
 COUNTED = 6
 """So far states differ in what a model counts."""
 
+FAILURES = 2
+"""An edge that has led elsewhere so often is no way any more."""
+
 SILENT = Sample("", {}, NOTHING)
 """What time brings."""
 Move: TypeAlias = tuple[ExactStep, Sample]
@@ -64,6 +67,8 @@ class InputGraph:
         self.seen: set[Case] = set()
         """All cases that some edge shows."""
         self.tried = 0
+        self.failures: Counter[int] = Counter()
+        """How often an edge has led elsewhere, since it stands for a class of states."""
         self._budget = scaled(BUDGET, coverage)
         self._nodes: dict[Any, Node] = {}
         self._expanded: Counter[Any] = Counter()
@@ -174,6 +179,8 @@ class InputGraph:
             return self._key(end)[1], frozenset(
                 self.coverage.of_step(step, state, sample.parts, end)
             )
+        if self.steps.refuses(step, state):
+            return frozenset(self.coverage.of_refused_call(step, state, sample.parts))
         if self.steps.refusal_of(step) is None:
             return None
         return frozenset(self.coverage.of_refusal(step, state, sample.parts))
@@ -245,6 +252,8 @@ class InputGraph:
         if step.event.controllable:
             return self._attempted(state, step, parts)
         after = step.after(state, parts)
+        if after is None and self.steps.refuses(step, state):
+            return state, frozenset(self.coverage.of_refused_call(step, state, parts))
         if after is None and (refusal := self.steps.refusal_of(step)) is not None:
             cases |= self.coverage.of_refusal(step, state, parts)
             step, parts = refusal, refused(parts)
@@ -297,6 +306,8 @@ class InputGraph:
             if reach is not None and depth > reach:
                 break
             for edge in node.edges:
+                if self.failures[id(edge)] >= FAILURES:
+                    continue
                 count = len(edge[2] & wanted)
                 if count and (best is None or count > best[0]):
                     best, reach = (count, node, edge), depth

@@ -12,12 +12,13 @@ from typing import Any
 
 from robosc.errors import StateSpaceError
 from robosc.plant.automaton import Plant, PlantState, VariableKind
+from robosc.runtime.values import Undefined
 from robosc.synthesis.explore import explore
 from robosc.traces.coverage import Case, Coverage, JudgedEdge
 from robosc.traces.deciding_atoms import DecidedCondition, Outcome, possible_values
-from robosc.traces.exact_steps import ExactStep, State
+from robosc.traces.exact_steps import UNKNOWN, ExactStep, Function, State
 
-STATES = 2000
+STATES = 10000
 """So many states are looked at; of a larger system nothing is proved."""
 _KNOWN = (VariableKind.LOCATION, VariableKind.ASSUMPTION, VariableKind.PHASE)
 
@@ -114,12 +115,20 @@ class _PossibleCases:
                 yield from (("edge", *case, *one) for one in outcomes)
             if True in values:
                 yield "taken", *case
-                yield from (("assigned", *case, key) for key, *_ in judged.edge.assigned)
+                for key, value, *_ in judged.edge.assigned:
+                    if self._may_change(key, value):
+                        yield "assigned", *case, key
                 for key, condition in judged.made.items():
                     for outcomes in self._possible(condition).values():
                         yield from (("made", *case, key, *one) for one in outcomes)
             if False not in values:
                 break
+
+    def _may_change(self, key: str, value: Function) -> bool:
+        try:
+            return bool(value(self._state, UNKNOWN) != self._state[key])
+        except (Undefined, KeyError):
+            return True
 
     def _values(self, judged: JudgedEdge) -> set[bool]:
         return {True} if judged.guard is None else set(self._possible(judged.guard))
