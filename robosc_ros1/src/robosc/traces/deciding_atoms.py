@@ -13,13 +13,12 @@ from robosc.runtime.values import Undefined
 from robosc.traces.exact_steps import NOTHING, UNKNOWN, Carried, Function, State, function, holds
 from robosc.traces.samples import NEAR
 
-
 Outcome: TypeAlias = tuple[int, bool, str]
 """The number of an atom, whether it holds, and where its left number lies from its right one, if
 that is near; else ``""``."""
 Possible: TypeAlias = dict[bool, frozenset[Outcome]]
-"""Where not all is known: the values that a condition may have, each with the outcomes of atoms that
-may alone decide it."""
+"""Where not all is known: the values that a condition may have, each with the outcomes of atoms
+that may alone decide it."""
 NEARS = ("", "at", "below", "above")
 _Decision: TypeAlias = tuple[bool, tuple[tuple[int, Carried], ...]]
 
@@ -88,10 +87,13 @@ class DecidedCondition:
                     return not value, atoms
 
                 return negated, lambda s: {not value: a for value, a in may(s).items()}
-            case Binary(operator="and" | "or" | "=>" | "=" | "!=" as word, left=left, right=right) if (
-                left.type == BooleanType()
-            ):
-                (first, may_first), (second, may_second) = self._compiled(left), self._compiled(right)
+            case Binary(
+                operator="and" | "or" | "=>" | "=" | "!=" as word, left=left, right=right
+            ) if left.type == BooleanType():
+                (first, may_first), (second, may_second) = (
+                    self._compiled(left),
+                    self._compiled(right),
+                )
                 table = _TABLES[word]
 
                 def joined(s: State, v: Carried) -> _Decision:

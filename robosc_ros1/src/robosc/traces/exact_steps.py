@@ -100,8 +100,7 @@ def function(expr: Expr) -> Function:
 def _is_plain(expr: Expr) -> bool:
     """Whether all operands are always evaluated, with nothing bound in them."""
     return not any(
-        isinstance(part, Aggregate | Holds)
-        or (isinstance(part, Call) and part.operator == "else")
+        isinstance(part, Aggregate | Holds) or (isinstance(part, Call) and part.operator == "else")
         for part in walk(expr)
     )
 
@@ -152,6 +151,8 @@ class ExactEdge:
     assigned: tuple[tuple[str, Function, Any, bool], ...]
     made: tuple[Expr, ...]
     target: str
+    entered: frozenset[str]
+    """The states, also those with states in them, whose delays begin or end with it."""
 
     def is_open(self, state: State, carried: Carried) -> bool:
         """Whether its guard holds."""
@@ -395,6 +396,7 @@ class Steps:
                     tuple((k, function(v), *self._kind(k)) for k, v in keys),
                     tuple(v for _, v in keys),
                     target,
+                    frozenset((*edge.outer, *((source, target) if edge.enters else ()))),
                 )
             )
         return Partner(automaton.component, name, automaton.blocking, edges)
@@ -421,8 +423,7 @@ class Steps:
 
     @property
     def inputs(self) -> list[ExactStep]:
-        """What comes from outside: the robot's events, and the commands of another controller.
-        To monitors no time passes in runs."""
+        """What comes from outside: the robot's events, and the commands of another controller."""
         if not self.guards_others:
             return [s for s in self.steps if not s.event.controllable]
         found = [s for s in self.steps if not s.event.controllable]

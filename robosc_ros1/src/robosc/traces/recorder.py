@@ -52,6 +52,9 @@ TOGETHER = 0.002
 """Seconds: what the clock brings within this time comes with one wait."""
 PARTS = 4
 """The most parts of a period that pass one by one, since messages are to be sent in between."""
+TOLD = 10000
+"""Characters of all variables, if they are as long as an object; in ``~state`` longer ones are cut.
+"""
 BEATS = 400
 """The most moments of a clock that one wait may have."""
 
@@ -113,11 +116,10 @@ class Recorder:
         self._robot = steps.robot
         self.state: State = steps.initial
         self.is_over = False
-        self._stages: dict[tuple[str, str], list[str]] = {}
-        for told in told_stages(self._robot):
-            state, _, stage = told.partition(" ")
-            component, _, place = state.partition(".")
-            self._stages.setdefault((component, place), []).append(stage)
+        self._stages: dict[str, list[str]] = {}
+        for name in told_stages(self._robot):
+            state, _, stage = name.partition(" ")
+            self._stages.setdefault(state, []).append(stage)
         self._fields = {
             label(s.event): self._robot.commands[s.event.command].field or ""
             for s in steps.commands
@@ -417,11 +419,8 @@ class Recorder:
                 continue
             if place_of(place) != place_of(before[name]) or name in staying or not self.run.lines:
                 yield f"{name}.{place_of(place)}"
-            if place != before[name] and " " in place:
-                stage, others = stage_of(place), self._stages.get((name, place_of(place)), ())
-                yield from [f"{name}.{place_of(place)}.{stage}"] if stage else (
-                    f"!{name}.{place_of(place)}.{other}" for other in others
-                )
+            if place != before[name]:
+                yield from self._stage(f"{name}.{place_of(place)}", stage_of(place))
         for key, communication in self._robot.communications.items():
             phases, phase = communication.phases, self.state.get(f"~{key}")
             if phases is not None and phase != before[f"~{key}"] and phase != "unheard":
@@ -431,9 +430,18 @@ class Recorder:
             if value is None or " " in key or not (value != before[key] or key in assigned):
                 continue
             if isinstance(variable.type, ObjectType):
+                if len(repr(value)) * len(self._robot.variables) > TOLD:
+                    continue
                 yield from islice(self._part(key, variable.type, jsonable(value)), 1)
             elif not isinstance(variable.type, ArrayType):
                 yield from _equal(key, value, variable.type)
+
+    def _stage(self, state: str, stage: str) -> Iterator[str]:
+        """The stage of a state that performs a command, or that it is in none that is told."""
+        if stage:
+            yield f"{state}.{stage}"
+        else:
+            yield from (f"!{state}.{other}" for other in self._stages.get(state, ()))
 
     def _part(self, path: str, type_: ObjectType, value: Any) -> Iterator[str]:
         """The plain parts of an object that are not what a message begins with."""

@@ -254,18 +254,23 @@ def requirement_rows(supervisor: Supervisor, traces: Traces) -> list[Requirement
         }
         if not demands:
             continue
-        sides = []
-        for value in (True, False):
-            cases = {
-                case
-                for case in traces.cases
-                if case[0] == "demand" and case[1:3] in demands and case[-2] is value
-            }
-            pairs = zip(names, traces.runs, strict=True)
-            shown = [name for name, run in pairs if not cases.isdisjoint(run.cases)]
-            sides.append((shown, "" if shown else f"not shown ({traces.why(cases)})"))
-        rows.append((requirement.text, place(requirement.span), *sides))
+        met, violated = (_side(traces, names, demands, value) for value in (True, False))
+        rows.append((requirement.text, place(requirement.span), met, violated))
     return rows
+
+
+def _side(
+    traces: Traces, names: Sequence[str], demands: Collection[tuple[int, int]], value: bool
+) -> Shown:
+    """What shows one of some demands so."""
+    cases = {
+        case
+        for case in traces.cases
+        if case[0] == "demand" and case[1:3] in demands and case[-2] is value
+    }
+    pairs = zip(names, traces.runs, strict=True)
+    shown = [name for name, run in pairs if not cases.isdisjoint(run.cases)]
+    return shown, "" if shown else f"not shown ({traces.why(cases)})"
 
 
 def _untested(traces: Traces, untested: Collection[str]) -> list[str]:
@@ -279,9 +284,8 @@ def _untested(traces: Traces, untested: Collection[str]) -> list[str]:
         if case not in traces.shown and not never:
             names = (event.name, label(event))
             if not untested or not set(names) & set(untested):
-                found.append(
-                    f"{label(event)} is not shown ({traces.why([case])}); see untested in robosc.yaml"
-                )
+                why = f"not shown ({traces.why([case])}); see untested in robosc.yaml"
+                found.append(f"{label(event)} is {why}")
     return found
 
 
