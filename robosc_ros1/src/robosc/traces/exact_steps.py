@@ -37,7 +37,7 @@ from robosc.expr.tree import (
 from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
 from robosc.language.reasons import REFUSED
-from robosc.model.entities import Data, DataArray, DataObject, Provide
+from robosc.model.entities import Data, DataArray, DataObject, Provide, data_expressions
 from robosc.plant.acceptance import resets_of
 from robosc.plant.automaton import Event, LocalAutomaton, VariableKind
 from robosc.plant.event_values import value_parts
@@ -431,6 +431,13 @@ class Steps:
         # A monitor may hear feedback before it knows of the goal, or not at all.
         heard = [s for s in found if not (self.follows and s.event.kind is EventKind.FEEDBACK)]
         return [s for s in (*heard, *self.commands) if s.event.key not in self.unjudged]
+
+    def correcting(self) -> set[str]:
+        """The variables that decide what becomes of the commands of another controller."""
+        provides = [p for p in self.robot.provides if p.communication in self.robot.corrected]
+        found = [e for p in provides for e in data_expressions(p.data)]
+        found += [p.condition for p in provides if p.condition is not None]
+        return {leaf.key for e in found for leaf in walk(e) if isinstance(leaf, VariableRef)}
 
     def made(self, step: ExactStep, state: State, sent: Carried) -> tuple[Carried, dict[str, Any]]:
         """What a supervisor makes of what a command carries, and the fields that it changes, by

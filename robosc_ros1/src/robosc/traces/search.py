@@ -24,7 +24,7 @@ from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
-BUDGET, LEAST = 20000, 60
+BUDGET, LEAST = 40000, 60
 """The most inputs that are tried, and the least, however large a model is."""
 LARGE = 300
 """So many cases a model may have before less is tried: more cases take longer for each input."""
@@ -52,7 +52,8 @@ class Node:
     """A class of states; ``edges`` are empty until it is expanded."""
 
     state: State
-    kind: tuple[Any, ...]
+    kinds: tuple[Any, Any]
+    """Where it is, without and with its finite variables."""
     number: int
     edges: list[Edge] = field(default_factory=list)
     is_expanded: bool = False
@@ -72,7 +73,10 @@ class InputGraph:
         self._budget = scaled(BUDGET, coverage)
         self._nodes: dict[Any, Node] = {}
         self._expanded: Counter[Any] = Counter()
-        self._waiting: list[tuple[int, int, Node]] = []
+        self._waiting: tuple[list[tuple[int, int, Node]], ...] = [], []
+        """The nodes to be expanded, by each of their two kinds: those first of whose kind fewer
+        were. A model may have few places and count a lot, or many places."""
+        self._turn = 0
         self._places_tried: set[Any] = set()
         self._converted: set[int] = set()
         """The events of whose value an enum makes another one."""
@@ -87,6 +91,7 @@ class InputGraph:
         self._atoms = list({id(a): a for a in coverage.atoms()}.values())
         self._finite = [k for k, v in robot.variables.items() if domain(v.type) is not None]
         self._infinite = [k for k in robot.variables if k not in self._finite]
+        self._correcting = [k for k in steps.correcting() if k in self._infinite]
         self._counters = [k for k in dict.fromkeys(_counters(steps)) if k not in self._finite]
         self._places = [c.name for c in robot.components if c.behaviour is not None]
         calls = (Kind.OUTGOING, Kind.INCOMING)
@@ -100,10 +105,11 @@ class InputGraph:
         self._samples = samples
         self._meant = meanings(steps.robot, not steps.follows) if steps.guards_others else {}
         robots = steps.inputs
-        self._usual = max(USUAL, TRIES // max(1, len(robots)))
         self._inputs = [(s, self._distinct(s)) for s in robots]
-        read = [s for s, samples in self._inputs if s.event.controllable and len(samples) > 1]
-        self._attempts = max(USUAL, TRIES // max(1, len(read)))
+        read = [s for s in robots if s.event.controllable and steps.reads_data(s)]
+        usual, attempts = (max(USUAL, TRIES // max(1, len(found))) for found in (robots, read))
+        self._most = {s.number: usual for s in robots}
+        self._most |= {s.number: attempts if s in read else 1 for s in steps.commands}
         state = steps.initial
         for step, before, after in steps.settled(state):
             self.seen |= coverage.of_step(step, before, step.carried(before), after)
@@ -112,15 +118,18 @@ class InputGraph:
         self.start = self.node(state)
 
     def node(self, state: State) -> Node:
-        kind, key = self._key(state)
+        kinds, key = self._key(state)
         found = self._nodes.get(key)
         if found is None:
-            found = self._nodes[key] = Node(state, kind, len(self._nodes))
-            heapq.heappush(self._waiting, (self._expanded[kind], found.number, found))
+            found = self._nodes[key] = Node(state, kinds, len(self._nodes))
+            for kind, waiting in zip(kinds, self._waiting, strict=True):
+                heapq.heappush(waiting, (self._expanded[kind], found.number, found))
         return found
 
     def _key(self, state: State) -> tuple[Any, Any]:
+        finite = tuple(repr(state[k]) for k in self._finite)
         kind = (*(state.get(n) for n in self._places), *(state[p] for p in self._calls))
+        kinds = kind, (kind, finite)
         atoms = []
         for atom in self._atoms:
             try:
@@ -129,10 +138,10 @@ class InputGraph:
                 atoms.append(None)
         rest = (
             *(state[p] for p in self._messages),
-            *(repr(state[k]) for k in self._finite),
+            *(repr(state[k]) for k in self._correcting),
             *(max(-COUNTED, min(COUNTED, state[k] or 0)) for k in self._counters),
         )
-        return kind, (kind, rest, tuple(atoms))
+        return kinds, (kinds[1], rest, tuple(atoms))
 
     def explore(self) -> None:
         """Expand nodes until all cases are seen, or the budget is spent."""
@@ -141,14 +150,23 @@ class InputGraph:
         while self.tried < self._budget and not wanted <= self.seen:
             if self._promising:
                 self._refine(*self._promising.popleft())
-            elif self._waiting:
-                times, number, node = heapq.heappop(self._waiting)
-                if self._expanded[node.kind] > times:
-                    heapq.heappush(self._waiting, (self._expanded[node.kind], number, node))
-                else:
-                    self.expand(node)
-            else:
+            elif not self._expand_next():
                 break
+
+    def _expand_next(self) -> bool:
+        """Expand a node, in turn by each kind; False: there is none."""
+        self._turn = 1 - self._turn
+        waiting = self._waiting[self._turn]
+        while waiting:
+            times, number, node = heapq.heappop(waiting)
+            expanded = self._expanded[node.kinds[self._turn]]
+            if node.is_expanded:
+                continue
+            if expanded <= times:
+                self.expand(node)
+                return True
+            heapq.heappush(waiting, (expanded, number, node))
+        return False
 
     def _distinct(self, step: ExactStep) -> list[Sample]:
         """The samples of an event that differ in what they do, wherever its components are."""
@@ -211,12 +229,12 @@ class InputGraph:
         if node.is_expanded or self.tried > 2 * self._budget:
             return
         node.is_expanded = True
-        self._expanded[node.kind] += 1
+        self._expanded.update(node.kinds)
         for step, samples in self._inputs:
             if step.event.kind.sent or step.in_phase(node.state):
                 places = step.number, tuple(node.state[p.place] for p in step.partners)
-                usual = self._attempts if step.event.controllable else self._usual
-                self._try(node, step, samples[: usual if places in self._places_tried else TRIES])
+                usual = TRIES if places not in self._places_tried else self._most[step.number]
+                self._try(node, step, samples[:usual])
                 self._places_tried.add(places)
 
     def _refine(self, node: Node, step: ExactStep, sample: Sample) -> None:
@@ -327,7 +345,7 @@ class InputGraph:
 
 def scaled(most: int, coverage: Coverage) -> int:
     """The number of inputs that takes no longer with the cases of a large model."""
-    return max(LEAST, int(most * min(1.0, LARGE / len(coverage.cases or "1")) ** 2))
+    return max(LEAST, int(most * min(1.0, LARGE / len(coverage.cases or "1"))))
 
 
 def _counters(steps: Steps) -> Iterator[str]:

@@ -248,9 +248,11 @@ class Player:
         return arrived.popleft()
 
     def _happened(self, name, kind, count):
-        """Return the index of an event since so many; None if it has not happened."""
+        """Return the index of an event since so many; None if it has not happened. An answer that
+        is not as expected is an error."""
+        kinds = (kind, "error") if kind == "response" else (kind,)
         for index, entry in enumerate(self._events[count:], count):
-            if (entry["event"]["name"], entry["event"]["kind"]) == (name, kind):
+            if entry["event"]["name"] == name and entry["event"]["kind"] in kinds:
                 return index
         return None
 

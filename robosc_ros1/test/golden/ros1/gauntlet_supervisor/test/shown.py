@@ -46,7 +46,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 103, 117, 20492
+SHOWN, CASES, INPUTS = 103, 117, 40536
 UNREACHABLE = [
     "reach.request: Arm blocks it",
     (
