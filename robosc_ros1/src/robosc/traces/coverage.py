@@ -389,8 +389,13 @@ class Coverage:
 
 
 def through(step: ExactStep, before: State, after: State) -> set[Case]:
-    """From where to where an event leads components, with all that follows at once."""
-    places = ((p.component, before[p.place], after[p.place]) for p in step.partners)
+    """From where to where an event leads components, with all that follows at once; of a delay,
+    also what it began with."""
+    delayed = step.event.kind is EventKind.AFTER
+    places = (
+        (p.component, before[p.place], after[p.place], before[p.begun] if delayed else None)
+        for p in step.partners
+    )
     return {("through", step.number, *place) for place in places}
 
 

@@ -168,6 +168,11 @@ class Partner:
     blocking: bool
     edges: Mapping[str, Sequence[ExactEdge]]
 
+    @property
+    def begun(self) -> str:
+        """Where a state tells by what a component with delays has entered its location."""
+        return f"@{self.place}"
+
     def edge(self, state: State, carried: Carried) -> ExactEdge | None:
         for edge in self.edges.get(state[self.place], ()):
             if edge.is_open(state, carried):
@@ -209,6 +214,8 @@ class ExactStep:
                     return None
                 continue
             found[partner.place] = edge.target
+            if edge.entered and partner.begun in state:
+                found[partner.begun] = (self.number, *edge.name)
             for key, value, type_, decides in edge.assigned:
                 try:
                     new = value(state, carried)
@@ -414,7 +421,8 @@ class Steps:
                 found[f"~{variable.name}"] = str(variable.values[index])
             elif variable.kind in (VariableKind.LOCATION, VariableKind.ASSUMPTION):
                 found[variable.name] = str(variable.values[index])
-        return found
+        delayed = (s.partners[0] for s in self.steps if s.event.kind is EventKind.AFTER)
+        return found | {partner.begun: None for partner in delayed}
 
     @property
     def guards_others(self) -> bool:

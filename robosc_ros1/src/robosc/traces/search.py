@@ -92,6 +92,7 @@ class InputGraph:
         self._finite = [k for k, v in robot.variables.items() if domain(v.type) is not None]
         self._infinite = [k for k in robot.variables if k not in self._finite]
         self._correcting = [k for k in steps.correcting() if k in self._infinite]
+        self._begun = [p for p in steps.initial if p.startswith("@")]
         self._counters = [k for k in dict.fromkeys(_counters(steps)) if k not in self._finite]
         self._places = [c.name for c in robot.components if c.behaviour is not None]
         calls = (Kind.OUTGOING, Kind.INCOMING)
@@ -139,6 +140,7 @@ class InputGraph:
         rest = (
             *(state[p] for p in self._messages),
             *(repr(state[k]) for k in self._correcting),
+            *(state[p] for p in self._begun),
             *(max(-COUNTED, min(COUNTED, state[k] or 0)) for k in self._counters),
         )
         return kinds, (kinds[1], rest, tuple(atoms))

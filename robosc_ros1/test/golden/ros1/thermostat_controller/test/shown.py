@@ -9,7 +9,7 @@ REQUIREMENTS = [
         ),
         "thermostat.rscd:44",
         (["run_1"], ""),
-        (["run_1"], ""),
+        (["run_1", "run_2"], ""),
     ),
     (
         "requirement heat needs Season(Sensor.degrees) = season => Sensor.season = season",
@@ -26,12 +26,12 @@ REQUIREMENTS = [
     (
         "requirement say needs steps > 1",
         "thermostat.rscd:47",
-        (["run_1"], ""),
+        (["run_1", "run_2"], ""),
         ([], "not shown (proved unreachable)"),
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 43, 55, 1554
+SHOWN, CASES, INPUTS = 43, 55, 2037
 UNREACHABLE = [
     (
         "heat.request, requirement heat needs reading.fresh and (Heater.eager or Sensor.degrees < "
